@@ -1,0 +1,146 @@
+"""One formula, three array libraries.
+
+Reflectance formulas in this package are written on *components*: plain tuples of arrays, one array
+per coordinate or colour channel. The functions of a :class:`Namespace` do the arithmetic that
+operators cannot, so the same formula runs on NumPy arrays, PyTorch tensors and Dr.Jit arrays
+(where it is traced into a renderer's kernel).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Array: TypeAlias = Any
+"""A float, a NumPy array, a PyTorch tensor or a Dr.Jit array."""
+
+Components: TypeAlias = tuple[Array, Array, Array]
+"""Three arrays of one shape: the coordinates of a vector or the channels of a colour."""
+
+
+class Table:
+    """A constant float32 array that any array library can gather from.
+
+    Parameters
+    ----------
+    values
+        Array of any shape; gathered by flat (C order) index.
+    """
+
+    def __init__(self, values: npt.ArrayLike) -> None:
+        self.values = np.ascontiguousarray(values, dtype=np.float32)
+        self._copies: dict[Any, Any] = {}
+
+    def flat(self, key: Any, make: Callable[[npt.NDArray[np.float32]], Any]) -> Any:
+        """The flattened values as another library's array, made once per `key`."""
+        if key not in self._copies:
+            self._copies[key] = make(self.values.reshape(-1))
+        return self._copies[key]
+
+
+class Namespace:
+    """Elementwise functions of one array library, under NumPy's names."""
+
+    sqrt: Callable[[Array], Array]
+    exp: Callable[[Array], Array]
+    log: Callable[[Array], Array]
+    sin: Callable[[Array], Array]
+    cos: Callable[[Array], Array]
+    arcsin: Callable[[Array], Array]
+    arctan2: Callable[[Array, Array], Array]
+    floor: Callable[[Array], Array]
+    abs: Callable[[Array], Array]
+    minimum: Callable[[Array, Array], Array]
+    maximum: Callable[[Array, Array], Array]
+    where: Callable[[Array, Array, Array], Array]
+    to_index: Callable[[Array], Array]
+    """Truncate non-negative floats to integers usable in :attr:`take`."""
+    to_float: Callable[[Array, Array], Array]
+    """`to_float(index, like)`: integers as floats of the type of `like`."""
+    take: Callable[[Table, Array], Array]
+    """`take(table, index)`: gather by flat index."""
+
+
+class _NumPy(Namespace):
+    def __init__(self) -> None:
+        self.sqrt, self.exp, self.log = np.sqrt, np.exp, np.log
+        self.sin, self.cos = np.sin, np.cos
+        self.arcsin, self.arctan2 = np.arcsin, np.arctan2
+        self.floor, self.abs = np.floor, np.abs
+        self.minimum, self.maximum, self.where = np.minimum, np.maximum, np.where
+        self.to_index = lambda x: np.asarray(x).astype(np.int64)
+        self.to_float = lambda i, like: np.asarray(i).astype(np.asarray(like).dtype)
+        self.take = lambda table, i: table.values.reshape(-1)[i]
+
+
+class _Torch(Namespace):
+    def __init__(self) -> None:
+        import torch
+
+        def take(table: Table, index: Array) -> Array:
+            device = index.device
+            return table.flat(device, lambda v: torch.from_numpy(v.copy()).to(device))[index]
+
+        def binary(function: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
+            def call(a: Array, b: Array) -> Array:
+                like = a if isinstance(a, torch.Tensor) else b
+                return function(
+                    torch.as_tensor(a, dtype=like.dtype, device=like.device),
+                    torch.as_tensor(b, dtype=like.dtype, device=like.device),
+                )
+
+            return call
+
+        self.sqrt, self.exp, self.log = torch.sqrt, torch.exp, torch.log
+        self.sin, self.cos = torch.sin, torch.cos
+        self.arcsin, self.arctan2 = torch.arcsin, binary(torch.arctan2)
+        self.floor, self.abs = torch.floor, torch.abs
+        self.minimum, self.maximum = binary(torch.minimum), binary(torch.maximum)
+        self.where = torch.where
+        self.to_index = lambda x: x.long()
+        self.to_float = lambda i, like: i.to(like.dtype)
+        self.take = take
+
+
+class _DrJit(Namespace):
+    def __init__(self) -> None:
+        import drjit as dr
+
+        def take(table: Table, index: Array) -> Array:
+            kind = dr.float32_array_t(type(index))
+            return dr.gather(kind, table.flat(kind, kind), index)
+
+        self.sqrt, self.exp, self.log = dr.sqrt, dr.exp, dr.log
+        self.sin, self.cos = dr.sin, dr.cos
+        self.arcsin, self.arctan2 = dr.asin, dr.atan2
+        self.floor, self.abs = dr.floor, dr.abs
+        self.minimum, self.maximum, self.where = dr.minimum, dr.maximum, dr.select
+        self.to_index = lambda x: dr.uint32_array_t(type(x))(x)
+        self.to_float = lambda i, like: type(like)(i)
+        self.take = take
+
+
+_namespaces: dict[str, Namespace] = {}
+_libraries = {"torch": _Torch, "drjit": _DrJit, "mitsuba": _DrJit}
+
+
+def namespace(*arrays: Array) -> Namespace:
+    """The namespace of the library that `arrays` belong to; NumPy where all are plain numbers.
+
+    Examples
+    --------
+    >>> float(namespace(2.0).sqrt(4.0))
+    2.0
+    """
+    for array in arrays:
+        library = type(array).__module__.partition(".")[0]
+        if library in _libraries:
+            if library not in _namespaces:
+                _namespaces[library] = _libraries[library]()
+            return _namespaces[library]
+    if "numpy" not in _namespaces:
+        _namespaces["numpy"] = _NumPy()
+    return _namespaces["numpy"]

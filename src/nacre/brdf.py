@@ -1,0 +1,184 @@
+"""The interface that every reflectance shares."""
+
+from __future__ import annotations
+
+import abc
+import math
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components, namespace
+from nacre.geometry import cosine_hemisphere, join, split
+
+_CHUNK = 1 << 14
+"""Pairs evaluated at a time: intermediate arrays stay in the cache."""
+
+Floats = npt.NDArray[np.floating]
+
+
+class Sampler(Protocol):
+    """Draws `wi` for a given `wo`, with an exact density over solid angle."""
+
+    def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
+        """Directions `wi` and their densities from `u` in [0, 1); density 0 below the horizon."""
+        ...
+
+    def pdf_components(self, wi: Components, wo: Components) -> Array:
+        """Density of `wi` in 1/sr given `wo`; both are above the horizon."""
+        ...
+
+
+class CosineSampler:
+    """Density cos(theta_i) / pi, whatever the view."""
+
+    def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
+        """See :class:`Sampler`."""
+        wi = cosine_hemisphere(u[1], u[2])
+        return wi, self.pdf_components(wi, wo)
+
+    def pdf_components(self, wi: Components, wo: Components) -> Array:
+        """See :class:`Sampler`."""
+        return wi[2] / math.pi + 0.0 * wo[2]
+
+
+class Brdf(abc.ABC):
+    """A reflectance: f_r(wi, wo) in 1/sr as linear Rec. 709 RGB, without the cosine.
+
+    A subclass gives :meth:`eval_components`, a formula on components (see :mod:`nacre.array`), and
+    gets NumPy evaluation, importance sampling, and rendering in Mitsuba from it.
+    """
+
+    isotropic: bool = True
+    """Whether f_r is unchanged when both directions turn about the normal."""
+
+    name: str = ""
+    """Name of the material, for people."""
+
+    sampler: Sampler = CosineSampler()
+    """Where :meth:`sample` and :meth:`pdf` come from; may be replaced on any instance."""
+
+    @abc.abstractmethod
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        """f_r in 1/sr on components of any array library.
+
+        Called for directions on both sides of the horizon: the result there is ignored, but must
+        not raise. May be negative where a measurement is; the callers clamp.
+        """
+
+    def valid_components(self, wi: Components, wo: Components) -> Array:
+        """Whether f_r is known at a pair of directions above the horizon."""
+        return wi[2] + 0.0 * wo[2] == wi[2]
+
+    def describe(self) -> dict[str, Any]:
+        """Facts about this reflectance in the order they should be shown."""
+        return {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
+
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """f_r in 1/sr, linear RGB, without the cosine.
+
+        Parameters
+        ----------
+        wi, wo
+            Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
+
+        Returns
+        -------
+        array of shape (..., 3)
+            Non-negative; 0 where either direction is at or below the horizon. float64 if an input
+            is, else float32.
+        """
+        wi, wo = _directions(wi, wo)
+
+        def values(wi: Floats, wo: Floats) -> Floats:
+            rgb = join(self.eval_components(split(wi), split(wo)))
+            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+            result: Floats = np.where(visible[:, None], np.maximum(rgb, 0.0), 0.0)
+            return result
+
+        return _in_chunks(values, wi, wo, (3,))
+
+    def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether f_r is known, of shape (...): False below the horizon and where a measurement
+        holds no valid sample.
+        """
+        wi, wo = _directions(wi, wo)
+
+        def values(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
+            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+            known: npt.NDArray[np.bool_] = visible & self.valid_components(split(wi), split(wo))
+            return known
+
+        return _in_chunks(values, wi, wo, (), np.bool_)
+
+    def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Directions to the light drawn for given directions to the viewer.
+
+        Parameters
+        ----------
+        wo
+            Unit directions, shape (..., 3).
+        u
+            Uniform numbers in [0, 1), shape (..., 3).
+
+        Returns
+        -------
+        wi
+            Unit directions, shape (..., 3).
+        pdf
+            Density in 1/sr, shape (...); 0 where `wi` or `wo` is at or below the horizon.
+        """
+        wo, u = _directions(wo, u)
+        wi, pdf = self.sampler.sample_components(split(wo), split(u))
+        visible = (wo[..., 2] > 0) & (wi[2] > 0)
+        return join(wi), np.where(visible, pdf, 0.0).astype(wo.dtype)
+
+    def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """Density in 1/sr with which :meth:`sample` draws `wi` for `wo`, shape (...)."""
+        wi, wo = _directions(wi, wo)
+
+        def values(wi: Floats, wo: Floats) -> Floats:
+            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+            density = self.sampler.pdf_components(split(wi), split(wo))
+            result: Floats = np.where(visible, density, 0.0)
+            return result
+
+        return _in_chunks(values, wi, wo, ())
+
+
+def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
+    """Clamp colours to be non-negative, and to 0 where a direction is at or below the horizon.
+
+    What :meth:`Brdf.eval` does, for components of any array library.
+    """
+    xp = namespace(*wi, *wo)
+    visible = (wi[2] > 0.0) & (wo[2] > 0.0)
+    zero = 0.0 * (wi[2] + wo[2])
+    red, green, blue = (xp.where(visible, xp.maximum(c, 0.0), zero) for c in rgb)
+    return red, green, blue
+
+
+def _directions(a: npt.ArrayLike, b: npt.ArrayLike) -> tuple[Floats, Floats]:
+    a, b = np.asarray(a), np.asarray(b)
+    for array in (a, b):
+        if array.shape[-1:] != (3,):
+            raise ValueError(f"expected an array of shape (..., 3), got {array.shape}")
+    double = np.float64 in (a.dtype, b.dtype)
+    dtype = np.float64 if double else np.float32
+    a, b = np.broadcast_arrays(a.astype(dtype, copy=False), b.astype(dtype, copy=False))
+    return a, b
+
+
+def _in_chunks(
+    function: Any, wi: Floats, wo: Floats, tail: tuple[int, ...], dtype: Any = None
+) -> Any:
+    """`function` on flattened chunks of direction pairs, reassembled to their shape."""
+    shape = wi.shape[:-1]
+    wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
+    out = np.empty((len(wi), *tail), dtype=dtype or wi.dtype)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for start in range(0, len(wi), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            out[part] = function(wi[part], wo[part])
+    return out.reshape(*shape, *tail)

@@ -1,0 +1,30 @@
+"""Linear Rec. 709 RGB: luminance and tone mapping."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Weights of linear Rec. 709 red, green and blue in luminance (ITU-R BT.709)."""
+
+
+def luminance(rgb: Components) -> Array:
+    """Luminance of colour components."""
+    return LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
+
+
+def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray[np.floating]:
+    """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2).
+
+    Parameters
+    ----------
+    image
+        Linear values of any shape.
+    gamma
+        Exponent of the display.
+    """
+    mapped: npt.NDArray[np.floating] = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
+    return mapped

@@ -1,0 +1,135 @@
+"""Errors a user can act on, and files that are whole or absent."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeAlias
+
+PathLike: TypeAlias = str | os.PathLike[str]
+
+
+class NacreError(Exception):
+    """Something a user can mend; the message is one line that says how."""
+
+
+class FormatError(NacreError, ValueError):
+    """A file that cannot be read or written as what it claims to be.
+
+    The message names the file, the offending field and, where there is one, the fix.
+    """
+
+
+class MissingExtraError(NacreError, ImportError):
+    """An optional dependency that is not installed."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """One entry of the registry of file formats.
+
+    Parameters
+    ----------
+    name
+        Short name, as shown to people: "MERL".
+    extensions
+        File name endings, lower case, with the dot.
+    recognise
+        Whether the first bytes of a file (up to :data:`HEAD`) are of this format.
+    load
+        Reads a path into a reflectance; raises only :class:`FormatError`.
+    save
+        Writes a reflectance to a path, whole or not at all; None for a format we only read.
+    """
+
+    name: str
+    extensions: tuple[str, ...]
+    recognise: Callable[[bytes], bool]
+    load: Callable[[Path], Any]
+    save: Callable[[Any, Path], None] | None = None
+
+
+HEAD = 64
+"""Bytes from the start of a file that :attr:`Format.recognise` sees."""
+
+
+def require(module: str, extra: str) -> ModuleType:
+    """Import an optional dependency.
+
+    Raises
+    ------
+    MissingExtraError
+        Naming the extra of this package that brings `module`.
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        package = module.partition(".")[0]
+        raise MissingExtraError(
+            f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
+        ) from error
+
+
+def read_bytes(path: PathLike, limit: int) -> bytes:
+    """Whole content of a file of at most `limit` bytes.
+
+    Raises
+    ------
+    FormatError
+        If the path is absent, a directory, unreadable, empty or larger than `limit`.
+    """
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        if path.is_dir():
+            raise FormatError(f"{path}: is a directory, expected a file")
+        if size == 0:
+            raise FormatError(f"{path}: is empty")
+        if size > limit:
+            raise FormatError(f"{path}: {size} bytes, more than the {limit} this format can need")
+        return path.read_bytes()
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+@contextmanager
+def atomic_path(path: PathLike) -> Iterator[Path]:
+    """A temporary path in the folder of `path` that replaces `path` when the block succeeds.
+
+    The temporary name keeps the suffix of `path`. If the block raises, nothing is left behind and
+    an existing file at `path` stays as it was.
+
+    Raises
+    ------
+    FormatError
+        If the folder is absent or cannot be written.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FormatError(f"{path}: is a directory, expected a file name to write")
+    try:
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        )
+        os.close(handle)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
+    temporary = Path(name)
+    try:
+        yield temporary
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(path)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""The registry of file formats, and load() and save() over it."""

@@ -1,0 +1,151 @@
+"""Directions, frames and the parametrisations of pairs of directions.
+
+Conventions: the local frame has the surface normal along +z. `wi` points to the light, `wo` to the
+viewer, both away from the surface and of unit length. Angles are radians. Every function works on
+components (see :mod:`nacre.array`) of any array library unless it says otherwise; :func:`split`
+and :func:`join` go from and to NumPy arrays of shape (..., 3).
+
+The half vector h is the normalised sum of the two directions; the difference vector d is `wi`
+expressed in the frame whose z axis is h (Rusinkiewicz 1998, "A New Change of Variables for
+Efficient BRDF Representation").
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components, namespace
+
+_TINY = 1e-30
+
+
+def split(vectors: npt.ArrayLike) -> Components:
+    """Components of NumPy vectors of shape (..., 3)."""
+    array = np.asarray(vectors)
+    if array.shape[-1:] != (3,):
+        raise ValueError(f"expected an array of shape (..., 3), got {array.shape}")
+    return array[..., 0], array[..., 1], array[..., 2]
+
+
+def join(components: Components) -> npt.NDArray[np.floating]:
+    """NumPy array of shape (..., 3) from three components."""
+    return np.stack(np.broadcast_arrays(*components), axis=-1)
+
+
+def dot(a: Components, b: Components) -> Array:
+    """Inner product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def normalize(v: Components) -> Components:
+    """`v` scaled to unit length; the zero vector stays zero."""
+    xp = namespace(*v)
+    scale = 1.0 / xp.sqrt(xp.maximum(dot(v, v), _TINY))
+    return v[0] * scale, v[1] * scale, v[2] * scale
+
+
+def reflect(w: Components, axis: Components) -> Components:
+    """`w` mirrored about the unit vector `axis`."""
+    k = 2.0 * dot(w, axis)
+    return k * axis[0] - w[0], k * axis[1] - w[1], k * axis[2] - w[2]
+
+
+def half_vector(wi: Components, wo: Components) -> Components:
+    """Unit half vector; zero where `wi` = -`wo`."""
+    return normalize((wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]))
+
+
+def _azimuth(h: Components) -> tuple[Array, Array, Array]:
+    """Cosine and sine of the azimuth of `h` (azimuth 0 at the pole), and sin theta_h."""
+    xp = namespace(*h)
+    sin_theta = xp.sqrt(h[0] * h[0] + h[1] * h[1])
+    pole = sin_theta <= 0.0
+    scale = 1.0 / xp.maximum(sin_theta, _TINY)
+    cos_phi = xp.where(pole, 0.0 * sin_theta + 1.0, h[0] * scale)
+    return cos_phi, h[1] * scale, sin_theta
+
+
+def half_difference(wi: Components, wo: Components) -> tuple[Components, Components]:
+    """Rusinkiewicz vectors (h, d) of a pair of directions, without trigonometry.
+
+    d is `wi` rotated by -phi_h about z, then by -theta_h about y. At the pole of h, where phi_h is
+    free, phi_h = 0.
+    """
+    h = half_vector(wi, wo)
+    cos_phi, sin_phi, sin_theta = _azimuth(h)
+    x = cos_phi * wi[0] + sin_phi * wi[1]
+    y = cos_phi * wi[1] - sin_phi * wi[0]
+    return h, (h[2] * x - sin_theta * wi[2], y, sin_theta * x + h[2] * wi[2])
+
+
+def from_half_difference(h: Components, d: Components) -> tuple[Components, Components]:
+    """Directions (wi, wo) of Rusinkiewicz vectors; inverse of :func:`half_difference`."""
+    cos_phi, sin_phi, sin_theta = _azimuth(h)
+
+    def to_frame(v: Components) -> Components:
+        x = h[2] * v[0] + sin_theta * v[2]
+        return (
+            cos_phi * x - sin_phi * v[1],
+            sin_phi * x + cos_phi * v[1],
+            h[2] * v[2] - sin_theta * v[0],
+        )
+
+    return to_frame(d), to_frame((-d[0], -d[1], d[2]))
+
+
+def isotropic(h: Components) -> Components:
+    """Half vector turned to phi_h = 0: (sin theta_h, 0, cos theta_h)."""
+    xp = namespace(*h)
+    return xp.sqrt(h[0] * h[0] + h[1] * h[1]), 0.0 * h[1], h[2]
+
+
+def from_spherical(theta: Array, phi: Array) -> Components:
+    """Unit vector of a polar angle from z and an azimuth from x."""
+    xp = namespace(theta, phi)
+    sin_theta = xp.sin(theta)
+    return sin_theta * xp.cos(phi), sin_theta * xp.sin(phi), xp.cos(theta)
+
+
+def to_spherical(w: Components) -> tuple[Array, Array]:
+    """Polar angle in [0, pi] and azimuth in (-pi, pi] of a vector."""
+    xp = namespace(*w)
+    return (
+        xp.arctan2(xp.sqrt(w[0] * w[0] + w[1] * w[1]), w[2]),
+        xp.arctan2(w[1], w[0]),
+    )
+
+
+def rusinkiewicz_angles(wi: Components, wo: Components) -> tuple[Array, Array, Array, Array]:
+    """Angles (theta_h, phi_h, theta_d, phi_d) of a pair of directions."""
+    h, d = half_difference(wi, wo)
+    return (*to_spherical(h), *to_spherical(d))
+
+
+def from_rusinkiewicz_angles(
+    theta_h: Array, phi_h: Array, theta_d: Array, phi_d: Array
+) -> tuple[Components, Components]:
+    """Directions (wi, wo) of Rusinkiewicz angles; either may lie below the horizon."""
+    return from_half_difference(from_spherical(theta_h, phi_h), from_spherical(theta_d, phi_d))
+
+
+def stereographic(w: Components) -> tuple[Array, Array]:
+    """Projection from the south pole onto the equatorial disk: (x, y) / (1 + z)."""
+    scale = 1.0 / (1.0 + w[2])
+    return w[0] * scale, w[1] * scale
+
+
+def from_stereographic(x: Array, y: Array) -> Components:
+    """Unit vector of stereographic coordinates; inverse of :func:`stereographic`."""
+    r2 = x * x + y * y
+    scale = 1.0 / (1.0 + r2)
+    return 2.0 * x * scale, 2.0 * y * scale, (1.0 - r2) * scale
+
+
+def cosine_hemisphere(u: Array, v: Array) -> Components:
+    """Direction of density cos(theta) / pi from two numbers in [0, 1)."""
+    xp = namespace(u, v)
+    radius, phi = xp.sqrt(u), 2.0 * math.pi * v
+    return radius * xp.cos(phi), radius * xp.sin(phi), xp.sqrt(xp.maximum(1.0 - u, 0.0))

@@ -1,0 +1,1 @@
+"""Measured reflectance: one module a file format."""

@@ -1,0 +1,5 @@
+"""Neural reflectance: the NBRDF, its files, and its fit."""
+
+from nacre.neural.nbrdf import Layer, NeuralBrdf
+
+__all__ = ["Layer", "NeuralBrdf"]

@@ -1,0 +1,139 @@
+"""The NBRDF: a reflectance as a small multilayer perceptron on Rusinkiewicz vectors.
+
+NBRDF paper, section 3.1 and Figure 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components, namespace
+from nacre.brdf import Brdf, Floats, Sampler
+from nacre.geometry import half_difference, isotropic
+
+INPUTS = 6
+OUTPUTS = 3
+HIDDEN = (21, 21)
+"""Hidden layer sizes of the paper: 675 weights."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One dense layer: `inputs @ weights + biases`.
+
+    Parameters
+    ----------
+    weights
+        Shape (inputs, outputs), float32.
+    biases
+        Shape (outputs,), float32.
+    """
+
+    weights: npt.NDArray[np.float32]
+    biases: npt.NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        if self.weights.ndim != 2 or self.biases.shape != self.weights.shape[1:]:
+            raise ValueError(
+                f"weights {self.weights.shape} and biases {self.biases.shape} are not a layer"
+            )
+
+
+@dataclass
+class NeuralBrdf(Brdf):
+    """An NBRDF: (h, d) through ReLU layers to exp(x) - 1 per colour channel.
+
+    Parameters
+    ----------
+    layers
+        Dense layers from 6 inputs to 3 outputs. Inputs are (h_x, h_y, h_z, d_x, d_y, d_z); an
+        isotropic network sees h turned to phi_h = 0.
+    isotropic
+        Whether h is turned.
+    name
+        Name of the material.
+    sampler
+        Importance sampler; the cosine lobe where none is given.
+    metadata
+        JSON-able facts about the fit and its source, kept in the file.
+    """
+
+    layers: Sequence[Layer]
+    isotropic: bool = True
+    name: str = ""
+    sampler: Sampler = Brdf.sampler
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        sizes = self.sizes
+        for before, layer in zip(sizes[1:], self.layers[1:], strict=False):
+            if layer.weights.shape[0] != before:
+                raise ValueError(
+                    f"layer sizes do not chain: {[y.weights.shape for y in self.layers]}"
+                )
+        if sizes[0] != INPUTS or sizes[-1] != OUTPUTS:
+            raise ValueError(
+                f"an NBRDF goes from {INPUTS} inputs to {OUTPUTS} outputs, got {sizes}"
+            )
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Width of every layer, inputs and outputs included: (6, 21, 21, 3)."""
+        return (self.layers[0].weights.shape[0], *(len(layer.biases) for layer in self.layers))
+
+    @property
+    def weight_count(self) -> int:
+        """Number of weights and biases."""
+        return sum(layer.weights.size + layer.biases.size for layer in self.layers)
+
+    def inputs(self, wi: Components, wo: Components) -> tuple[Array, ...]:
+        """The six network inputs of a pair of directions."""
+        h, d = half_difference(wi, wo)
+        return (*(isotropic(h) if self.isotropic else h), *d)
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
+        xp = namespace(*wi, *wo)
+        values: Sequence[Array] = self.inputs(wi, wo)
+        for index, layer in enumerate(self.layers):
+            if index:
+                values = [xp.maximum(v, 0.0) for v in values]
+            values = _dense(values, layer)
+        red, green, blue = (xp.exp(v) - 1.0 for v in values)
+        return red, green, blue
+
+
+def _dense(values: Sequence[Array], layer: Layer) -> list[Array]:
+    if isinstance(values[0], np.ndarray):
+        # One matrix product: the sums below would make a temporary array per weight.
+        stacked = np.stack(np.broadcast_arrays(*values))
+        product = np.tensordot(layer.weights.T.astype(stacked.dtype, copy=False), stacked, axes=1)
+        return list(product + layer.biases.reshape(-1, *[1] * (stacked.ndim - 1)))
+    sums = [float(bias) for bias in layer.biases]
+    outputs: list[Array] = list(sums)
+    for value, row in zip(values, layer.weights.tolist(), strict=True):
+        outputs = [total + weight * value for total, weight in zip(outputs, row, strict=True)]
+    return outputs
+
+
+def flatten(layers: Sequence[Layer]) -> Floats:
+    """Weights then biases, layer by layer, as one float32 vector."""
+    return np.concatenate([part.ravel() for y in layers for part in (y.weights, y.biases)])
+
+
+def unflatten(vector: Floats, sizes: Sequence[int]) -> list[Layer]:
+    """Layers of the given sizes from one vector; inverse of :func:`flatten`."""
+    layers, start = [], 0
+    for rows, columns in zip(sizes[:-1], sizes[1:], strict=True):
+        end = start + rows * columns
+        weights = np.asarray(vector[start:end], np.float32).reshape(rows, columns)
+        layers.append(Layer(weights, np.asarray(vector[end : end + columns], np.float32)))
+        start = end + columns
+    if start != len(vector):
+        raise ValueError(f"{len(vector)} weights do not fill layers of sizes {tuple(sizes)}")
+    return layers

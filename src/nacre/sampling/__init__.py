@@ -1,0 +1,5 @@
+"""Importance sampling: lobe mixtures with exact densities, and their fit to a material."""
+
+from nacre.sampling.lobes import BlinnPhongMixture
+
+__all__ = ["BlinnPhongMixture"]

@@ -1,0 +1,65 @@
+"""Mixtures of lobes with exact densities."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from nacre.array import Array, Components, namespace
+from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect
+
+MAX_EXPONENT = 1e5
+"""Sharpest Blinn-Phong lobe: beyond it float32 half vectors no longer resolve the lobe."""
+
+
+@dataclass(frozen=True)
+class BlinnPhongMixture:
+    """A cosine lobe and a Blinn-Phong lobe of half vectors.
+
+    The half vector h has density (n + 1) / (2 pi) cos(theta_h)^n over solid angle and `wi` is `wo`
+    mirrored about it, so that p(wi) = p(h) / (4 wo.h). What falls below the horizon has density 0:
+    the density integrates to less than one at grazing views.
+
+    Parameters
+    ----------
+    specular
+        Probability of the Blinn-Phong lobe, in [0, 1].
+    exponent
+        n, in [0, :data:`MAX_EXPONENT`].
+
+    References
+    ----------
+    NBRDF paper, section 3.3; Blinn 1977.
+    """
+
+    specular: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.specular <= 1.0:
+            raise ValueError(f"specular must lie in [0, 1], got {self.specular}")
+        if not 0.0 <= self.exponent <= MAX_EXPONENT:
+            raise ValueError(f"exponent must lie in [0, {MAX_EXPONENT:g}], got {self.exponent}")
+
+    def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
+        """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""
+        xp = namespace(*wo, *u)
+        cos_theta = (1.0 - u[1]) ** (1.0 / (self.exponent + 1.0))
+        sin_theta = xp.sqrt(xp.maximum(1.0 - cos_theta * cos_theta, 0.0))
+        phi = 2.0 * math.pi * u[2]
+        mirrored = reflect(wo, (sin_theta * xp.cos(phi), sin_theta * xp.sin(phi), cos_theta))
+        cosine = cosine_hemisphere(u[1], u[2])
+        chosen = u[0] < self.specular
+        x, y, z = (xp.where(chosen, m, c) for m, c in zip(mirrored, cosine, strict=True))
+        return (x, y, z), self.pdf_components((x, y, z), wo)
+
+    def pdf_components(self, wi: Components, wo: Components) -> Array:
+        """See :class:`nacre.brdf.Sampler`."""
+        xp = namespace(*wi, *wo)
+        h = half_vector(wi, wo)
+        cos_theta = xp.maximum(h[2], 1e-12)
+        lobe = (self.exponent + 1.0) / (2.0 * math.pi) * xp.exp(self.exponent * xp.log(cos_theta))
+        mirrored = lobe / (4.0 * xp.maximum(dot(wo, h), 1e-6))
+        visible = (wi[2] > 0.0) & (wo[2] > 0.0)
+        mixture = self.specular * mirrored + (1.0 - self.specular) / math.pi * wi[2]
+        return xp.where(visible, mixture, 0.0 * mixture)
