@@ -110,7 +110,7 @@ class _DrJit(Namespace):
         import drjit as dr
 
         def take(table: Table, index: Array) -> Array:
-            kind = dr.float32_array_t(type(index))
+            kind: Any = dr.float32_array_t(type(index))
             return dr.gather(kind, table.flat(kind, kind), index)
 
         self.sqrt, self.exp, self.log = dr.sqrt, dr.exp, dr.log

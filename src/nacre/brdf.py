@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import math
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -56,6 +57,9 @@ class Brdf(abc.ABC):
     name: str = ""
     """Name of the material, for people."""
 
+    source: Mapping[str, str] | None = None
+    """Where the data came from: "file" and "sha256"; set by :func:`nacre.load`."""
+
     sampler: Sampler = CosineSampler()
     """Where :meth:`sample` and :meth:`pdf` come from; may be replaced on any instance."""
 
@@ -97,7 +101,8 @@ class Brdf(abc.ABC):
             result: Floats = np.where(visible[:, None], np.maximum(rgb, 0.0), 0.0)
             return result
 
-        return _in_chunks(values, wi, wo, (3,))
+        f: Floats = _in_chunks(values, wi, wo, (3,))
+        return f
 
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
@@ -110,7 +115,8 @@ class Brdf(abc.ABC):
             known: npt.NDArray[np.bool_] = visible & self.valid_components(split(wi), split(wo))
             return known
 
-        return _in_chunks(values, wi, wo, (), np.bool_)
+        known: npt.NDArray[np.bool_] = _in_chunks(values, wi, wo, (), np.bool_)
+        return known
 
     def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Directions to the light drawn for given directions to the viewer.
@@ -144,7 +150,8 @@ class Brdf(abc.ABC):
             result: Floats = np.where(visible, density, 0.0)
             return result
 
-        return _in_chunks(values, wi, wo, ())
+        density: Floats = _in_chunks(values, wi, wo, ())
+        return density
 
 
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:

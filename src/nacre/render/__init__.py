@@ -1,1 +1,6 @@
-"""."""
+"""Rendering: Mitsuba plugins for any reflectance. Mitsuba loads on first use."""
+
+from nacre.render.engine import LLVMError, mitsuba
+from nacre.render.plugins import bsdf, register
+
+__all__ = ["LLVMError", "bsdf", "mitsuba", "register"]

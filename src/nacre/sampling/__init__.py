@@ -1,5 +1,6 @@
 """Importance sampling: lobe mixtures with exact densities, and their fit to a material."""
 
+from nacre.sampling.fit import fit_lobes
 from nacre.sampling.lobes import BlinnPhongMixture
 
-__all__ = ["BlinnPhongMixture"]
+__all__ = ["BlinnPhongMixture", "fit_lobes"]

@@ -1,0 +1,31 @@
+# `make demo` and `make test` set up what they need; see README.md.
+PYTHON ?= python3
+RUN := .venv/bin/python
+
+.PHONY: demo test lint bench docs setup clean
+
+demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
+	$(RUN) -m nacre demo --output out/demo.png
+
+test: lint  ## Formatting, lint, types, layers, doctests and tests.
+	$(RUN) -m pytest -n auto -q
+
+lint: setup
+	.venv/bin/ruff format --check .
+	.venv/bin/ruff check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports --no-logo
+
+bench: setup  ## Speed tables; takes about a quarter of an hour.
+	$(RUN) -m benchmarks.fit
+	$(RUN) -m benchmarks.evaluate
+	$(RUN) -m benchmarks.render
+
+docs: setup  ## The API reference as HTML in out/docs.
+	$(RUN) -m pdoc -o out/docs nacre
+
+setup:
+	@$(PYTHON) scripts/setup.py
+
+clean:
+	rm -rf .venv out

@@ -1,0 +1,202 @@
+"""Rendering speed of the Mitsuba plugins beside Mitsuba's own materials.
+
+One scene, a sphere on a plane of the same material under a small environment map, is path-traced
+with each material in turn. Rounds are interleaved, so that a busy machine slows all of them alike; reported
+are medians over rounds of the time and of its ratio to `roughconductor` (GGX) in the same round.
+Every kernel is compiled before the first round; a kernel compiled during a round ends the
+benchmark, because its time would be no rendering time.
+
+Run `python -m benchmarks.render [material ...]`: materials are names of RGL tables, rendered by
+Mitsuba's `measured`, whose published networks are rendered by `nbrdf`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+
+import nacre
+from nacre.sampling import BlinnPhongMixture
+from tests.data import data_folder
+
+BASELINE = "roughconductor"
+MATERIALS = ("satin_rosaline", "paper_white", "colodur_napoli_4f")
+LOBES = BlinnPhongMixture(specular=0.5, exponent=100.0)
+"""Sampler of every network: the published ones come without."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Speed of one material.
+
+    Parameters
+    ----------
+    material
+        Name of the material and of its plugin.
+    seconds
+        Median wall time of a rendering.
+    samples_per_second
+        Millions of camera paths.
+    ratio
+        Median over rounds of the speed relative to `roughconductor` in the same round.
+    spread
+        Smallest and largest ratio.
+    """
+
+    material: str
+    seconds: float
+    samples_per_second: float
+    ratio: float
+    spread: tuple[float, float]
+
+
+def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
+    """BSDFs, or dictionaries of them, by the name to report."""
+    found: dict[str, Any] = {
+        BASELINE: {"type": "roughconductor", "alpha": 0.2, "distribution": "ggx"},
+        "diffuse": {"type": "diffuse"},
+        "principled": {"type": "principled", "roughness": 0.3, "specular": 0.5},
+    }
+    folder = data_folder()
+    if folder is None:
+        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
+    for material in materials:
+        table = folder / "rgl" / f"{material}_rgb.bsdf"
+        network = nacre.load(folder / "pretrained" / "rgl" / f"{material}_rgb.h5")
+        network.sampler = LOBES
+        found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
+        found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
+        if cooperative:
+            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(network, "cooperative")
+    return found
+
+
+def scene(mi: Any, bsdf: Any, size: int) -> Any:
+    """A sphere on a plane that fills the frame, both of one material, under a sky with a sun."""
+    sky = np.full((32, 64, 3), 0.5, np.float32)
+    sky[8:10, 16:18] = 100.0
+    look_at = mi.ScalarTransform4f().look_at([0, -4, 1.5], [0, 0, 0], [0, 0, 1])
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 4},
+            "sensor": {
+                "type": "perspective",
+                "fov": 35,
+                "to_world": look_at,
+                "film": {
+                    "type": "hdrfilm",
+                    "width": size,
+                    "height": size,
+                    "rfilter": {"type": "box"},
+                },
+            },
+            "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky)},
+            "sphere": {"type": "sphere", "bsdf": bsdf},
+            "plane": {
+                "type": "rectangle",
+                "to_world": mi.ScalarTransform4f().translate([0, 0, -1]).scale(100),
+                "bsdf": bsdf,
+            },
+        }
+    )
+
+
+def measure(scenes: dict[str, Any], rounds: int, size: int, spp: int) -> list[Result]:
+    """Render every scene in every round."""
+    import drjit as dr
+    import mitsuba as mi
+
+    def render(name: str, seed: int) -> float:
+        dr.sync_thread()
+        start = time.perf_counter()
+        dr.eval(mi.render(scenes[name], spp=spp, seed=seed))
+        dr.sync_thread()
+        return time.perf_counter() - start
+
+    for name in scenes:
+        for seed in range(2):
+            render(name, seed)
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    dr.kernel_history_clear()
+    times: dict[str, list[float]] = {name: [] for name in scenes}
+    for seed in range(2, 2 + rounds):
+        for name in scenes:
+            times[name].append(render(name, seed))
+            kernels = dr.kernel_history([dr.KernelType.JIT])
+            if not all(kernel["cache_hit"] for kernel in kernels):
+                sys.exit(f"{name}: a kernel was compiled during the measurement")
+    results = []
+    for name, seconds in times.items():
+        ratios = [b / s for b, s in zip(times[BASELINE], seconds, strict=True)]
+        median = statistics.median(seconds)
+        results.append(
+            Result(
+                name,
+                median,
+                size * size * spp / median / 1e6,
+                statistics.median(ratios),
+                (min(ratios), max(ratios)),
+            )
+        )
+    return results
+
+
+def markdown(results: list[Result]) -> str:
+    """The results as a table."""
+    lines = [
+        f"| material | s | M paths/s | relative to {BASELINE} | smallest to largest |",
+        "|---|---|---|---|---|",
+    ]
+    for r in results:
+        low, high = r.spread
+        lines.append(
+            f"| {r.material} | {r.seconds:.3f} | {r.samples_per_second:.2f} | {r.ratio:.2f} "
+            f"| {low:.2f} to {high:.2f} |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Parse the command line, measure, print."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("materials", nargs="*", default=list(MATERIALS), metavar="material")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--size", type=int, default=256, help="pixels a side")
+    parser.add_argument("--spp", type=int, default=64, help="paths per pixel")
+    parser.add_argument("--variant", default="llvm_ad_rgb")
+    parser.add_argument("--cooperative", action="store_true", help="also cooperative vectors")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    options = parser.parse_args()
+
+    mi = nacre.render.mitsuba(options.variant)
+    materials = bsdfs(options.materials, options.cooperative)
+    scenes = {name: scene(mi, bsdf, options.size) for name, bsdf in materials.items()}
+    results = measure(scenes, options.rounds, options.size, options.spp)
+    if options.json:
+        facts = {
+            "variant": mi.variant(),
+            "mitsuba": mi.__version__,
+            "cores": os.cpu_count(),
+            "machine": platform.machine(),
+            **{name: getattr(options, name) for name in ("rounds", "size", "spp")},
+        }
+        print(json.dumps({**facts, "results": [asdict(r) for r in results]}, indent=2))
+    else:
+        print(markdown(results))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,166 @@
+"""One picture of a comparison: both spheres under both lights, and where they differ."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.color import tone_map
+from nacre.evaluate.compare import Comparison, LightComparison
+from nacre.files import require
+from nacre.render.sphere import MARGIN
+
+Floats = npt.NDArray[np.floating]
+Bytes = npt.NDArray[np.uint8]
+
+_CELL = 320
+_GAP = 28
+_MARGIN = 44
+_HEADER = 118
+_ROW_LABEL = 46
+_FOOTER = 96
+
+_PAPER = (237, 237, 235)
+_INK = (32, 33, 36)
+_FAINT = (112, 114, 118)
+_RULE = (208, 208, 205)
+
+_SCALES = (0.05, 0.1, 0.2, 0.5, 1.0)
+"""Ends of the colour scale; the smallest that holds nearly all errors is taken."""
+
+_MAGMA = np.array(
+    [
+        [-0.002136485, -0.000749655, -0.005386128],
+        [0.251660541, 0.677523244, 2.494026599],
+        [8.353717279, -3.577719515, 0.314467903],
+        [-27.668733086, 14.264730781, -13.649213188],
+        [52.176139812, -27.943606072, 12.944169442],
+        [-50.768525365, 29.046582821, 4.234152994],
+        [18.655705066, -11.489773520, -5.601961509],
+    ]
+)
+"""Coefficients of Zucker's polynomial approximation (CC0) of the magma colour map."""
+
+_NAMES = {"environment": "Environment", "directional": "Directional light, 45°"}
+
+
+def magma(values: Floats) -> Floats:
+    """Colours of display in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
+    t = np.clip(values, 0.0, 1.0)[..., None]
+    colours = np.zeros((*t.shape[:-1], 3))
+    for coefficients in _MAGMA[::-1]:
+        colours = colours * t + coefficients
+    clipped: Floats = np.clip(colours, 0.0, 1.0)
+    return clipped
+
+
+def picture(comparison: Comparison) -> Bytes:
+    """Draw a comparison.
+
+    Rows are lights; columns are the reference, what is judged, and the FLIP map with its scale.
+    Pictures are tone mapped as for the metrics and enlarged to a fixed size.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+        sRGB bytes.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    canvas = require("PIL.Image", "render")
+    drawing = require("PIL.ImageDraw", "render")
+    width = 2 * _MARGIN + 3 * _CELL + 2 * _GAP
+    height = _HEADER + len(comparison.lights) * (_ROW_LABEL + _CELL) + _FOOTER
+    image = canvas.new("RGB", (width, height), _PAPER)
+    draw = drawing.Draw(image)
+    columns = [_MARGIN + i * (_CELL + _GAP) for i in range(3)]
+    right = width - _MARGIN
+
+    _text(draw, (_MARGIN, 46), comparison.other, 30, limit=right - _MARGIN)
+    _text(draw, (_MARGIN, 78), f"against {comparison.truth}", 17, _FAINT, limit=right - _MARGIN)
+    for x, title in zip(columns, ("Reference", "Model", "Difference (FLIP)"), strict=True):
+        _text(draw, (x + _CELL / 2, _HEADER - 6), title, 17, anchor="ms")
+
+    peak = max(float(np.percentile(i.flip_map[comparison.mask], 99.5)) for i in comparison.lights)
+    scale = next((end for end in _SCALES if end >= peak), 1.0)
+    y = _HEADER
+    for item in comparison.lights:
+        draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=_RULE)
+        _text(draw, (_MARGIN, y + 32), _NAMES.get(item.light, item.light), 17)
+        _text(draw, (right, y + 32), _figures(item), 17, _FAINT, anchor="rs")
+        y += _ROW_LABEL
+        parts = tone_map(item.truth), tone_map(item.other), magma(item.flip_map / scale)
+        for x, part in zip(columns, parts, strict=True):
+            disk, alpha = _disk(part, comparison.mask)
+            image.paste(canvas.fromarray(disk), (x, y), canvas.fromarray(alpha))
+        y += _CELL
+
+    angles = comparison.angles
+    draw.line([(_MARGIN, y + 16), (right, y + 16)], fill=_RULE)
+    _text(draw, (_MARGIN, y + 46), f"Over {angles.count:,} pairs of directions", 17)
+    summary = (
+        f"log-cosine error {angles.log_cosine:.4f}     "
+        f"relative error, median {angles.relative_median:.1%}"
+    )
+    _text(draw, (_MARGIN, y + 72), summary, 17, _FAINT)
+    bar = np.broadcast_to(magma(np.linspace(0.0, 1.0, _CELL)), (14, _CELL, 3))
+    image.paste(canvas.fromarray(_bytes(bar)), (columns[2], y + 34))
+    for part in (0.0, 0.5, 1.0):
+        x, anchor = columns[2] + part * _CELL, {0.0: "ls", 0.5: "ms", 1.0: "rs"}[part]
+        _text(draw, (x, y + 72), f"{part * scale:g}", 15, _FAINT, anchor=anchor)
+    return np.array(image)
+
+
+def _figures(item: LightComparison) -> str:
+    errors = item.errors
+    psnr = "∞" if math.isinf(errors.psnr) else f"{errors.psnr:.1f} dB"
+    return f"SSIM {errors.ssim:.4f}     PSNR {psnr}     FLIP {errors.flip:.4f}"
+
+
+def _bytes(values: Floats) -> Bytes:
+    return np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
+
+
+def _disk(values: Floats, mask: npt.NDArray[np.bool_]) -> tuple[Bytes, Bytes]:
+    """A picture of the sphere enlarged to the cell, and its smooth outline as opacity."""
+    canvas = require("PIL.Image", "render")
+    size = len(mask)
+    # Colours just inside the rim run on outwards, so that enlarging mixes no background in.
+    axis = np.arange(size) + 0.5 - size / 2.0
+    radius = np.hypot(axis, axis[:, None])
+    inside = size / 2.0 * (1.0 - MARGIN) - 1.0
+    shrink = np.minimum(1.0, inside / radius)
+    rows, columns = (
+        np.floor(a * shrink + size / 2.0).astype(int) for a in (axis[:, None], axis[None, :])
+    )
+    extended = canvas.fromarray(_bytes(values[rows, columns]))
+    enlarged = extended.resize((_CELL, _CELL), canvas.Resampling.BICUBIC)
+    axis = np.arange(_CELL) + 0.5 - _CELL / 2.0
+    distance = np.hypot(axis, axis[:, None])
+    alpha = np.clip(_CELL / 2.0 * (1.0 - MARGIN) - distance, 0.0, 1.0)
+    return np.array(enlarged), _bytes(alpha)
+
+
+def _text(
+    draw: Any,
+    at: tuple[float, float],
+    text: str,
+    size: int,
+    fill: tuple[int, int, int] = _INK,
+    *,
+    anchor: str = "ls",
+    limit: float = math.inf,
+) -> None:
+    """Text on its base line, cut with an ellipsis where it is wider than `limit`."""
+    font = require("PIL.ImageFont", "render").load_default(size=size)
+    if draw.textlength(text, font) > limit:
+        while text and draw.textlength(text + "…", font) > limit:
+            text = text[:-1]
+        text += "…"
+    draw.text(at, text, fill=fill, font=font, anchor=anchor)

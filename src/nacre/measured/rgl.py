@@ -1,0 +1,126 @@
+"""Materials of the EPFL RGL database: adaptively parametrised tables in tensor files.
+
+Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
+Rendering". The colour is tabulated on a square that a density of half vectors warps, see
+:mod:`nacre.measured.adaptive`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components, namespace
+from nacre.brdf import Brdf
+from nacre.files import Format, PathLike
+from nacre.measured.adaptive import AdaptiveWarp, Point, View, unit_azimuth, unit_elevation
+from nacre.measured.axis import zero_index
+from nacre.measured.rgl_tables import RglTables, read_tables
+from nacre.measured.tensor_file import MAGIC
+from nacre.measured.warp import Grid
+
+_LEAST_COSINE = 1e-20
+"""Keeps directions at the horizon, which callers discard, from dividing by 0."""
+
+
+class RglBrdf(Brdf):
+    """A material of the RGL database; samples itself with its own map.
+
+    f_r is the tabulated colour times ndf / (4 sigma cos theta_i), theta_i being the light's: the
+    tables hold reflectance with the cosine. Single negative channels are colours outside the Rec.
+    709 gamut, not missing samples. The tables are zero in every channel only around nodes whose
+    light direction lies below the horizon; there f_r is not known.
+
+    Parameters
+    ----------
+    tables
+        A checked tensor file.
+    name
+        Name of the material; the file's own description where empty.
+    """
+
+    def __init__(self, tables: RglTables, name: str = "") -> None:
+        self.name = name or tables.description
+        self.isotropic = tables.isotropic
+        self._tables = tables
+        self._warp = AdaptiveWarp(tables)
+        self.sampler = self._warp
+        self._ndf = Grid(tables.ndf[None])
+        self._sigma = Grid(tables.sigma[None])
+        self._rgb = [
+            Grid(channel.reshape(-1, *channel.shape[2:]))
+            for channel in np.moveaxis(tables.rgb, 2, 0)
+        ]
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        """See :class:`nacre.brdf.Brdf`."""
+        xp = namespace(*wi, *wo)
+        view = self._warp.view(wo)
+        point = self._warp.invert(wi, view)
+        scale = 1.0 / xp.maximum(wi[2], _LEAST_COSINE)
+        if self._tables.jacobian:
+            whole = [(zero_index(scale), 1.0)]
+            ndf = self._ndf.eval(point.x, point.y, whole)
+            x, y = unit_elevation(view.theta), unit_azimuth(view.phi)
+            sigma = self._sigma.eval(x, y, whole)
+            scale = scale * ndf / (4.0 * xp.maximum(sigma, _LEAST_COSINE))
+        red, green, blue = self._colour(point, view)
+        return scale * red, scale * green, scale * blue
+
+    def valid_components(self, wi: Components, wo: Components) -> Array:
+        """See :class:`nacre.brdf.Brdf`: some channel is positive."""
+        view = self._warp.view(wo)
+        red, green, blue = self._colour(self._warp.invert(wi, view), view)
+        xp = namespace(red)
+        return xp.maximum(xp.maximum(red, green), blue) > 0.0
+
+    def _colour(self, point: Point, view: View) -> Components:
+        """Tabulated colour at a point of the measured square."""
+        patch = self._rgb[0].locate(point.u, point.v)
+        red, green, blue = (channel.at(patch, view.blend) for channel in self._rgb)
+        return red, green, blue
+
+    def describe(self) -> dict[str, Any]:
+        """See :class:`nacre.brdf.Brdf`; shares are of tabulated points."""
+        tables = self._tables
+        rgb = tables.rgb
+        return super().describe() | {
+            "grid": (
+                f"theta_i x phi_i: {len(tables.theta_i)} x {len(tables.phi_i)}; "
+                f"vndf {_size(tables.vndf)}; rgb {_size(rgb)}"
+            ),
+            "table range": [float(rgb.min()), float(rgb.max())],
+            "points with a negative channel": float((rgb < 0.0).any(axis=2).mean()),
+            "points below the horizon": float((rgb <= 0.0).all(axis=2).mean()),
+            "memory bytes": self._warp.nbytes
+            + sum(grid.nbytes for grid in (self._ndf, self._sigma, *self._rgb)),
+        }
+
+
+def _size(table: npt.NDArray[np.floating]) -> str:
+    return " x ".join(map(str, table.shape[-2:]))
+
+
+def load(path: PathLike) -> RglBrdf:
+    """Read an RGL ``_rgb.bsdf`` tensor file.
+
+    Parameters
+    ----------
+    path
+        File to read.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, holds spectra instead of colours, or a field is not as the
+        format has it.
+    """
+    tables = read_tables(path)
+    return RglBrdf(tables, tables.description or Path(path).stem)
+
+
+FORMAT = Format("RGL", (".bsdf",), lambda head: head.startswith(MAGIC), load)
+"""Entry of the registry of formats; these tables are read, not written."""

@@ -1,0 +1,176 @@
+"""The fields of an RGL material, checked before anything is computed from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import FormatError, PathLike
+from nacre.measured.tensor_file import Tensors, read_tensors
+
+_NODE_LIMIT = 4096
+"""Most nodes along any one axis of a table."""
+
+_Shape: TypeAlias = tuple[int | None, ...]
+_Floats: TypeAlias = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class RglTables:
+    """What an RGL tensor file holds, in its own conventions.
+
+    "Incident" is the direction on which the measurement is conditioned: `wo` in this package.
+
+    Parameters
+    ----------
+    description
+        Name of the material, as the measurers wrote it.
+    phi_i
+        Shape (P,): incident azimuths in radians, increasing.
+    theta_i
+        Shape (T,): incident polar angles in radians, increasing.
+    ndf
+        Shape (>= 2, >= 2), azimuth by polar angle of the half vector: microfacet density.
+    sigma
+        Shape (>= 2, >= 2), incident azimuth by polar angle: projected microfacet area.
+    vndf
+        Shape (P, T, A, B): density of visible half vectors, azimuth by polar angle.
+    luminance
+        Shape (P, T, N, M): luminance on the square that `vndf` warps.
+    rgb
+        Shape (P, T, 3, N, M): linear Rec. 709 reflectance on the same square.
+    jacobian
+        Whether `rgb` is to be multiplied by ndf / (4 sigma).
+    """
+
+    description: str
+    phi_i: _Floats
+    theta_i: _Floats
+    ndf: _Floats
+    sigma: _Floats
+    vndf: _Floats
+    luminance: _Floats
+    rgb: _Floats
+    jacobian: bool
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether azimuths of half vectors count from the incident direction."""
+        return len(self.phi_i) <= 2
+
+    @property
+    def reduction(self) -> int:
+        """How often the measured range of incident azimuths fits into a full turn: 1, 2 or 4."""
+        if self.isotropic:
+            return 1
+        return round(2.0 * math.pi / float(self.phi_i[-1] - self.phi_i[0]))
+
+
+def read_tables(path: PathLike) -> RglTables:
+    """Read and check an RGL tensor file.
+
+    Raises
+    ------
+    FormatError
+        Naming the file and the field that is missing, misshapen or out of range.
+    """
+    fields = _Fields(read_tensors(path), str(path))
+    phi_i = fields.angles("phi_i", 2.0 * math.pi)
+    theta_i = fields.angles("theta_i", math.pi / 2.0)
+    grid: _Shape = (len(phi_i), len(theta_i))
+    if "rgb" not in fields.tensors and "spectra" in fields.tensors:
+        raise FormatError(
+            f"{path}: field 'spectra': spectral tables are not supported yet; "
+            "use the file of the same material that ends in _rgb.bsdf"
+        )
+    rgb = fields.floats("rgb", (*grid, 3, None, None))
+    tables = RglTables(
+        description=fields.text("description"),
+        phi_i=phi_i,
+        theta_i=theta_i,
+        ndf=fields.positive("ndf", (None, None)),
+        sigma=fields.positive("sigma", (None, None)),
+        vndf=fields.density("vndf", (*grid, None, None)),
+        luminance=fields.density("luminance", (*grid, *rgb.shape[3:])),
+        rgb=rgb,
+        jacobian=fields.flag("jacobian"),
+    )
+    if tables.reduction not in (1, 2, 4):
+        raise fields.error(
+            "phi_i", "must span a full turn, a half or a quarter of one, as the symmetry allows"
+        )
+    return tables
+
+
+class _Fields:
+    """Typed access to tensors; every complaint names the file and the field."""
+
+    def __init__(self, tensors: Tensors, path: str) -> None:
+        self.tensors = tensors
+        self._path = path
+
+    def error(self, name: str, problem: str) -> FormatError:
+        return FormatError(f"{self._path}: field '{name}': {problem}")
+
+    def _get(self, name: str) -> npt.NDArray[Any]:
+        if name not in self.tensors:
+            raise self.error(name, f"is missing, found {', '.join(self.tensors)}")
+        return self.tensors[name]
+
+    def floats(self, name: str, shape: _Shape) -> _Floats:
+        """A finite float32 array; None in `shape` stands for any number of nodes from 2."""
+        values = self._get(name)
+        if values.dtype != np.float32:
+            raise self.error(name, f"holds {values.dtype}, expected float32")
+        wanted = tuple("n" if size is None else size for size in shape)
+        fits = len(shape) == values.ndim and all(
+            2 <= have <= _NODE_LIMIT if size is None else have == size
+            for have, size in zip(values.shape, shape, strict=True)
+        )
+        if not fits:
+            raise self.error(
+                name, f"has shape {values.shape}, expected {wanted} with n from 2 to {_NODE_LIMIT}"
+            )
+        if not np.isfinite(values).all():
+            raise self.error(name, "holds values that are not finite")
+        return values
+
+    def angles(self, name: str, limit: float) -> _Floats:
+        values = self.floats(name, self._get(name).shape)
+        if values.ndim != 1 or len(values) > _NODE_LIMIT:
+            raise self.error(name, f"has shape {values.shape}, expected one list of angles")
+        if not (np.diff(values) > 0.0).all():
+            raise self.error(name, "angles must increase")
+        if np.abs(values).max() > limit + 1e-4:
+            raise self.error(name, f"angles must be radians of magnitude up to {limit:.4f}")
+        return values
+
+    def positive(self, name: str, shape: _Shape) -> _Floats:
+        values = self.floats(name, shape)
+        if values.min() < 0.0:
+            raise self.error(name, "holds negative values, which a density cannot have")
+        return values
+
+    def density(self, name: str, shape: _Shape) -> _Floats:
+        values = self.positive(name, shape)
+        totals = values.sum(axis=(2, 3), dtype=np.float64)
+        if not (totals > 0.0).all():
+            phi, theta = (int(i) for i in np.argwhere(totals <= 0.0)[0])
+            raise self.error(name, f"is zero throughout for phi_i {phi}, theta_i {theta}")
+        return values
+
+    def text(self, name: str) -> str:
+        values = self._get(name)
+        if values.ndim != 1 or values.dtype.itemsize != 1:
+            raise self.error(name, "is not a text")
+        return values.tobytes().decode("utf-8", "replace").rstrip("\0").strip()
+
+    def flag(self, name: str) -> bool:
+        values = self._get(name)
+        if values.size != 1 or values.dtype.itemsize != 1 or int(values.flat[0]) not in (0, 1):
+            raise self.error(name, "must be one byte, 0 or 1")
+        return bool(values.flat[0])

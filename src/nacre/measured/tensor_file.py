@@ -1,0 +1,129 @@
+r"""The tensor container of the RGL material database: named arrays in one binary file.
+
+Layout, little-endian throughout: 12 bytes ``tensor_file\0``, two version bytes (1, 0), a uint32
+field count; then per field a uint16 name length, the name, a uint16 rank, a uint8 type code, a
+uint64 offset of the data from the start of the file, and `rank` uint64 sizes.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import FormatError, PathLike, read_bytes
+
+MAGIC = b"tensor_file\0"
+"""First bytes of every tensor file."""
+
+SIZE_LIMIT = 1 << 31
+"""Largest file read, in bytes; the largest published table is about a tenth of it."""
+
+_VERSION = (1, 0)
+_FIELD_LIMIT = 256
+_RANK_LIMIT = 8
+_DTYPES = {
+    1: "u1",
+    2: "i1",
+    3: "<u2",
+    4: "<i2",
+    5: "<u4",
+    6: "<i4",
+    7: "<u8",
+    8: "<i8",
+    9: "<f2",
+    10: "<f4",
+    11: "<f8",
+}
+
+Tensors: TypeAlias = dict[str, npt.NDArray[Any]]
+
+
+def read_tensors(path: PathLike) -> Tensors:
+    """Every field of a tensor file.
+
+    Parameters
+    ----------
+    path
+        File to read.
+
+    Returns
+    -------
+    dict
+        Read-only arrays by field name, in the order of the file.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a tensor file, or a field does not lie within it.
+    """
+    data = read_bytes(path, SIZE_LIMIT)
+    if not data.startswith(MAGIC):
+        raise FormatError(f"{path}: does not start with 'tensor_file', not an RGL material")
+    reader = _Reader(data, len(MAGIC), str(path))
+    version = reader.take("<2B", "version")
+    if version != _VERSION:
+        raise FormatError(f"{path}: tensor file version {version[0]}.{version[1]}, expected 1.0")
+    (count,) = reader.take("<I", "field count")
+    if not 1 <= count <= _FIELD_LIMIT:
+        raise FormatError(f"{path}: {count} fields, expected 1 to {_FIELD_LIMIT}")
+    tensors: Tensors = {}
+    for number in range(count):
+        name = reader.name(number)
+        if name in tensors:
+            raise FormatError(f"{path}: field '{name}': appears twice")
+        tensors[name] = reader.array(name)
+    return tensors
+
+
+class _Reader:
+    """A position in a file held in memory; every step is checked against the file's length."""
+
+    def __init__(self, data: bytes, position: int, path: str) -> None:
+        self._data = data
+        self._position = position
+        self._path = path
+
+    def take(self, layout: str, what: str) -> tuple[int, ...]:
+        """Unpack the next numbers."""
+        size = struct.calcsize(layout)
+        if self._position + size > len(self._data):
+            raise FormatError(f"{self._path}: ends within {what}; the file is cut short")
+        values = struct.unpack_from(layout, self._data, self._position)
+        self._position += size
+        return values
+
+    def name(self, number: int) -> str:
+        """The name that starts an entry."""
+        what = f"the name of field {number}"
+        (length,) = self.take("<H", what)
+        if self._position + length > len(self._data):
+            raise FormatError(f"{self._path}: ends within {what}; the file is cut short")
+        raw = self._data[self._position : self._position + length]
+        self._position += length
+        if not raw.isascii() or not raw.decode("ascii").isidentifier():
+            raise FormatError(f"{self._path}: {what} is not an identifier")
+        return raw.decode("ascii")
+
+    def array(self, name: str) -> npt.NDArray[Any]:
+        """The rest of an entry, and the array it points to."""
+        where = f"{self._path}: field '{name}'"
+        rank, code, offset = self.take("<HBQ", f"field '{name}'")
+        if rank > _RANK_LIMIT:
+            raise FormatError(f"{where}: {rank} dimensions, at most {_RANK_LIMIT} are read")
+        if code not in _DTYPES:
+            raise FormatError(f"{where}: unknown type code {code}")
+        shape = self.take(f"<{rank}Q", f"field '{name}'")
+        dtype = np.dtype(_DTYPES[code])
+        size = math.prod(shape) * dtype.itemsize  # Python integers: cannot overflow
+        if size == 0:
+            raise FormatError(f"{where}: is empty, shape {shape}")
+        if offset + size > len(self._data):
+            raise FormatError(
+                f"{where}: {size} bytes at offset {offset} reach past the end of the file "
+                f"({len(self._data)} bytes); the file is cut short or damaged"
+            )
+        return np.frombuffer(self._data, dtype, math.prod(shape), offset).reshape(shape)

@@ -1,0 +1,135 @@
+"""Neural materials as `.safetensors` files: tensors, and what they mean as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import safetensors.numpy
+from safetensors import SafetensorError
+
+from nacre.brdf import CosineSampler, Sampler
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.sampling import BlinnPhongMixture
+
+VERSION = 1
+_LIMIT = 1 << 26
+_KEY = "nacre"
+_PARAMETRISATION = {True: "rusinkiewicz vectors, phi_h = 0", False: "rusinkiewicz vectors"}
+
+
+def save(network: NeuralBrdf, path: PathLike) -> None:
+    """Write a neural material; the same network gives the same bytes.
+
+    Raises
+    ------
+    FormatError
+        If `network` is no neural material or the path cannot be written.
+    """
+    if not isinstance(network, NeuralBrdf):
+        raise FormatError(f"{path}: holds neural materials only; fit the material first")
+    header: dict[str, Any] = {
+        "version": VERSION,
+        "model": "nbrdf",
+        "sizes": list(network.sizes),
+        "parametrisation": _PARAMETRISATION[network.isotropic],
+        "output": "exp(x) - 1, clamped at 0",
+        "color_space": "linear Rec. 709",
+        "name": network.name,
+        "sampler": _describe_sampler(network.sampler, path),
+        **network.metadata,
+    }
+    tensors = {}
+    for index, layer in enumerate(network.layers, 1):
+        tensors[f"weights_{index}"] = np.ascontiguousarray(layer.weights)
+        tensors[f"biases_{index}"] = np.ascontiguousarray(layer.biases)
+    # One metadata key: the library writes several in no particular order.
+    data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header)})
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def load(path: PathLike) -> NeuralBrdf:
+    """Read a neural material.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a whole neural material of a version we know.
+    """
+    data = read_bytes(path, _LIMIT)
+    try:
+        tensors = safetensors.numpy.load(data)
+        size = int.from_bytes(data[:8], "little")
+        header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
+    except SafetensorError as error:
+        raise FormatError(f"{path}: is not a whole safetensors file: {error}") from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise FormatError(f"{path}: is a safetensors file, but not a nacre material") from error
+    try:
+        return _from_header(header, tensors)
+    except KeyError as error:
+        raise FormatError(f"{path}: field {error} is missing") from error
+    except (TypeError, ValueError, AttributeError) as error:
+        raise FormatError(f"{path}: {error}") from error
+
+
+def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]]) -> NeuralBrdf:
+    if header["version"] != VERSION:
+        raise ValueError(f"version {header['version']}; this nacre reads version {VERSION}")
+    if header["model"] != "nbrdf":
+        raise ValueError(f"unknown model {header['model']!r}; update nacre")
+    if header["parametrisation"] not in _PARAMETRISATION.values():
+        raise ValueError(f"unknown parametrisation {header['parametrisation']!r}; update nacre")
+    layers = []
+    for index in range(1, len(header["sizes"])):
+        parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
+        if not all(p.dtype == np.float32 and np.isfinite(p).all() for p in parts):
+            raise ValueError(f"layer {index} does not hold finite float32 numbers")
+        layers.append(Layer(*parts))
+    network = NeuralBrdf(
+        layers,
+        isotropic=header["parametrisation"] == _PARAMETRISATION[True],
+        name=str(header["name"]),
+        sampler=_make_sampler(header["sampler"]),
+        metadata={key: header[key] for key in ("source", "fit", "quality") if key in header},
+    )
+    if list(network.sizes) != header["sizes"]:
+        raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")
+    return network
+
+
+def _describe_sampler(sampler: Sampler, path: PathLike) -> dict[str, Any]:
+    if isinstance(sampler, CosineSampler):
+        return {"kind": "cosine"}
+    if isinstance(sampler, BlinnPhongMixture):
+        return {
+            "kind": "cosine + Blinn-Phong",
+            "specular": sampler.specular,
+            "exponent": sampler.exponent,
+        }
+    raise FormatError(f"{path}: cannot hold a sampler of type {type(sampler).__name__}")
+
+
+def _make_sampler(header: dict[str, Any]) -> Sampler:
+    if header["kind"] == "cosine":
+        return CosineSampler()
+    if header["kind"] == "cosine + Blinn-Phong":
+        return BlinnPhongMixture(float(header["specular"]), float(header["exponent"]))
+    raise ValueError(f"unknown sampler {header['kind']!r}; update nacre")
+
+
+def _recognise(head: bytes) -> bool:
+    return len(head) > 9 and head[8:9] == b"{" and int.from_bytes(head[:8], "little") < _LIMIT
+
+
+FORMAT = Format(
+    "nacre neural material",
+    (".safetensors",),
+    _recognise,
+    lambda path: load(Path(path)),
+    save,
+)

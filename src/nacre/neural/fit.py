@@ -1,0 +1,202 @@
+"""From any reflectance to an NBRDF: the training recipe."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
+from nacre.neural.samples import BLOCK, Samples, draw
+from nacre.sampling import fit_lobes
+
+SAMPLES = 800_000
+"""Samples of an isotropic material (NBRDF paper, section 3.1)."""
+ANISOTROPIC_FACTOR = 5
+"""An anisotropic material takes this many times more (ibid.)."""
+
+Progress = Callable[[str, int, int, str], None]
+"""Called as `progress(stage, done, total, note)`."""
+
+
+class Trainer(Protocol):
+    """Weights and optimiser state of one network on some device."""
+
+    def epoch(
+        self, samples: Samples, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
+    ) -> float:
+        """One Adam step per learning rate over blocks in the given order; mean training loss."""
+        ...
+
+    def loss(self, samples: Samples) -> float:
+        """Mean loss over all samples."""
+        ...
+
+    def layers(self) -> list[Layer]:
+        """Copies of the current layers."""
+        ...
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Settings of a fit; the defaults are the recommended recipe.
+
+    Parameters
+    ----------
+    hidden
+        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights.
+    epochs
+        Passes over the training samples; 20 make a draft.
+    samples
+        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if anisotropic.
+    batch
+        Samples an optimiser step, a multiple of 16.
+    learning_rate
+        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero.
+    held_out
+        Share of the samples that is never trained on.
+    seed
+        The same seed gives the same network on the same machine.
+    """
+
+    hidden: tuple[int, ...] = HIDDEN
+    epochs: int = 100
+    samples: int | None = None
+    batch: int = 512
+    learning_rate: float = 1e-2
+    held_out: float = 0.2
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, value in (
+            ("epochs", self.epochs),
+            ("samples", 1 if self.samples is None else self.samples),
+            *(("hidden", width) for width in self.hidden),
+        ):
+            if value < 1:
+                raise ValueError(f"{name} must be positive, got {value}")
+        if not 0 < self.learning_rate < math.inf:
+            raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
+        if not 0 < self.held_out < 1:
+            raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
+        if self.seed < 0:
+            raise ValueError(f"seed must not be negative, got {self.seed}")
+
+
+def fit(
+    brdf: Brdf,
+    recipe: Recipe | None = None,
+    *,
+    device: str | None = None,
+    progress: Progress | None = None,
+) -> NeuralBrdf:
+    """Fit an NBRDF to a reflectance.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance.
+    recipe
+        Settings; the defaults of :class:`Recipe` where None.
+    device
+        None for the compiled CPU kernel; a PyTorch device ("cpu", "cuda") for the same recipe in
+        plain PyTorch.
+    progress
+        Called as the fit goes on.
+
+    Returns
+    -------
+    NeuralBrdf
+        With importance sampling lobes fitted to it, and the settings and losses in its metadata.
+
+    Raises
+    ------
+    NacreError
+        If hardly any sample of the reflectance is valid.
+
+    Notes
+    -----
+    The loss is equation 1 of the NBRDF paper. The output is not clamped while training: a ReLU
+    there kills colour channels for good.
+    """
+    recipe = recipe or Recipe()
+    factor = 1 if brdf.isotropic else ANISOTROPIC_FACTOR
+    count = recipe.samples or factor * SAMPLES
+    samples = draw(
+        brdf, count, recipe.seed, progress and (lambda n, total: progress("sampling", n, total, ""))
+    )
+    training, held_out = samples.split(recipe.held_out)
+    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch, device)
+    losses = train(trainer, training, held_out, recipe, progress)
+    network = NeuralBrdf(trainer.layers(), isotropic=brdf.isotropic, name=brdf.name)
+    if progress:
+        progress("sampling lobes", 0, 1, "")
+    network.sampler = fit_lobes(network)
+    settings = asdict(recipe) | {"hidden": list(recipe.hidden), "samples": count}
+    network.metadata = {"fit": settings, "quality": losses}
+    if brdf.source:
+        network.metadata["source"] = dict(brdf.source)
+    return network
+
+
+def train(
+    trainer: Trainer,
+    training: Samples,
+    held_out: Samples,
+    recipe: Recipe,
+    progress: Progress | None = None,
+) -> dict[str, float]:
+    """Run the schedule of a recipe; returns the last training and held-out losses."""
+    batch_blocks = recipe.batch // BLOCK
+    steps = -(-training.block_count // batch_blocks)
+    rates = schedule(steps * recipe.epochs, recipe.learning_rate)
+    random = np.random.default_rng((recipe.seed, 1))
+    report_every = max(1, recipe.epochs // 20)
+    loss = held_out_loss = math.nan
+    for epoch in range(recipe.epochs):
+        order = random.permutation(training.block_count)
+        loss = trainer.epoch(training, order, rates[epoch * steps : (epoch + 1) * steps])
+        last = epoch + 1 == recipe.epochs
+        if last or (progress and epoch % report_every == 0):
+            held_out_loss = trainer.loss(held_out)
+        if progress:
+            note = f"held-out loss {held_out_loss:.5f}"
+            progress("training", epoch + 1, recipe.epochs, note)
+    return {"training_loss": loss, "held_out_loss": held_out_loss}
+
+
+def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
+    """Learning rate of every step: linear warm-up over 2 %, then a cosine to zero."""
+    step = np.arange(steps)
+    warm_up = max(1, steps // 50)
+    decay = np.clip((step - warm_up) / max(1, steps - warm_up), 0.0, 1.0)
+    rate = peak * np.minimum((step + 1) / warm_up, 0.5 + 0.5 * np.cos(math.pi * decay))
+    return rate.astype(np.float32)
+
+
+def initial_layers(hidden: Sequence[int], seed: int) -> list[Layer]:
+    """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases."""
+    random = np.random.default_rng((seed, 2))
+    return [
+        Layer(
+            random.normal(0.0, math.sqrt(2.0 / rows), (rows, columns)).astype(np.float32),
+            np.zeros(columns, np.float32),
+        )
+        for rows, columns in itertools.pairwise((INPUTS, *hidden, OUTPUTS))
+    ]
+
+
+def _trainer(layers: Sequence[Layer], batch: int, device: str | None) -> Trainer:
+    if device is None:
+        from nacre.neural.kernel import KernelTrainer
+
+        return KernelTrainer(layers, batch)
+    from nacre.neural.torch import TorchTrainer
+
+    return TorchTrainer(layers, batch, device)

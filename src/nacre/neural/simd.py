@@ -1,0 +1,212 @@
+"""Vector building blocks for the fit kernel, as LLVM IR inside Numba functions.
+
+Numba's loop vectoriser cannot keep a tile of a matrix product in registers, so the three inner
+loops that hold nearly all of the arithmetic are emitted here with explicit vector types. LLVM
+lowers them to AVX-512, AVX2 or NEON; only the tile sizes depend on the machine.
+
+Matrices of activations are stored feature by feature: row `r`, sample `s` of a matrix lies at
+`r * stride + s` of a flat, 64-byte aligned float32 array. Offsets and strides count elements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import llvmlite.binding
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from nacre.neural.samples import BLOCK
+
+
+def _machine() -> tuple[int, int]:
+    """Vector lanes, and vectors of samples per tile that the register file holds."""
+    features = llvmlite.binding.get_host_cpu_features()
+    if features.get("avx512f"):
+        return 16, 8
+    if features.get("avx"):
+        return 8, 4
+    return 4, 8
+
+
+LANES, _VECTORS = _machine()
+PANEL = LANES * _VECTORS
+"""Samples that one call of a dense tile covers."""
+DENSE_ROWS = 3
+"""Output rows of a dense tile."""
+OUTER_ROWS = (3, 7)
+"""Rows of either factor of an outer-product tile."""
+
+_f32 = ir.FloatType()
+_i64 = ir.IntType(64)
+_vector = ir.VectorType(_f32, LANES)
+_zero = ir.Constant(_vector, [0.0] * LANES)
+
+
+class _Emitter:
+    """Emits vector operations on the flat arrays among the arguments of an intrinsic."""
+
+    def __init__(self, context: Any, builder: Any, signature: Any, arguments: Sequence[Any]):
+        self.builder = builder
+        self.pointers = {
+            index: context.make_array(kind)(context, builder, arguments[index]).data
+            for index, kind in enumerate(signature.args)
+            if isinstance(kind, types.Array)
+        }
+
+    def at(self, base: Any, *terms: tuple[Any, int]) -> Any:
+        """Offset `base` plus the sum of value * constant."""
+        for value, constant in terms:
+            base = self.builder.add(base, self.builder.mul(value, _i64(constant)))
+        return base
+
+    def load(self, array: int, offset: Any, kind: Any = _vector) -> Any:
+        address = self.builder.gep(self.pointers[array], [offset])
+        value = self.builder.load(self.builder.bitcast(address, kind.as_pointer()))
+        value.align = 4 * kind.count
+        return value
+
+    def store(self, value: Any, array: int, offset: Any) -> None:
+        address = self.builder.gep(self.pointers[array], [offset])
+        kind = value.type
+        operation = self.builder.store(value, self.builder.bitcast(address, kind.as_pointer()))
+        operation.align = 4 * kind.count
+
+    def splat(self, array: int, offset: Any) -> Any:
+        """The scalar at an offset in every lane."""
+        scalar = self.builder.load(self.builder.gep(self.pointers[array], [offset]))
+        undefined = ir.Constant(_vector, ir.Undefined)
+        single = self.builder.insert_element(undefined, scalar, ir.IntType(32)(0))
+        lanes = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+        return self.builder.shuffle_vector(single, undefined, lanes)
+
+    def accumulators(self, rows: int, columns: int) -> list[list[Any]]:
+        """Variables that LLVM promotes to registers."""
+        return [
+            [cgutils.alloca_once(self.builder, _vector) for _ in range(columns)]
+            for _ in range(rows)
+        ]
+
+    def multiply_add(self, a: Any, b: Any, accumulator: Any) -> None:
+        function = cgutils.get_or_insert_function(
+            self.builder.module,
+            ir.FunctionType(_vector, [_vector] * 3),
+            f"llvm.fma.v{LANES}f32",
+        )
+        total = self.builder.call(function, [a, b, self.builder.load(accumulator)])
+        self.builder.store(total, accumulator)
+
+    def where_positive(self, condition: Any, value: Any) -> Any:
+        positive = self.builder.fcmp_ordered(">", condition, _zero)
+        return self.builder.select(positive, value, _zero)
+
+
+def _dense(epilogue: str) -> Any:
+    """Tile of a dense layer: y[t, s] = f(sum_i w[i, t] x[i, s]) over a panel of samples.
+
+    The returned function takes `(x, x_offset, stride, count, w, w_offset, w_stride, w_step, b,
+    b_offset, y, y_offset)`: w[i, t] lies at `w_offset + i * w_stride + t * w_step`. `b` holds
+    biases for the epilogues "relu" and "linear"; for "gate" it holds activations in the layout of
+    y, and results are kept only where those are positive (the derivative of ReLU).
+    """
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def tile(
+        _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
+        w_stride: Any, w_step: Any, b: Any, b_offset: Any, y: Any, y_offset: Any,
+    ) -> Any:  # fmt: skip
+        i = types.intp
+        signature = types.void(x, i, i, i, w, i, i, i, b, i, y, i)
+
+        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            emit = _Emitter(context, builder, sig, arguments)
+            (_, x_at, row, inputs, _, w_at, w_row, w_column, _, b_at, _, y_at) = arguments
+            tile = emit.accumulators(DENSE_ROWS, _VECTORS)
+            for t, vectors in enumerate(tile):
+                start = _zero if epilogue == "gate" else emit.splat(8, emit.at(b_at, (_i64(t), 1)))
+                for accumulator in vectors:
+                    builder.store(start, accumulator)
+            with cgutils.for_range(builder, inputs) as loop:
+                x_row = builder.add(x_at, builder.mul(loop.index, row))
+                w_row_at = builder.add(w_at, builder.mul(loop.index, w_row))
+                weights = [
+                    emit.splat(4, emit.at(w_row_at, (w_column, t))) for t in range(DENSE_ROWS)
+                ]
+                for v in range(_VECTORS):
+                    value = emit.load(0, emit.at(x_row, (_i64(v), LANES)))
+                    for weight, vectors in zip(weights, tile, strict=True):
+                        emit.multiply_add(weight, value, vectors[v])
+            for t, vectors in enumerate(tile):
+                for v, accumulator in enumerate(vectors):
+                    shift = ((row, t), (_i64(v), LANES))
+                    total = builder.load(accumulator)
+                    if epilogue == "relu":
+                        total = emit.where_positive(total, total)
+                    elif epilogue == "gate":
+                        total = emit.where_positive(emit.load(8, emit.at(b_at, *shift)), total)
+                    emit.store(total, 10, emit.at(y_at, *shift))
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return tile
+
+
+dense_relu = _dense("relu")
+dense_linear = _dense("linear")
+dense_gate = _dense("gate")
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def outer(
+    _context: Any, a: Any, a_offset: Any, b: Any, b_offset: Any, stride: Any, count: Any, y: Any
+) -> Any:
+    """Tile of an outer product summed over samples: y[7 t + u] = sum_s a[t, s] b[u, s].
+
+    `count` samples, a multiple of :data:`BLOCK`; t and u run over :data:`OUTER_ROWS`.
+    """
+    i = types.intp
+    signature = types.void(a, i, b, i, i, i, y)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        emit = _Emitter(context, builder, sig, arguments)
+        (_, a_at, _, b_at, row, samples, _) = arguments
+        tile = emit.accumulators(*OUTER_ROWS)
+        for accumulator in (x for vectors in tile for x in vectors):
+            builder.store(_zero, accumulator)
+        with cgutils.for_range(builder, builder.sdiv(samples, _i64(LANES))) as loop:
+            step = (loop.index, LANES)
+            left = [emit.load(0, emit.at(a_at, step, (row, t))) for t in range(OUTER_ROWS[0])]
+            for u in range(OUTER_ROWS[1]):
+                right = emit.load(2, emit.at(b_at, step, (row, u)))
+                for value, vectors in zip(left, tile, strict=True):
+                    emit.multiply_add(value, right, vectors[u])
+        reduce = cgutils.get_or_insert_function(
+            builder.module,
+            ir.FunctionType(_f32, [_f32, _vector]),
+            f"llvm.vector.reduce.fadd.v{LANES}f32",
+        )
+        flat = [x for vectors in tile for x in vectors]
+        for index, accumulator in enumerate(flat):
+            total = builder.call(reduce, [_f32(0.0), builder.load(accumulator)], fastmath="reassoc")
+            builder.store(total, builder.gep(emit.pointers[6], [_i64(index)]))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def copy_block(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> Any:
+    """Copy :data:`BLOCK` values between aligned offsets of two arrays."""
+    signature = types.void(x, types.intp, y, types.intp)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        emit = _Emitter(context, builder, sig, arguments)
+        (_, x_at, _, y_at) = arguments
+        emit.store(emit.load(0, x_at, ir.VectorType(_f32, BLOCK)), 2, y_at)
+        return context.get_dummy_value()
+
+    return signature, generate

@@ -1,0 +1,82 @@
+"""Between Mitsuba's vectors and spectra and the components of this package."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Array, Components
+from nacre.brdf import Brdf, Floats
+from nacre.color import luminance
+from nacre.render.upsample import upsample
+
+_ALBEDO_SAMPLES = 4096
+
+
+def components(*values: Any) -> tuple[Array, ...]:
+    """Numbers of a Mitsuba variant as arrays of a library that :mod:`nacre.array` knows.
+
+    A scalar variant's floats become NumPy's: those divide by zero without raising.
+    """
+    return tuple(np.float64(v) if isinstance(v, float) else v for v in values)
+
+
+def vector(mi: Any, values: Components) -> Any:
+    """`mi.Vector3f` of three components."""
+    return mi.Vector3f(*(mi.Float(v) for v in values))
+
+
+def masked(mi: Any, value: Array, active: Any) -> Any:
+    """`value` as `mi.Float`, 0 where not `active`."""
+    if mi.Float is float:
+        return float(value) if active else 0.0
+    return mi.Float(value) & active
+
+
+def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
+    """What the variant of `mi` carries of a linear Rec. 709 colour.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module.
+    rgb
+        Colour components.
+    wavelengths
+        The wavelengths of the interaction, nm; used in spectral variants.
+    active
+        Where the result is not 0.
+
+    Returns
+    -------
+    mi.Spectrum
+        RGB, luminance, or the values of :func:`nacre.render.upsample.upsample`; a depolarising
+        Mueller matrix of these in a polarised variant.
+    """
+    if mi.is_spectral:
+        values = [upsample(rgb, w) for w in components(*wavelengths)]
+    elif mi.is_monochromatic:
+        values = [luminance(rgb)]
+    else:
+        values = list(rgb)
+    unpolarized = mi.UnpolarizedSpectrum([masked(mi, v, active) for v in values])
+    return mi.depolarizer(unpolarized) if mi.is_polarized else unpolarized
+
+
+def albedo(brdf: Brdf) -> Floats:
+    """Reflected share of light that arrives along the normal, estimated with fixed samples.
+
+    Returns
+    -------
+    array of shape (3,)
+        Linear RGB; repeatable, with an error of a few per cent where the sampler fits badly.
+    """
+    # The R3 sequence (Roberts 2018): powers of the real root of x^4 = x + 1.
+    steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
+    u = (0.5 + np.arange(_ALBEDO_SAMPLES)[:, None] * steps) % 1.0
+    normal = np.array([0.0, 0.0, 1.0])
+    directions, pdf = brdf.sample(normal, u)
+    weight = np.divide(directions[:, 2], pdf, out=np.zeros_like(pdf), where=pdf > 0)
+    mean: Floats = (brdf.eval(directions, normal) * weight[:, None]).mean(0)
+    return mean

@@ -1,0 +1,54 @@
+"""Mitsuba, started with an LLVM that works."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nacre.files import NacreError, require
+from nacre.render import llvm
+
+DEFAULT_VARIANT = "llvm_ad_rgb"
+
+
+class LLVMError(NacreError, RuntimeError):
+    """No LLVM that Dr.Jit can use; the message says what to install."""
+
+
+def mitsuba(variant: str | None = None) -> Any:
+    """The `mitsuba` module with a variant set.
+
+    Parameters
+    ----------
+    variant
+        Variant to set if none is set yet; :data:`DEFAULT_VARIANT` where not given. A variant that
+        the caller has set stays.
+
+    Raises
+    ------
+    MissingExtraError
+        If Mitsuba is not installed.
+    LLVMError
+        If the variant compiles with LLVM and there is none of release 17 or newer.
+    """
+    llvm.prepare()
+    mi = require("mitsuba", "render")
+    current = mi.variant()
+    chosen = current or variant or DEFAULT_VARIANT
+    if chosen.startswith("llvm"):
+        check_llvm()
+    if current is None:
+        mi.set_variant(chosen)
+    return mi
+
+
+def check_llvm() -> None:
+    """Refuse an LLVM that would end the process.
+
+    Raises
+    ------
+    LLVMError
+        If Dr.Jit found no LLVM of release 17 or newer.
+    """
+    drjit = require("drjit", "render")
+    if reason := llvm.refusal(drjit.detail.llvm_version()):
+        raise LLVMError(reason)

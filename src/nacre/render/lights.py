@@ -1,0 +1,149 @@
+"""Directions of light for the points of a picture: the same for every material.
+
+A light gives each point of a surface a fixed set of directions and weights. Under an environment,
+half of them follow the light (:func:`nacre.render.environment.quadrature`) and half lie about the
+mirror direction, at three widths of lobe, whatever the material; the balance heuristic (Veach and
+Guibas 1995) makes one sum of both. So a mirror shows its surroundings smoothly, a rough material
+is lit evenly, and two reflectances are still compared on the very same pairs of directions.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.color import luminance
+from nacre.render.environment import Environment, golden_lattice, quadrature
+
+Floats = npt.NDArray[np.floating]
+Indices = npt.NDArray[np.intp]
+
+DIRECTIONS = 512
+"""Directions that stand for an environment at one point."""
+
+ROUGHNESS = (0.006, 0.035, 0.2)
+"""GGX roughness of the lobes about the mirror direction."""
+
+
+class Light(Protocol):
+    """Directions to the light at points of given frames, seen along the common z axis."""
+
+    name: str
+    """Name of the light, for people."""
+
+    count: int
+    """Directions that one point has at most."""
+
+    def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
+        """Directions that lie above the horizon of their point.
+
+        Parameters
+        ----------
+        frames
+            Rotations from the common to the local frames, shape (n, 3, 3), float32.
+
+        Returns
+        -------
+        wi
+            Directions in the local frame, shape (m, 3), float32.
+        weights
+            Radiance times solid angle, linear RGB, shape (m, 3), float32.
+        points
+            Which point each belongs to, shape (m,).
+        """
+        ...
+
+
+class DirectionalLight:
+    """One direction 45 degrees off the view, from the upper left, of irradiance pi.
+
+    A white Lambertian surface then has radiance cos(theta_i).
+    """
+
+    name = "directional"
+    count = 1
+    direction = (-0.5, 0.5, math.sqrt(0.5))
+    """Towards the light; +x is right, +y up, +z towards the viewer."""
+
+    def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
+        """See :class:`Light`."""
+        wi = frames @ np.asarray(self.direction, frames.dtype)
+        (points,) = np.nonzero(wi[:, 2] > 0.0)
+        return wi[points], np.full((len(points), 3), math.pi, frames.dtype), points
+
+
+class EnvironmentLight:
+    """An environment as a fixed set of directions.
+
+    Parameters
+    ----------
+    environment
+        The map, as bright as it shall be.
+    count
+        Directions at each point, at least 2; half follow the light, half the mirror direction.
+    """
+
+    name = "environment"
+
+    def __init__(self, environment: Environment, count: int = DIRECTIONS) -> None:
+        if count < 2:
+            raise ValueError(f"an environment needs at least two directions, got {count}")
+        self.count = count
+        self._pixels = environment.pixels
+        toward_light = count // 2
+        self._directions, self._weights = quadrature(environment, toward_light)
+        power = float(luminance(tuple(self._weights.T)).sum())
+        self._density = luminance(tuple(np.moveaxis(self._pixels, -1, 0))) * (toward_light / power)
+        self._near_light = self._density[environment.pixel(self._directions)]
+        self._half_vectors = _lobe_half_vectors(count - toward_light)
+        self._toward_mirror = np.float32((count - toward_light) / len(ROUGHNESS))
+        self._pixel = environment.pixel
+
+    def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
+        """See :class:`Light`."""
+        wo = frames[:, :, 2]
+        points, light = np.nonzero(frames[:, 2] @ self._directions.T > 0.0)
+        wi = np.einsum("nij,nj->ni", frames[points], self._directions[light])
+        near = self._near_light[light]
+        share = near / (near + self._near_mirror(wi, wo[points]))
+        weights = self._weights[light] * share[:, None]
+
+        cosine = wo @ self._half_vectors.T
+        above = (cosine > 0.0) & (2.0 * cosine * self._half_vectors[:, 2] > wo[:, 2:])
+        mirrored, lobe = np.nonzero(above)
+        h, w = self._half_vectors[lobe], wo[mirrored]
+        wi_mirrored = 2.0 * cosine[above][:, None] * h - w
+        pixel = self._pixel(np.einsum("nij,ni->nj", frames[mirrored], wi_mirrored))
+        density = self._density[pixel] + self._near_mirror(wi_mirrored, w)
+        weights_mirrored = self._pixels[pixel] / density[:, None]
+        return (
+            np.concatenate([wi, wi_mirrored]),
+            np.concatenate([weights, weights_mirrored]),
+            np.concatenate([points, mirrored]),
+        )
+
+    def _near_mirror(self, wi: Floats, wo: Floats) -> Floats:
+        """Directions per sr, about `wi`, that follow the mirror direction."""
+        h = wi + wo
+        squared = np.einsum("ij,ij->i", h, h)
+        along, aside = h[:, 2] ** 2 / squared, (h[:, 0] ** 2 + h[:, 1] ** 2) / squared
+        lobes = sum((a / (a * a * along + aside)) ** 2 for a in map(np.float32, ROUGHNESS))
+        # Density of h is D cos(theta_h); that of wi is it over 4 wo.h, and wo.h = |wi + wo| / 2.
+        density: Floats = lobes * self._toward_mirror * h[:, 2] / (2.0 * math.pi * squared)
+        return density
+
+
+def _lobe_half_vectors(count: int) -> Floats:
+    """Half vectors of a mixture of GGX lobes, shape (count, 3), float32."""
+    parts = []
+    for lobe, roughness in enumerate(ROUGHNESS):
+        u, v = golden_lattice(len(range(lobe, count, len(ROUGHNESS))))
+        tangent = roughness * np.sqrt(u / (1.0 - u))
+        cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+        phi = 2.0 * math.pi * v
+        sine = tangent * cosine
+        parts.append(np.stack([sine * np.cos(phi), sine * np.sin(phi), cosine], axis=-1))
+    return np.concatenate(parts).astype(np.float32)

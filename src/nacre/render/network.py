@@ -1,0 +1,74 @@
+"""A network on Dr.Jit's cooperative vectors: weights that change without recompiling."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Components
+from nacre.files import require
+from nacre.neural.nbrdf import Layer, NeuralBrdf, network_inputs
+
+
+class CooperativeNetwork:
+    """The layers of an NBRDF as one buffer of a JIT variant.
+
+    The buffer is passed to every call instead of being kept, so that its owner may replace it and
+    Dr.Jit can follow its gradients into virtual function calls.
+
+    Parameters
+    ----------
+    brdf
+        The network.
+    mi
+        The `mitsuba` module with a JIT variant set.
+    half
+        Whether weights and hidden values have 16 bits instead of 32.
+    """
+
+    def __init__(self, brdf: NeuralBrdf, mi: Any, half: bool = False) -> None:
+        self._brdf, self._mi, self._half = brdf, mi, half
+        self._nn = require("drjit.nn", "render")
+        self._type = mi.Float16 if half else mi.Float
+        self._layers = self._pack(brdf.layers)
+
+    def _pack(self, layers: Sequence[Layer]) -> list[tuple[Any, Any]]:
+        """Matrix and bias of each layer as views into one new buffer."""
+        tensor = self._mi.TensorXf16 if self._half else self._mi.TensorXf
+        parts = [tensor(array) for y in layers for array in (y.weights.T.copy(), y.biases)]
+        views = self._nn.pack(*parts, layout="training")
+        return list(zip(views[::2], views[1::2], strict=True))
+
+    def initial(self) -> Any:
+        """The buffer that holds the weights of the network this was made from."""
+        return self._layers[0][0].buffer
+
+    def _bound(self, weights: Any) -> list[tuple[Any, Any]]:
+        for layer in self._layers:
+            for view in layer:
+                view.buffer = weights
+        return self._layers
+
+    def eval_components(self, weights: Any, wi: Components, wo: Components) -> Components:
+        """What :meth:`nacre.neural.NeuralBrdf.eval_components` does, with the given weights."""
+        drjit = require("drjit", "render")
+        values = self._nn.CoopVec(*network_inputs(wi, wo, self._brdf.isotropic))
+        if self._half:
+            values = self._nn.cast(values, self._mi.Float16)
+        for index, (matrix, bias) in enumerate(self._bound(weights)):
+            if index:
+                values = drjit.maximum(values, 0.0)
+            values = self._nn.matvec(matrix, values, bias)
+        red, green, blue = (drjit.exp(self._mi.Float(v)) - 1.0 for v in values)
+        return red, green, blue
+
+    def layers(self, weights: Any) -> list[Layer]:
+        """A buffer of weights as layers, whatever the order in which this device stores them."""
+        flat = [view for layer in self._bound(weights) for view in layer]
+        arrays = [np.array(self._mi.TensorXf(view), np.float32) for view in self._nn.unpack(*flat)]
+        return [
+            Layer(np.ascontiguousarray(matrix.T), bias.ravel())
+            for matrix, bias in zip(arrays[::2], arrays[1::2], strict=True)
+        ]

@@ -1,0 +1,155 @@
+"""Pictures of a material on an object, rendered by Mitsuba."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.color import tone_map
+from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
+from nacre.render.engine import mitsuba
+from nacre.render.environment import Environment
+from nacre.render.plugins import bsdf
+from nacre.render.scene import describe_scene
+
+Image = npt.NDArray[np.float32]
+
+IMAGES = (".exr", ".png", ".jpg", ".jpeg")
+"""Endings of the files that :func:`write_image` writes."""
+
+PASS = 16
+"""Samples per pixel between two reports of progress."""
+
+MAX_SIZE = 8192
+"""Longest edge of a picture in pixels."""
+
+
+def render_preview(
+    brdf: Brdf,
+    shape: str = "ball",
+    light: str = "environment",
+    size: int | tuple[int, int] = 512,
+    spp: int = 256,
+    seed: int = 0,
+    environment: Environment | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Image:
+    """Render a material on an object by path tracing.
+
+    A white Lambertian material has about radiance 0.8 where the light falls.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance.
+    shape
+        One of :data:`nacre.render.scene.SHAPES`.
+    light
+        One of :data:`nacre.render.scene.LIGHTS`.
+    size
+        Edge, or width and height, in pixels; at most :data:`MAX_SIZE`.
+    spp
+        Samples per pixel, at least 1; rendered :data:`PASS` at a time.
+    seed
+        Of the samples: the same seed gives the same picture on the same machine.
+    environment
+        The map, exposed here; the package's own where None.
+    progress
+        Called with the part that is done, in (0, 1], after each pass.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+        Linear Rec. 709 RGB, float32.
+
+    Raises
+    ------
+    NacreError
+        If there is no such shape or light, or a number is out of range.
+    MissingExtraError
+        If Mitsuba is not installed.
+    LLVMError
+        If there is no LLVM that Mitsuba can use.
+    """
+    width, height = (size, size) if isinstance(size, int) else size
+    if not (1 <= width <= MAX_SIZE and 1 <= height <= MAX_SIZE):
+        raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels an edge, not {width} x {height}")
+    if spp < 1:
+        raise NacreError(f"a picture needs at least 1 sample per pixel, not {spp}")
+    mi = mitsuba()
+    scene = mi.load_dict(describe_scene(bsdf(brdf), shape, light, (width, height), environment))
+    passes = [PASS] * (spp // PASS) + [spp % PASS] * (spp % PASS > 0)
+    seeds = np.random.SeedSequence(seed).generate_state(len(passes))
+    total = np.zeros((height, width, 3), np.float64)
+    done = 0
+    for samples, pass_seed in zip(passes, seeds, strict=True):
+        total += samples * np.array(mi.render(scene, spp=samples, seed=int(pass_seed)), np.float64)
+        done += samples
+        if progress is not None:
+            progress(done / spp)
+    return (total / spp).astype(np.float32)
+
+
+def check_image_path(path: PathLike) -> Path:
+    """The path, if :func:`write_image` can write to it; to be called before a long rendering.
+
+    Raises
+    ------
+    FormatError
+        If the ending is not one of :data:`IMAGES`, or there is no such folder.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in IMAGES:
+        raise FormatError(f"{path}: a picture ends in one of {', '.join(IMAGES)}")
+    if not path.parent.is_dir():
+        raise FormatError(f"{path}: there is no folder {path.parent}")
+    return path
+
+
+def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
+    """Write a linear picture, whole or not at all.
+
+    Parameters
+    ----------
+    image
+        Linear Rec. 709 RGB, shape (height, width, 3).
+    path
+        `.exr` keeps linear float32 values; `.png` and `.jpg` are clipped to [0, 1] and get a gamma
+        of 2.2 (:func:`nacre.color.tone_map`).
+
+    Raises
+    ------
+    FormatError
+        If the ending is none of these or the file cannot be written.
+    MissingExtraError
+        If Mitsuba (for `.exr`) or Pillow is not installed.
+    """
+    path = check_image_path(path)
+    if path.suffix.lower() == ".exr":
+        mi = require("mitsuba", "render")
+        with atomic_path(path) as temporary:
+            mi.Bitmap(np.ascontiguousarray(image, np.float32)).write(str(temporary))
+        return
+    write_bytes(np.rint(tone_map(image) * 255.0).astype(np.uint8), path)
+
+
+def write_bytes(image: npt.NDArray[np.uint8], path: PathLike) -> None:
+    """Write a picture of display values, shape (height, width, 3), as `.png` or `.jpg`.
+
+    Raises
+    ------
+    FormatError
+        If the ending is none of these or the file cannot be written.
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    path = check_image_path(path)
+    if path.suffix.lower() == ".exr":
+        raise FormatError(f"{path}: a picture of display values ends in .png or .jpg")
+    pillow = require("PIL.Image", "render")
+    with atomic_path(path) as temporary:
+        pillow.fromarray(image).save(temporary, quality=95)

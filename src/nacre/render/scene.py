@@ -1,0 +1,265 @@
+"""Mitsuba scenes that show a material: what stands in them, how it is lit and seen.
+
+Scenes share the orientation of :mod:`nacre.render.environment`: +y is up and the camera looks
+towards -z, so the lamps of the environment are behind it. Functions need a variant to be set (see
+:func:`nacre.render.mitsuba`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import NacreError
+from nacre.render.environment import Environment
+from nacre.render.lights import DirectionalLight
+from nacre.render.studio import studio
+
+Shape = Literal["ball", "sphere"]
+LightName = Literal["environment", "directional"]
+
+SHAPES: tuple[str, ...] = get_args(Shape)
+LIGHTS: tuple[str, ...] = get_args(LightName)
+
+Floats = npt.NDArray[np.floating]
+
+_SEGMENTS = 384
+_GROOVE = (math.radians(62.0), math.radians(77.0))
+_GROOVE_EDGE = math.radians(1.6)
+_GROOVE_DEPTH = 0.14
+_CAP = math.radians(21.0)
+_BALL_TILT = (34.0, -24.0)
+
+_FLOOR_FRONT, _FLOOR_BACK, _FLOOR_BEND, _FLOOR_WIDTH = 9.0, 5.0, 3.2, 26.0
+_FLOOR_GREY, _FLOOR_TEXELS = 0.36, 2048
+_CHECK, _CHECK_CONTRAST, _CHECK_FADE = 0.5, 0.055, 2.6
+
+EXPOSURE = 0.6
+"""Mean luminance to which the environment is exposed: with the light that the floor gives back, a
+white Lambertian ball comes to about 0.8."""
+
+
+def describe_scene(
+    bsdf: Any,
+    shape: str = "ball",
+    light: str = "environment",
+    size: tuple[int, int] = (512, 512),
+    environment: Environment | None = None,
+) -> dict[str, Any]:
+    """Scene dictionary for `mitsuba.load_dict`.
+
+    Parameters
+    ----------
+    bsdf
+        A BSDF or the dictionary of one.
+    shape
+        `"ball"`: a grooved ball on a ring; `"sphere"`: a plain one on the floor.
+    light
+        `"environment"` or `"directional"`: the same direction and irradiance as
+        :class:`nacre.render.lights.DirectionalLight`.
+    size
+        Width and height in pixels.
+    environment
+        The map, exposed here; the package's own where None.
+
+    Raises
+    ------
+    NacreError
+        If there is no such shape or light.
+    """
+    import mitsuba as mi
+
+    if shape not in SHAPES:
+        raise NacreError(f"no shape {shape!r}: choose one of {', '.join(SHAPES)}")
+    if light not in LIGHTS:
+        raise NacreError(f"no light {light!r}: choose one of {', '.join(LIGHTS)}")
+    return {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 6},
+        "sensor": _camera(mi, size),
+        "light": _emitter(mi, light, environment),
+        "floor": _floor(mi),
+        **(_ball(mi, bsdf) if shape == "ball" else _sphere(mi, bsdf)),
+    }
+
+
+def _camera(mi: Any, size: tuple[int, int]) -> dict[str, Any]:
+    width, height = size
+    return {
+        "type": "perspective",
+        "fov": 24.0,
+        "fov_axis": "smaller",
+        "to_world": mi.ScalarTransform4f().look_at([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], [0, 1, 0]),
+        "film": {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "pixel_format": "rgb",
+            "component_format": "float32",
+            "rfilter": {"type": "gaussian"},
+        },
+        "sampler": {"type": "independent"},
+    }
+
+
+def _emitter(mi: Any, light: str, environment: Environment | None) -> dict[str, Any]:
+    if light == "directional":
+        x, y, z = DirectionalLight.direction
+        return {
+            "type": "directional",
+            "direction": [-x, -y, -z],
+            "irradiance": {"type": "rgb", "value": math.pi},
+        }
+    exposed = (studio() if environment is None else environment).exposed(EXPOSURE)
+    return {"type": "envmap", "bitmap": mi.Bitmap(exposed.pixels)}
+
+
+def _sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
+    turned = mi.ScalarTransform4f().translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
+    return {"sphere": {"type": "sphere", "to_world": turned, "bsdf": bsdf}}
+
+
+def _ball(mi: Any, bsdf: Any) -> dict[str, Any]:
+    """A ball with a groove around its tilted axis, held by a dark ring."""
+    theta, radius = ball_profile()
+    profile = np.stack([radius * np.sin(theta), radius * np.cos(theta)], axis=-1)
+    tilt, turn = _BALL_TILT
+    place = mi.ScalarTransform4f().translate([0.0, 1.12, 0.0])
+    place = place.rotate([0, 1, 0], turn).rotate([1, 0, 0], tilt)
+    angle = np.linspace(0.0, 2.0 * math.pi, 97)
+    ring = np.stack([0.62 + 0.13 * np.cos(angle), 0.13 + 0.13 * np.sin(angle)], axis=-1)
+    stand = {
+        "type": "principled",
+        "base_color": {"type": "rgb", "value": 0.035},
+        "roughness": 0.35,
+        "specular": 0.5,
+    }
+    return {
+        "ball": revolve(mi, "ball", profile, bsdf, place),
+        "stand": revolve(mi, "stand", ring[::-1], stand),
+    }
+
+
+def ball_profile() -> tuple[Floats, Floats]:
+    """Polar angles from the axis of the ball and radii at them, dense where the surface bends."""
+    edges = np.array([*_GROOVE, _CAP])
+    fine = (edges[:, None] + np.linspace(-2.0, 2.0, 41) * _GROOVE_EDGE).ravel()
+    theta = np.unique(np.concatenate([np.linspace(0.0, math.pi, 181), fine]))
+    opened = _step((theta - _GROOVE[0]) / _GROOVE_EDGE) - _step((theta - _GROOVE[1]) / _GROOVE_EDGE)
+    return theta, 1.0 - _GROOVE_DEPTH * opened
+
+
+def _step(x: Floats) -> Floats:
+    """From 0 at -1 to 1 at 1, with two continuous derivatives."""
+    t = np.clip(0.5 * x + 0.5, 0.0, 1.0)
+    result: Floats = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
+    return result
+
+
+def _floor(mi: Any) -> Any:
+    """A floor that bends up into a wall; its checks fade away from the object."""
+    bend = np.linspace(0.0, 0.5 * math.pi, 48)
+    z = np.concatenate([[_FLOOR_FRONT], -_FLOOR_BACK - _FLOOR_BEND * np.sin(bend)])
+    y = np.concatenate([[0.0], _FLOOR_BEND * (1.0 - np.cos(bend))])
+    z, y = np.append(z, z[-1]), np.append(y, y[-1] + 4.0)
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(z), np.diff(y)))])
+    sides = np.array([-0.5, 0.5]) * _FLOOR_WIDTH
+    positions = np.stack(np.broadcast_arrays(sides, y[:, None], z[:, None]), axis=-1)
+    uv = np.stack(np.broadcast_arrays([0.0, 1.0], length[:, None] / length[-1]), axis=-1)
+
+    height = int(_FLOOR_TEXELS * length[-1] / _FLOOR_WIDTH)
+    x = ((np.arange(_FLOOR_TEXELS) + 0.5) / _FLOOR_TEXELS - 0.5) * _FLOOR_WIDTH
+    ahead = _FLOOR_FRONT - ((np.arange(height) + 0.5) / height * length[-1])[:, None]
+    checks = np.sign(np.sin(x * math.pi / _CHECK) * np.sin(ahead * math.pi / _CHECK))
+    fade = np.exp(-(x * x + ahead * ahead) / (2.0 * _CHECK_FADE**2))
+    texture = (_FLOOR_GREY + _CHECK_CONTRAST * checks * fade)[..., None].astype(np.float32)
+    bitmap = {"type": "bitmap", "raw": True, "bitmap": mi.Bitmap(texture)}
+    bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": bitmap}}
+    return grid_mesh(mi, "floor", positions, uv, bsdf)
+
+
+def revolve(mi: Any, name: str, profile: Floats, bsdf: Any, to_world: Any = None) -> Any:
+    """Surface of revolution about +y as a `mitsuba.Mesh` with smooth normals.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module.
+    name
+        Of the mesh.
+    profile
+        Radii and heights along the curve, shape (n, 2), with the outside at the left of a walk
+        along it seen in the (radius, height) plane.
+    bsdf
+        A BSDF or the dictionary of one.
+    to_world
+        Where it stands.
+    """
+    phi = np.linspace(0.0, 2.0 * math.pi, _SEGMENTS + 1)
+    radius, height = profile[:, None, 0], profile[:, None, 1]
+    positions = np.stack(
+        np.broadcast_arrays(radius * np.sin(phi), height, radius * np.cos(phi)), axis=-1
+    )
+    v = np.linspace(0.0, 1.0, len(profile))[:, None]
+    uv = np.stack(np.broadcast_arrays(phi / (2.0 * math.pi), v), axis=-1)
+    slope = np.gradient(profile, axis=0)
+    outward = np.stack([-slope[:, 1], slope[:, 0]], axis=-1)
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    normals = np.stack(
+        np.broadcast_arrays(
+            outward[:, None, 0] * np.sin(phi),
+            outward[:, None, 1],
+            outward[:, None, 0] * np.cos(phi),
+        ),
+        axis=-1,
+    )
+    return grid_mesh(mi, name, positions, uv, bsdf, normals, to_world)
+
+
+def grid_mesh(
+    mi: Any,
+    name: str,
+    positions: Floats,
+    uv: Floats,
+    bsdf: Any,
+    normals: Floats | None = None,
+    to_world: Any = None,
+) -> Any:
+    """A grid of quadrilaterals, two triangles each, as a `mitsuba.Mesh`.
+
+    Parameters
+    ----------
+    positions, uv, normals
+        Of the vertices, shapes (rows, columns, 3), (rows, columns, 2), (rows, columns, 3).
+    """
+    rows, columns, _ = positions.shape
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    below = corner + columns
+    faces = np.concatenate(
+        [np.stack([corner, below, below + 1], 1), np.stack([corner, below + 1, corner + 1], 1)]
+    )
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(bsdf) if isinstance(bsdf, dict) else bsdf
+    mesh = mi.Mesh(
+        name,
+        vertex_count=rows * columns,
+        face_count=len(faces),
+        has_vertex_normals=normals is not None,
+        has_vertex_texcoords=True,
+        props=properties,
+    )
+    if to_world is not None:
+        matrix = np.array(to_world.matrix)
+        positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
+        normals = None if normals is None else normals @ matrix[:3, :3].T
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = positions.astype(np.float32).ravel()
+    parameters["vertex_texcoords"] = uv.astype(np.float32).ravel()
+    parameters["faces"] = faces.astype(np.uint32).ravel()
+    if normals is not None:
+        parameters["vertex_normals"] = normals.astype(np.float32).ravel()
+    parameters.update()
+    return mesh

@@ -1,0 +1,158 @@
+"""The deterministic sphere: the picture on which reflectances are compared.
+
+Protocol: an orthographic view along -z of a unit sphere, 128 x 128 pixels, one ray through the
+centre of each. Two lights: an environment, exposed so that a white Lambertian sphere has mean
+luminance 0.8 (:meth:`nacre.render.environment.Environment.exposed`), as 512 fixed directions at
+each pixel; and one directional light 45 degrees off the view, from the upper left, of irradiance
+pi. No shadows, no interreflection, nothing random: two reflectances see the very same pairs of
+directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1] and a gamma of 2.2 applied
+(:func:`nacre.color.tone_map`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.render.environment import Environment
+from nacre.render.lights import DIRECTIONS, DirectionalLight, EnvironmentLight, Light
+from nacre.render.studio import studio
+
+SIZE = 128
+"""Pixels along an edge of the picture."""
+
+MARGIN = 0.03
+"""Part of the half frame that stays free around the sphere."""
+
+_PAIRS = 1 << 16
+"""Pairs of directions that a thread holds at a time: about 10 MB with what `eval` needs."""
+
+Floats = npt.NDArray[np.floating]
+Image = npt.NDArray[np.float32]
+Mask = npt.NDArray[np.bool_]
+Progress = Callable[[float], None]
+"""Called with the part that is done, in (0, 1], from the thread that asked for the picture."""
+
+
+def standard_lights(
+    environment: Environment | None = None, count: int = DIRECTIONS
+) -> dict[str, Light]:
+    """The two lights of the protocol by name: "environment" and "directional".
+
+    Parameters
+    ----------
+    environment
+        The map, exposed here; the package's own (:func:`nacre.render.studio.studio`) where None.
+    count
+        Directions that stand for it.
+    """
+    exposed = (studio() if environment is None else environment).exposed()
+    lights: tuple[Light, ...] = (EnvironmentLight(exposed, count), DirectionalLight())
+    return {light.name: light for light in lights}
+
+
+def sphere_normals(size: int = SIZE) -> tuple[Floats, Mask]:
+    """Normals of the sphere at the pixel centres.
+
+    Returns
+    -------
+    normals
+        Unit vectors, shape (size, size, 3), float32; row 0 is the top, +y is up, +x is right, +z
+        points to the viewer. Zero outside the sphere.
+    mask
+        Which pixels the sphere covers, shape (size, size).
+    """
+    axis = ((np.arange(size) + 0.5) * 2.0 / size - 1.0) / (1.0 - MARGIN)
+    x, y = np.meshgrid(axis, -axis)
+    squared = 1.0 - x * x - y * y
+    mask = squared > 0.0
+    z = np.sqrt(np.maximum(squared, 0.0))
+    normals = np.where(mask[..., None], np.stack([x, y, z], axis=-1), 0.0)
+    return normals.astype(np.float32), mask
+
+
+def frames(normals: Floats) -> Floats:
+    """Rotations from the common frame to the local frames of normals.
+
+    The tangent runs east along the circles of latitude about +y, as on a lathe; the bitangent runs
+    north. That is the frame of Mitsuba's `sphere` after its z axis is turned to +y.
+
+    Parameters
+    ----------
+    normals
+        Unit vectors, shape (n, 3), none along y.
+
+    Returns
+    -------
+    array of shape (n, 3, 3)
+        Rows are tangent, bitangent and normal: `frame @ vector` is local.
+    """
+    x, _, z = normals.T
+    tangent = np.stack([z, np.zeros_like(x), -x], axis=-1) / np.hypot(x, z)[:, None]
+    return np.stack([tangent, np.cross(normals, tangent), normals], axis=1)
+
+
+def render_sphere(
+    brdf: Brdf,
+    light: Light,
+    size: int = SIZE,
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> tuple[Image, Mask]:
+    """Picture of a sphere of one material.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance; evaluated through :meth:`nacre.brdf.Brdf.eval`, from several threads.
+    light
+        Where the light comes from, such as one of :func:`standard_lights`.
+    size
+        Pixels along an edge.
+    threads
+        How many threads share the work; all processors where None. The picture does not depend on
+        it.
+    progress
+        Called as the picture grows.
+
+    Returns
+    -------
+    image
+        Linear RGB, shape (size, size, 3), float32; 0 outside the sphere.
+    mask
+        Which pixels the sphere covers, shape (size, size).
+    """
+    normals, mask = sphere_normals(size)
+    local = frames(normals[mask])
+    step = max(1, _PAIRS // light.count)
+    parts = [local[start : start + step] for start in range(0, len(local), step)]
+
+    image = np.zeros((size, size, 3), np.float32)
+    shaded = []
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        try:
+            results = pool.map(lambda part: _shade(brdf, part, light), parts)
+            for done, radiance in enumerate(results, start=1):
+                shaded.append(radiance)
+                if progress is not None:
+                    progress(done / len(parts))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    image[mask] = np.concatenate(shaded)
+    return image, mask
+
+
+def _shade(brdf: Brdf, local: Floats, light: Light) -> Floats:
+    """Radiance towards +z at points with given frames, shape (n, 3)."""
+    wi, weights, points = light.incident(local)
+    reflected = brdf.eval(wi, local[:, :, 2][points]) * (wi[:, 2:] * weights)
+    return np.stack(
+        [np.bincount(points, channel, minlength=len(local)) for channel in reflected.T], axis=-1
+    )

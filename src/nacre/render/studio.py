@@ -1,0 +1,134 @@
+"""The environment that the package brings along: a photographer's studio under an open sky.
+
+Made from formulas at run time, so there is no image to ship and none to license.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.render.environment import Environment, pixel_directions, sphere_mean
+
+HEIGHT, WIDTH = 256, 512
+
+Floats = npt.NDArray[np.floating]
+
+_ZENITH = (0.17, 0.26, 0.42)
+_HORIZON = (0.66, 0.70, 0.75)
+_GLOW = (0.42, 0.34, 0.24)
+_GROUND = (0.11, 0.10, 0.09)
+
+_SUN = (-0.50, 0.62, 0.60)
+_SUN_RADIUS = math.radians(2.0)
+_SUN_RADIANCE = (330.0, 285.0, 225.0)
+
+
+@dataclass(frozen=True)
+class _SoftBox:
+    """A rectangular lamp with soft edges, seen from the origin.
+
+    Parameters
+    ----------
+    azimuth, elevation
+        Of the centre in degrees; azimuth 0 is +z, 90 is +x.
+    width, height
+        Angles that it subtends, in degrees.
+    tilt
+        Turn about its centre in degrees.
+    radiance
+        Linear RGB in its middle.
+    """
+
+    azimuth: float
+    elevation: float
+    width: float
+    height: float
+    tilt: float
+    radiance: tuple[float, float, float]
+
+    def coverage(self, directions: Floats) -> Floats:
+        """1 in the middle, 0 outside, smooth between; shape (..., 1)."""
+        phi, theta = math.radians(self.azimuth), math.radians(self.elevation)
+        centre = np.array(
+            [math.sin(phi) * math.cos(theta), math.sin(theta), math.cos(phi) * math.cos(theta)]
+        )
+        right = np.array([math.cos(phi), 0.0, -math.sin(phi)])
+        up = np.cross(centre, right)
+        turn = math.radians(self.tilt)
+        axes = (
+            math.cos(turn) * right + math.sin(turn) * up,
+            math.cos(turn) * up - math.sin(turn) * right,
+        )
+        depth = directions @ centre
+        inside = np.ones(directions.shape[:-1])
+        for axis, angle in zip(axes, (self.width, self.height), strict=True):
+            half = math.tan(math.radians(angle) / 2.0)
+            offset = np.abs(directions @ axis) / np.maximum(depth, 1e-6)
+            inside *= 1.0 - _smoothstep(half - _EDGE, half + _EDGE, offset)
+        return np.where(depth > 0.0, inside, 0.0)[..., None]
+
+
+_EDGE = math.radians(1.5)
+
+_BOXES = (
+    # The main lamp: large, slightly warm, high at the right.
+    _SoftBox(48.0, 34.0, 34.0, 42.0, -8.0, (5.6, 5.3, 4.9)),
+    # A long strip, slightly cool, upright at the left: shows the width of a highlight.
+    _SoftBox(-68.0, 14.0, 7.0, 74.0, 6.0, (6.6, 7.0, 7.6)),
+    # A rim lamp behind, above the horizon: lights the edges from which grazing reflection comes.
+    _SoftBox(158.0, 30.0, 46.0, 16.0, 0.0, (3.6, 3.6, 3.7)),
+)
+
+
+def _smoothstep(low: float, high: float, x: Floats) -> Floats:
+    t = np.clip((x - low) / (high - low), 0.0, 1.0)
+    result: Floats = t * t * (3.0 - 2.0 * t)
+    return result
+
+
+def _mix(a: Sequence[float], b: Sequence[float], t: Floats) -> Floats:
+    result: Floats = np.asarray(a) + (np.asarray(b) - np.asarray(a)) * t
+    return result
+
+
+@functools.cache
+def studio() -> Environment:
+    """The procedural environment: 512 x 256, exposed, and neutral.
+
+    Its parts, as a viewer who looks along -z with the lamps at the back would place them:
+
+    - a sky from blue at the zenith to near white at the horizon, with a warm glow below the sun;
+    - a darker ground, lighter towards the horizon;
+    - a small warm sun (2 degrees of radius, soft edge) behind the viewer's left shoulder;
+    - a large soft box high at the right, an upright strip at the left, a rim lamp far behind the
+      object.
+
+    Its colours are balanced so that a white Lambertian sphere seen from +z is white on average.
+    """
+    directions, _ = pixel_directions(HEIGHT, WIDTH)
+    height = directions[..., 1:2]
+    sun = np.asarray(_SUN) / np.linalg.norm(_SUN)
+    toward_sun = directions @ sun
+
+    sky = _mix(_HORIZON, _ZENITH, np.clip(height, 0.0, 1.0) ** 0.55)
+    glow = np.exp(4.0 * (toward_sun[..., None] - 1.0)) * np.exp(-3.0 * np.abs(height))
+    sky = sky + glow * np.asarray(_GLOW)
+    ground = _mix(np.asarray(_HORIZON) * 0.42, _GROUND, np.clip(-height, 0.0, 1.0) ** 0.4)
+    pixels = _mix(np.zeros(3), np.ones(3), _smoothstep(-0.012, 0.012, height))
+    pixels = ground + (sky - ground) * pixels
+
+    for box in _BOXES:
+        coverage = box.coverage(directions)
+        pixels = pixels + coverage * (np.asarray(box.radiance) - pixels)
+    angle = np.arccos(np.clip(toward_sun, -1.0, 1.0))
+    disk = 1.0 - _smoothstep(0.7 * _SUN_RADIUS, 1.3 * _SUN_RADIUS, angle)
+    pixels = pixels + disk[..., None] * np.asarray(_SUN_RADIANCE)
+
+    mean = sphere_mean(pixels)
+    return Environment((pixels * (mean.mean() / mean)).astype(np.float32), "studio").exposed()
