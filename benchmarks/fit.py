@@ -17,7 +17,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from tests.data import list_data, require_data
 
 from benchmarks.table import markdown, prevent_oversubscription
 from nacre import load
@@ -25,6 +24,7 @@ from nacre.neural.fit import SAMPLES, Recipe, initial_layers, train
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.parallel import core_count
+from tests.data import list_data, require_data
 
 
 def rows_of(samples: Samples) -> np.ndarray:
@@ -122,9 +122,7 @@ def main() -> None:
     )
     print(markdown(columns, rows))
     print(f"\nMedian {statistics.median(ratios):.1f}x. An epoch is {0.8 * SAMPLES:,.0f} samples;")
-    print(
-        f"seconds an epoch are those of {cores} cores working on {cores} materials, per material."
-    )
+    print(f"its seconds are those of {cores} cores that work on {cores} materials, per material.")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Rendering speed of the Mitsuba plugins beside Mitsuba's own materials.
 
-One scene, a sphere on a plane of the same material under a small environment map, is path-traced
-with each material in turn. Rounds are interleaved, so that a busy machine slows all of them alike; reported
-are medians over rounds of the time and of its ratio to `roughconductor` (GGX) in the same round.
-Every kernel is compiled before the first round; a kernel compiled during a round ends the
+One scene, a ball on a plane of the same material under a small environment map, is path-traced with
+each material in turn. Rounds are interleaved, so that a busy machine slows all of them alike;
+reported are medians over rounds of the time and of its ratio to `roughconductor` (GGX) in the same
+round. Every kernel is compiled before the first round; a kernel compiled during a round ends the
 benchmark, because its time would be no rendering time.
 
 Run `python -m benchmarks.render [material ...]`: materials are names of RGL tables, rendered by
@@ -83,33 +83,43 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
     return found
 
 
+def ball(mi: Any, bsdf: Any) -> Any:
+    """A dented sphere of 65,000 triangles: a mesh, as the things that people render are."""
+    rows, columns = 128, 256
+    theta, phi = np.meshgrid(
+        np.linspace(1e-3, np.pi - 1e-3, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij"
+    )
+    radius = 1 + 0.05 * np.sin(8 * theta) * np.sin(8 * phi)
+    z = radius * np.cos(theta)
+    x, y = (radius * np.sin(theta) * turn for turn in (np.cos(phi), np.sin(phi)))
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    low, high = (corner, corner + columns, corner + 1), (corner + 1, corner + columns)
+    faces = np.concatenate([np.stack(low, 1), np.stack([*high, corner + columns + 1], 1)])
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(bsdf) if isinstance(bsdf, dict) else bsdf
+    mesh = mi.Mesh("ball", x.size, len(faces), props=properties)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = mi.Float(np.stack([x, y, z], -1).ravel())
+    parameters["faces"] = mi.UInt32(faces.ravel())
+    parameters.update()
+    return mesh
+
+
 def scene(mi: Any, bsdf: Any, size: int) -> Any:
-    """A sphere on a plane that fills the frame, both of one material, under a sky with a sun."""
+    """A ball on a plane that fills the frame, both of one material, under a sky with a sun."""
     sky = np.full((32, 64, 3), 0.5, np.float32)
     sky[8:10, 16:18] = 100.0
     look_at = mi.ScalarTransform4f().look_at([0, -4, 1.5], [0, 0, 0], [0, 0, 1])
+    film = {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}}
+    below = mi.ScalarTransform4f().translate([0, 0, -1]).scale(100)
     return mi.load_dict(
         {
             "type": "scene",
             "integrator": {"type": "path", "max_depth": 4},
-            "sensor": {
-                "type": "perspective",
-                "fov": 35,
-                "to_world": look_at,
-                "film": {
-                    "type": "hdrfilm",
-                    "width": size,
-                    "height": size,
-                    "rfilter": {"type": "box"},
-                },
-            },
+            "sensor": {"type": "perspective", "fov": 35, "to_world": look_at, "film": film},
             "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky)},
-            "sphere": {"type": "sphere", "bsdf": bsdf},
-            "plane": {
-                "type": "rectangle",
-                "to_world": mi.ScalarTransform4f().translate([0, 0, -1]).scale(100),
-                "bsdf": bsdf,
-            },
+            "ball": ball(mi, bsdf),
+            "plane": {"type": "rectangle", "to_world": below, "bsdf": bsdf},
         }
     )
 

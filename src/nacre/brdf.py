@@ -188,4 +188,4 @@ def _in_chunks(
         for start in range(0, len(wi), _CHUNK):
             part = slice(start, start + _CHUNK)
             out[part] = function(wi[part], wo[part])
-    return out.reshape(*shape, *tail)
+    return out.reshape(shape + tail)

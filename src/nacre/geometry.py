@@ -20,6 +20,8 @@ import numpy.typing as npt
 from nacre.array import Array, Components, namespace
 
 _TINY = 1e-30
+_POLE = 1e-15
+"""Sine below which a direction counts as the pole: its square is still a normal float32."""
 
 
 def split(vectors: npt.ArrayLike) -> Components:
@@ -62,8 +64,8 @@ def _azimuth(h: Components) -> tuple[Array, Array, Array]:
     """Cosine and sine of the azimuth of `h` (azimuth 0 at the pole), and sin theta_h."""
     xp = namespace(*h)
     sin_theta = xp.sqrt(h[0] * h[0] + h[1] * h[1])
-    pole = sin_theta <= 0.0
-    scale = 1.0 / xp.maximum(sin_theta, _TINY)
+    pole = sin_theta < _POLE
+    scale = xp.where(pole, 0.0 * sin_theta, 1.0 / xp.maximum(sin_theta, _POLE))
     cos_phi = xp.where(pole, 0.0 * sin_theta + 1.0, h[0] * scale)
     return cos_phi, h[1] * scale, sin_theta
 

@@ -103,6 +103,6 @@ def check_writable(path: Path) -> None:
         raise FormatError(f"{path}: folder {folder} is not writable")
 
 
-def existing_file() -> click.ParamType:
+def existing_file() -> click.Path:
     """A file argument; the loader says what is wrong with it."""
     return click.Path(path_type=Path)

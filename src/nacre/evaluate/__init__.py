@@ -9,7 +9,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nacre.evaluate.compare import Comparison, LightComparison, compare
+    from nacre.evaluate.comparison import Comparison, LightComparison, compare
+    from nacre.evaluate.drawing import picture
     from nacre.evaluate.metrics import (
         AngularErrors,
         ImageErrors,
@@ -17,18 +18,17 @@ if TYPE_CHECKING:
         flip,
         image_errors,
     )
-    from nacre.evaluate.picture import picture
 
 _homes = {
     "AngularErrors": "metrics",
-    "Comparison": "compare",
+    "Comparison": "comparison",
     "ImageErrors": "metrics",
-    "LightComparison": "compare",
+    "LightComparison": "comparison",
     "angular_errors": "metrics",
-    "compare": "compare",
+    "compare": "comparison",
     "flip": "metrics",
     "image_errors": "metrics",
-    "picture": "picture",
+    "picture": "drawing",
 }
 
 __all__ = [
@@ -47,7 +47,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _homes:
         raise AttributeError(f"module 'nacre.evaluate' has no attribute {name!r}")
-    # Kept here, so that a submodule of the same name does not hide the function it holds.
-    value = getattr(importlib.import_module(f"nacre.evaluate.{_homes[name]}"), name)
-    globals()[name] = value
-    return value
+    return getattr(importlib.import_module(f"nacre.evaluate.{_homes[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

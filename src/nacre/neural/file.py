@@ -73,7 +73,7 @@ def load(path: PathLike) -> NeuralBrdf:
         return _from_header(header, tensors)
     except KeyError as error:
         raise FormatError(f"{path}: field {error} is missing") from error
-    except (TypeError, ValueError, AttributeError) as error:
+    except (TypeError, ValueError, AttributeError, IndexError) as error:
         raise FormatError(f"{path}: {error}") from error
 
 

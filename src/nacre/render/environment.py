@@ -1,4 +1,4 @@
-"""Light from all around: latitude-longitude maps, their look-up, and a fixed quadrature of them.
+"""Light from all around: latitude-longitude maps, read and looked up.
 
 Orientation is that of Mitsuba's `envmap` emitter without `to_world`: +y is up, and a viewer who
 looks along -z has +x at the right. Column u in [0, 1) and row v in [0, 1] of a map show the
@@ -28,7 +28,6 @@ EXTENSIONS = (".exr", ".hdr", ".png")
 """Endings of the files that :func:`load_environment` reads."""
 
 _MAX_PIXELS = 1 << 26
-_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +77,8 @@ class Environment:
         i, j = left.astype(int), top.astype(int)
 
         def at(row: npt.NDArray[np.int_], column: npt.NDArray[np.int_]) -> Floats:
-            return self.pixels[row, column % width]
+            values: Floats = self.pixels[row, column % width]
+            return values
 
         upper = (1.0 - a) * at(j, i) + a * at(j, i + 1)
         lower = (1.0 - a) * at(j + 1, i) + a * at(j + 1, i + 1)
@@ -94,7 +94,7 @@ class Environment:
         return row.astype(np.intp), np.floor(column).astype(np.intp) % width
 
     def exposed(self, mean: float = EXPOSURE) -> Environment:
-        """This environment, scaled so that a white Lambertian sphere has a given mean luminance.
+        """The same light, scaled so that a white Lambertian sphere has a given mean luminance.
 
         The mean is over the disk that the sphere covers in an orthographic view from +z.
         """
@@ -137,81 +137,14 @@ def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
         ),
         axis=-1,
     )
-    return directions, -np.diff(_row_edges(height)) * (2.0 * math.pi / width)
+    return directions, -np.diff(row_edges(height)) * (2.0 * math.pi / width)
 
 
-def _row_edges(height: int) -> Floats:
+def row_edges(height: int) -> Floats:
     """Cosines of the polar angles between rows, from 1 down to -1, shape (height + 1,)."""
     edges = (np.arange(height + 1) - 0.5) * (math.pi / (height - 1))
     cosines: Floats = np.cos(np.clip(edges, 0.0, math.pi))
     return cosines
-
-
-def golden_lattice(count: int) -> tuple[Floats, Floats]:
-    """Evenly spread points of the unit square: (k + 1/2) / count and frac((k + 1/2) / golden ratio).
-
-    Returns
-    -------
-    u, v
-        Coordinates in [0, 1), shapes (count,).
-    """
-    index = np.arange(count) + 0.5
-    return index / max(count, 1), np.modf(index * _GOLDEN)[0]
-
-
-def quadrature(environment: Environment, count: int) -> tuple[Floats, Floats]:
-    """Light directions and weights whose sums stand for integrals over the environment.
-
-    For any function f of direction, the integral of f times radiance over the sphere is about
-    `(f(directions) * weights).sum(0)`. Directions are drawn in proportion to luminance, by inverting
-    its cumulative distribution over the pixels at :func:`golden_lattice`. Nothing is random: the
-    same map and count give the same directions. The map counts as constant within a pixel, so every
-    weight has the same luminance.
-
-    Parameters
-    ----------
-    environment
-        The map.
-    count
-        Number of directions, at least 1.
-
-    Returns
-    -------
-    directions
-        Unit vectors towards the light, shape (count, 3), float32.
-    weights
-        Radiance times solid angle, linear RGB, shape (count, 3), float32.
-    """
-    if count < 1:
-        raise ValueError(f"a quadrature needs at least one direction, got {count}")
-    pixels = environment.pixels.astype(np.float64)
-    height, width, _ = pixels.shape
-    _, solid_angles = pixel_directions(height, width)
-    value = luminance(tuple(np.moveaxis(pixels, -1, 0)))
-    power = value * solid_angles[:, None]
-    u, v = golden_lattice(count)
-
-    row, down = _invert(np.cumsum(power.sum(axis=1)), u)
-    columns = np.cumsum(power, axis=1)
-    column, across = np.empty(count, int), np.empty(count)
-    for j in np.unique(row):
-        chosen = row == j
-        column[chosen], across[chosen] = _invert(columns[j], v[chosen])
-
-    edges = _row_edges(height)
-    y = edges[row] + down * (edges[row + 1] - edges[row])
-    radius, phi = np.sqrt(1.0 - y * y), (column + across) * (2.0 * math.pi / width)
-    directions = np.stack([radius * np.sin(phi), y, -radius * np.cos(phi)], axis=-1)
-    weights = pixels[row, column] / value[row, column, None] * (power.sum() / count)
-    return directions.astype(np.float32), weights.astype(np.float32)
-
-
-def _invert(cumulative: Floats, u: Floats) -> tuple[npt.NDArray[np.int_], Floats]:
-    """Bin in which a fraction `u` of the total lies, and where within the bin, in [0, 1)."""
-    target = u * cumulative[-1]
-    index = np.minimum(np.searchsorted(cumulative, target, side="right"), len(cumulative) - 1)
-    start = np.where(index > 0, cumulative[index - 1], 0.0)
-    return index, (target - start) / (cumulative[index] - start)
 
 
 def load_environment(path: PathLike) -> Environment:

@@ -1,7 +1,7 @@
 """Directions of light for the points of a picture: the same for every material.
 
 A light gives each point of a surface a fixed set of directions and weights. Under an environment,
-half of them follow the light (:func:`nacre.render.environment.quadrature`) and half lie about the
+half of them follow the light (:func:`nacre.render.quadrature.quadrature`) and half lie about the
 mirror direction, at three widths of lobe, whatever the material; the balance heuristic (Veach and
 Guibas 1995) makes one sum of both. So a mirror shows its surroundings smoothly, a rough material
 is lit evenly, and two reflectances are still compared on the very same pairs of directions.
@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import luminance
-from nacre.render.environment import Environment, golden_lattice, quadrature
+from nacre.render.environment import Environment
+from nacre.render.quadrature import golden_lattice, quadrature
 
 Floats = npt.NDArray[np.floating]
 Indices = npt.NDArray[np.intp]

@@ -5,20 +5,19 @@ centre of each. Two lights: an environment, exposed so that a white Lambertian s
 luminance 0.8 (:meth:`nacre.render.environment.Environment.exposed`), as 512 fixed directions at
 each pixel; and one directional light 45 degrees off the view, from the upper left, of irradiance
 pi. No shadows, no interreflection, nothing random: two reflectances see the very same pairs of
-directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1] and a gamma of 2.2 applied
-(:func:`nacre.color.tone_map`).
+directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1] and a gamma of
+2.2 applied (:func:`nacre.color.tone_map`).
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.parallel import thread_map
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, DirectionalLight, EnvironmentLight, Light
 from nacre.render.studio import studio
@@ -101,8 +100,6 @@ def render_sphere(
     brdf: Brdf,
     light: Light,
     size: int = SIZE,
-    *,
-    threads: int | None = None,
     progress: Progress | None = None,
 ) -> tuple[Image, Mask]:
     """Picture of a sphere of one material.
@@ -110,14 +107,11 @@ def render_sphere(
     Parameters
     ----------
     brdf
-        Any reflectance; evaluated through :meth:`nacre.brdf.Brdf.eval`, from several threads.
+        Any reflectance; evaluated through :meth:`nacre.brdf.Brdf.eval`, from one thread a core.
     light
         Where the light comes from, such as one of :func:`standard_lights`.
     size
         Pixels along an edge.
-    threads
-        How many threads share the work; all processors where None. The picture does not depend on
-        it.
     progress
         Called as the picture grows.
 
@@ -135,16 +129,10 @@ def render_sphere(
 
     image = np.zeros((size, size, 3), np.float32)
     shaded = []
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        try:
-            results = pool.map(lambda part: _shade(brdf, part, light), parts)
-            for done, radiance in enumerate(results, start=1):
-                shaded.append(radiance)
-                if progress is not None:
-                    progress(done / len(parts))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    for radiance in thread_map(lambda part: _shade(brdf, part, light), parts):
+        shaded.append(radiance)
+        if progress is not None:
+            progress(len(shaded) / len(parts))
     image[mask] = np.concatenate(shaded)
     return image, mask
 

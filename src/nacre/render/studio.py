@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,8 +91,8 @@ def _smoothstep(low: float, high: float, x: Floats) -> Floats:
     return result
 
 
-def _mix(a: Sequence[float], b: Sequence[float], t: Floats) -> Floats:
-    result: Floats = np.asarray(a) + (np.asarray(b) - np.asarray(a)) * t
+def _mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
+    result: Floats = np.asarray(a) * (1.0 - t) + np.asarray(b) * t
     return result
 
 
@@ -120,12 +119,10 @@ def studio() -> Environment:
     glow = np.exp(4.0 * (toward_sun[..., None] - 1.0)) * np.exp(-3.0 * np.abs(height))
     sky = sky + glow * np.asarray(_GLOW)
     ground = _mix(np.asarray(_HORIZON) * 0.42, _GROUND, np.clip(-height, 0.0, 1.0) ** 0.4)
-    pixels = _mix(np.zeros(3), np.ones(3), _smoothstep(-0.012, 0.012, height))
-    pixels = ground + (sky - ground) * pixels
+    pixels = _mix(ground, sky, _smoothstep(-0.012, 0.012, height))
 
     for box in _BOXES:
-        coverage = box.coverage(directions)
-        pixels = pixels + coverage * (np.asarray(box.radiance) - pixels)
+        pixels = _mix(pixels, box.radiance, box.coverage(directions))
     angle = np.arccos(np.clip(toward_sun, -1.0, 1.0))
     disk = 1.0 - _smoothstep(0.7 * _SUN_RADIUS, 1.3 * _SUN_RADIUS, angle)
     pixels = pixels + disk[..., None] * np.asarray(_SUN_RADIANCE)

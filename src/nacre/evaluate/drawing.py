@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.evaluate.compare import Comparison, LightComparison
+from nacre.evaluate.comparison import Comparison, LightComparison
 from nacre.files import require
 from nacre.render.sphere import MARGIN
 
@@ -111,9 +111,9 @@ def picture(comparison: Comparison) -> Bytes:
     _text(draw, (_MARGIN, y + 72), summary, 17, _FAINT)
     bar = np.broadcast_to(magma(np.linspace(0.0, 1.0, _CELL)), (14, _CELL, 3))
     image.paste(canvas.fromarray(_bytes(bar)), (columns[2], y + 34))
-    for part in (0.0, 0.5, 1.0):
-        x, anchor = columns[2] + part * _CELL, {0.0: "ls", 0.5: "ms", 1.0: "rs"}[part]
-        _text(draw, (x, y + 72), f"{part * scale:g}", 15, _FAINT, anchor=anchor)
+    for tick, anchor in ((0.0, "ls"), (0.5, "ms"), (1.0, "rs")):
+        at = (columns[2] + tick * _CELL, y + 72)
+        _text(draw, at, f"{tick * scale:g}", 15, _FAINT, anchor=anchor)
     return np.array(image)
 
 
@@ -124,7 +124,8 @@ def _figures(item: LightComparison) -> str:
 
 
 def _bytes(values: Floats) -> Bytes:
-    return np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
+    quantised: Bytes = np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return quantised
 
 
 def _disk(values: Floats, mask: npt.NDArray[np.bool_]) -> tuple[Bytes, Bytes]:

@@ -1,0 +1,236 @@
+"""Neural material files: round trips, published networks, damage."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import h5py
+import numpy as np
+import pytest
+import safetensors.numpy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nacre.brdf import CosineSampler
+from nacre.files import FormatError
+from nacre.geometry import from_rusinkiewicz_angles, half_difference, join
+from nacre.neural import Layer, NeuralBrdf
+from nacre.neural.file import load, save
+from nacre.neural.published import load_h5, load_npy, save_h5
+from nacre.sampling import BlinnPhongMixture
+from tests.data import list_data, require_data
+
+PUBLISHED = [
+    (folder, name)
+    for folder in ("merl", "rgl", "nielsen")
+    for name in list_data(f"pretrained/{folder}", "*.h5")
+]
+
+
+def network(sizes=(6, 21, 21, 3), **options):
+    random = np.random.default_rng(0)
+    layers = [
+        Layer(
+            random.normal(size=(a, b)).astype(np.float32), random.normal(size=b).astype(np.float32)
+        )
+        for a, b in itertools.pairwise(sizes)
+    ]
+    return NeuralBrdf(layers, **options)
+
+
+def directions(count):
+    random = np.random.default_rng(1)
+    angles = random.random((4, count)) * np.array([[np.pi / 2], [6.28], [np.pi / 2], [6.28]])
+    wi, wo = (join(w) for w in from_rusinkiewicz_angles(*angles))
+    above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+    return wi[above], wo[above]
+
+
+@pytest.mark.parametrize("sampler", [CosineSampler(), BlinnPhongMixture(0.7, 123.0)])
+@pytest.mark.parametrize("sizes", [(6, 21, 21, 3), (6, 4, 3), (6, 8, 16, 8, 3)])
+@pytest.mark.parametrize("isotropic", [True, False])
+def test_a_file_holds_everything(tmp_path, sampler, sizes, isotropic):
+    before = network(
+        sizes,
+        isotropic=isotropic,
+        name="Größe 7",
+        sampler=sampler,
+        metadata={"fit": {"epochs": 3}, "quality": {"held_out_loss": 0.1}},
+    )
+    save(before, tmp_path / "x.safetensors")
+    after = load(tmp_path / "x.safetensors")
+    wi, wo = directions(100)
+    np.testing.assert_array_equal(after.eval(wi, wo), before.eval(wi, wo))
+    np.testing.assert_array_equal(after.pdf(wi, wo), before.pdf(wi, wo))
+    assert (after.name, after.isotropic, after.metadata) == ("Größe 7", isotropic, before.metadata)
+
+
+def test_the_paper_network_takes_about_2700_bytes_of_weights(tmp_path):
+    save(network(), tmp_path / "x.safetensors")
+    assert network().weight_count == 675
+    assert (tmp_path / "x.safetensors").stat().st_size < 4096
+
+
+def plain_forward(path, wi, wo):
+    """The network of a Keras file in NumPy, without the package's code for it."""
+    h, d = half_difference(tuple(wi.T), tuple(wo.T))
+    x = np.stack([np.hypot(h[0], h[1]), np.zeros(len(wi)), h[2], *d], axis=1)
+    with h5py.File(path) as file:
+        for k in (1, 2, 3):
+            group = file[f"dense_{k}/dense_{k}"]
+            x = x @ group["kernel:0"][()].astype(np.float64) + group["bias:0"][()]
+            x = np.maximum(x, 0) if k < 3 else np.maximum(np.exp(x) - 1, 0)
+    return x
+
+
+@pytest.mark.parametrize(("folder", "name"), PUBLISHED or [("merl", "chrome.h5")])
+def test_a_published_network_evaluates_like_a_plain_forward_pass(folder, name):
+    path = require_data("pretrained", folder, name)
+    wi, wo = directions(2000)
+    expected = plain_forward(path, wi, wo)
+    got = load_h5(path).eval(wi, wo)
+    np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-5)
+
+
+def test_all_published_networks_are_there():
+    require_data("pretrained")
+    assert len(PUBLISHED) == 127
+
+
+def test_keras_files_round_trip(tmp_path):
+    before = network()
+    save_h5(before, tmp_path / "x.h5")
+    after = load_h5(tmp_path / "x.h5")
+    for one, other in zip(before.layers, after.layers, strict=True):
+        np.testing.assert_array_equal(one.weights, other.weights)
+        np.testing.assert_array_equal(one.biases, other.biases)
+    with pytest.raises(FormatError, match="isotropic"):
+        save_h5(network(isotropic=False), tmp_path / "y.h5")
+    assert not (tmp_path / "y.h5").exists()
+
+
+def write_npy_set(folder, layers):
+    for k, layer in enumerate(layers, 1):
+        np.save(folder / f"steel_fc{k}.npy", layer.weights)
+        np.save(folder / f"steel_b{k}.npy", layer.biases)
+
+
+def test_numpy_sets_load_by_any_member(tmp_path):
+    before = network()
+    write_npy_set(tmp_path, before.layers)
+    for name in ("steel_fc1.npy", "steel_b3.npy"):
+        after = load_npy(tmp_path / name)
+        assert after.name == "steel"
+        np.testing.assert_array_equal(after.layers[2].weights, before.layers[2].weights)
+
+
+def test_damaged_numpy_sets_are_named(tmp_path):
+    write_npy_set(tmp_path, network().layers)
+    whole = (tmp_path / "steel_fc2.npy").read_bytes()
+    for damaged in (whole[:5], whole[:100], whole[:-1], whole + b"x", b"", b"\x93NUMPY\x03\x00"):
+        (tmp_path / "steel_fc2.npy").write_bytes(damaged)
+        with pytest.raises(FormatError, match="steel_fc2"):
+            load_npy(tmp_path / "steel_fc1.npy")
+    (tmp_path / "steel_fc2.npy").unlink()
+    with pytest.raises(FormatError, match="not an NBRDF"):
+        load_npy(tmp_path / "steel_fc1.npy")
+    np.save(tmp_path / "other.npy", np.zeros(3))
+    with pytest.raises(FormatError, match="expected a name"):
+        load_npy(tmp_path / "other.npy")
+
+
+def rewritten(path, change):
+    """A copy of a material file with a changed header or changed tensors."""
+    tensors = safetensors.numpy.load_file(path)
+    with safetensors.safe_open(path, "np") as file:
+        header = json.loads(file.metadata()["nacre"])
+    change(header, tensors)
+    target = path.with_name("changed.safetensors")
+    safetensors.numpy.save_file(tensors, target, {"nacre": json.dumps(header)})
+    return target
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda h, t: h.update(version=99), "version 99"),
+        (lambda h, t: h.update(model="gan"), "unknown model"),
+        (lambda h, t: h.update(parametrisation="polar"), "unknown parametrisation"),
+        (lambda h, t: h.pop("sampler"), "field 'sampler' is missing"),
+        (lambda h, t: h.update(sampler={"kind": "oracle"}), "unknown sampler"),
+        (lambda h, t: h["sampler"].update(exponent=-1), "exponent must lie in"),
+        (lambda h, t: h["sampler"].update(specular=float("nan")), "specular must lie in"),
+        (lambda h, t: h.update(sizes=[6, 3]), "6, 21, 21, 3|do not chain|outputs"),
+        (lambda h, t: h.update(sizes=[]), "index out of range|layer"),
+        (lambda h, t: h.update(sizes=7), "int"),
+        (lambda h, t: t.pop("biases_2"), "field 'biases_2' is missing"),
+        (lambda h, t: t.update(weights_1=t["weights_1"] * np.nan), "finite"),
+        (lambda h, t: t.update(weights_1=t["weights_1"].astype(np.float64)), "float32"),
+        (lambda h, t: t.update(weights_2=t["weights_2"][:, :3].copy()), "not a layer"),
+        (lambda h, t: t.update(biases_3=t["biases_3"][:2].copy()), "not a layer"),
+    ],
+)
+def test_wrong_content_is_named_in_one_line(tmp_path, change, words):
+    path = tmp_path / "x.safetensors"
+    save(network(sampler=BlinnPhongMixture(0.5, 10.0)), path)
+    with pytest.raises(FormatError, match=words) as caught:
+        load(rewritten(path, change))
+    assert "changed.safetensors" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@given(st.data())
+@settings(max_examples=150, deadline=None)
+def test_truncated_or_flipped_files_raise_only_format_errors(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("damage") / "x.safetensors"
+    save(network(), path)
+    whole = bytearray(path.read_bytes())
+    if data.draw(st.booleans()):
+        whole = whole[: data.draw(st.integers(0, len(whole) - 1))]
+    else:
+        position = data.draw(st.integers(0, min(len(whole) - 1, 1200)))
+        whole[position] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(bytes(whole))
+    try:
+        loaded = load(path)
+    except FormatError as error:
+        assert "\n" not in str(error)
+    else:
+        assert loaded.sizes[0] == 6
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_damaged_keras_files_raise_only_format_errors(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("damage") / "x.h5"
+    save_h5(network(), path)
+    whole = bytearray(path.read_bytes())
+    if data.draw(st.booleans()):
+        whole = whole[: data.draw(st.integers(0, len(whole) - 1))]
+    else:
+        position = data.draw(st.integers(0, len(whole) - 1))
+        whole[position] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(bytes(whole))
+    try:
+        loaded = load_h5(path)
+    except FormatError as error:
+        assert "\n" not in str(error)
+    else:
+        assert loaded.sizes[0] == 6
+
+
+def test_only_neural_materials_are_saved(tmp_path):
+    with pytest.raises(FormatError, match="fit the material first"):
+        save(object(), tmp_path / "x.safetensors")
+    assert not list(tmp_path.iterdir())
+
+
+def test_layers_that_do_not_fit_are_refused():
+    zeros = np.zeros
+    with pytest.raises(ValueError, match="not a layer"):
+        Layer(zeros((2, 3), np.float32), zeros(2, np.float32))
+    with pytest.raises(ValueError, match="do not chain"):
+        NeuralBrdf([Layer(zeros((6, 4)), zeros(4)), Layer(zeros((5, 3)), zeros(3))])
+    with pytest.raises(ValueError, match="6 inputs to 3 outputs"):
+        NeuralBrdf([Layer(zeros((4, 3)), zeros(3))])

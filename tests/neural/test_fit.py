@@ -1,0 +1,166 @@
+"""The recipe from end to end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.brdf import Brdf
+from nacre.files import NacreError
+from nacre.geometry import half_vector
+from nacre.neural import Recipe, fit
+from nacre.neural.file import save
+from nacre.neural.fit import schedule
+from nacre.neural.samples import BLOCK, draw
+from nacre.sampling import BlinnPhongMixture
+from tests.data import list_data, require_data
+
+
+class Gloss(Brdf):
+    """A reddish base with a white highlight, invalid for light near the horizon."""
+
+    name = "gloss"
+
+    def eval_components(self, wi, wo):
+        lobe = np.maximum(half_vector(wi, wo)[2], 1e-9) ** 40.0
+        return 0.2 + lobe, 0.1 + lobe, 0.05 + lobe
+
+    def valid_components(self, wi, wo):
+        return wi[2] > 0.1
+
+
+class Brushed(Brdf):
+    """A highlight that is long across x."""
+
+    isotropic = False
+
+    def eval_components(self, wi, wo):
+        h = half_vector(wi, wo)
+        lobe = np.exp(-((h[0] * 4) ** 2) - (h[1] * 1.5) ** 2)
+        return 0.05 + lobe, 0.05 + 0.8 * lobe, 0.05 + 0.5 * lobe
+
+
+QUICK = Recipe(epochs=12, samples=80_000)
+
+
+def relative_error(truth: Brdf, network: Brdf) -> float:
+    random = np.random.default_rng(5)
+    w = random.normal(size=(2, 20_000, 3))
+    w /= np.linalg.norm(w, axis=-1, keepdims=True)
+    w[..., 2] = np.abs(w[..., 2])
+    wi, wo = w[:, w.min(axis=0)[:, 2] > 0.15]
+    expected, got = truth.eval(wi, wo), network.eval(wi, wo)
+    return float(np.median(np.abs(got - expected) / expected))
+
+
+def test_a_fit_resembles_its_source_and_records_how_it_was_made():
+    network = fit(Gloss(), QUICK)
+    assert relative_error(Gloss(), network) < 0.03
+    assert network.weight_count == 675
+    assert network.isotropic
+    assert isinstance(network.sampler, BlinnPhongMixture)
+    assert 10 < network.sampler.exponent < 160
+    assert network.metadata["fit"]["epochs"] == 12
+    assert 0 < network.metadata["quality"]["held_out_loss"] < 0.02
+
+
+def test_an_anisotropic_fit_depends_on_the_azimuth():
+    network = fit(Brushed(), QUICK)
+    assert not network.isotropic
+    assert relative_error(Brushed(), network) < 0.1
+    wi = np.array([[0.5, 0.0, math.sqrt(0.75)], [0.0, 0.5, math.sqrt(0.75)]])
+    across, along = network.eval(wi, [0.0, 0.0, 1.0])[:, 0]
+    assert along > 1.5 * across
+
+
+def test_the_torch_path_reaches_the_same_loss():
+    pytest.importorskip("torch")
+    recipe = Recipe(epochs=4, samples=40_000)
+    kernel, plain = (
+        fit(Gloss(), recipe, device=d).metadata["quality"]["held_out_loss"] for d in (None, "cpu")
+    )
+    assert kernel == pytest.approx(plain, rel=0.15)
+
+
+def test_the_same_seed_gives_the_same_file(tmp_path):
+    recipe = Recipe(epochs=2, samples=20_000)
+    for name in "ab":
+        save(fit(Gloss(), recipe), tmp_path / f"{name}.safetensors")
+    save(fit(Gloss(), Recipe(epochs=2, samples=20_000, seed=1)), tmp_path / "c.safetensors")
+    a, b, c = ((tmp_path / f"{n}.safetensors").read_bytes() for n in "abc")
+    assert a == b
+    assert a != c
+
+
+def test_progress_names_every_stage_with_its_end():
+    calls = []
+    fit(Gloss(), Recipe(epochs=3, samples=20_000), progress=lambda *call: calls.append(call))
+    stages = list(dict.fromkeys(call[0] for call in calls))
+    assert stages == ["sampling", "training", "sampling lobes"]
+    last = [call for call in calls if call[0] == "training"][-1]
+    assert last[1:3] == (3, 3)
+    assert "held-out loss 0." in last[3]
+
+
+def test_training_samples_are_uniform_in_rusinkiewicz_angles_and_valid():
+    samples = draw(Gloss(), 50_000, seed=0)
+    rows = samples.blocks.reshape(-1, samples.rows, BLOCK).transpose(0, 2, 1).reshape(-1, 10)
+    assert len(rows) == 50_000
+    assert (rows[:, 1] == 0).all()  # isotropic: h is turned to phi_h = 0
+    assert (rows[:, 9] > 0.1).all()  # invalid samples are dropped
+    theta_h = np.arctan2(rows[:, 0], rows[:, 2])
+    theta_d = np.arccos(np.clip(rows[:, 5], -1, 1))
+    # Close to the mirror direction every pair is above the horizon: counts must be proportional.
+    near = theta_d < 0.6
+    low, high = (near & (theta_h > a) & (theta_h < a + 0.2) for a in (0.0, 0.4))
+    assert low.sum() == pytest.approx(high.sum(), rel=0.05)
+
+
+def test_a_reflectance_without_valid_samples_is_refused():
+    class Empty(Gloss):
+        def valid_components(self, wi, wo):
+            return wi[2] > 2.0
+
+    with pytest.raises(NacreError, match="gloss: hardly any sample is valid"):
+        fit(Empty(), QUICK)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"epochs": 0},
+        {"samples": 0},
+        {"hidden": (21, 0)},
+        {"learning_rate": -1.0},
+        {"learning_rate": float("nan")},
+        {"held_out": 1.0},
+        {"seed": -1},
+    ],
+)
+def test_wrong_settings_are_named(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        Recipe(**wrong)
+
+
+def test_the_schedule_warms_up_peaks_and_ends_near_zero():
+    rates = schedule(1000, 1e-2)
+    assert rates[0] == pytest.approx(5e-4)
+    assert rates.max() == pytest.approx(1e-2, rel=1e-3)
+    assert rates.argmax() == pytest.approx(20, abs=1)
+    assert 0 < rates[-1] < 1e-6
+    assert len(schedule(1, 1e-2)) == 1
+
+
+@pytest.mark.parametrize("name", list_data("rgl", "*.bsdf")[:2] or ["satin_rosaline_rgb.bsdf"])
+def test_a_real_table_fits(name):
+    brdf = nacre.load(require_data("rgl", name))
+    losses = [
+        fit(brdf, Recipe(epochs=epochs, samples=80_000)).metadata["quality"]["held_out_loss"]
+        for epochs in (1, 8)
+    ]
+    assert losses[1] < 0.6 * losses[0] < 0.06
+    network = fit(brdf, Recipe(epochs=1, samples=16_000))
+    assert network.metadata["source"]["file"] == name

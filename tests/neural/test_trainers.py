@@ -1,0 +1,137 @@
+"""The compiled kernel and the PyTorch path against autograd, and against each other."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from nacre.files import NacreError
+from nacre.neural.fit import schedule
+from nacre.neural.kernel import KernelTrainer
+from nacre.neural.nbrdf import Layer
+from nacre.neural.samples import BLOCK, Samples
+
+torch = pytest.importorskip("torch")
+from nacre.neural.torch import TorchTrainer  # noqa: E402  (needs the optional dependency)
+
+SHAPES = [(6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3)]
+
+
+def random_layers(sizes, seed=0):
+    random = np.random.default_rng(seed)
+    return [
+        Layer(
+            (random.normal(size=(a, b)) * np.sqrt(2 / a)).astype(np.float32),
+            (random.normal(size=b) * 0.1).astype(np.float32),
+        )
+        for a, b in itertools.pairwise(sizes)
+    ]
+
+
+def random_samples(count, seed=0):
+    random = np.random.default_rng(seed)
+    return Samples.pack(
+        random.normal(size=(count, 6)),
+        random.exponential(size=(count, 3)),
+        random.uniform(0.01, 1.0, count),
+    )
+
+
+def flat(layers):
+    return np.concatenate([p.ravel() for y in layers for p in (y.weights, y.biases)])
+
+
+def autograd(layers, samples, order):
+    """Loss and gradient in float64 PyTorch, written without the package's code."""
+    rows = samples.blocks.reshape(-1, 10, BLOCK)[order].transpose(0, 2, 1).reshape(-1, 10)
+    rows = torch.tensor(rows, dtype=torch.float64)
+    parameters = [
+        torch.tensor(p, dtype=torch.float64, requires_grad=True)
+        for y in layers
+        for p in (y.weights, y.biases)
+    ]
+    x = rows[:, :6]
+    for k in range(0, len(parameters), 2):
+        x = x if k == 0 else x.clamp(min=0)
+        x = x @ parameters[k] + parameters[k + 1]
+    loss = (torch.log(1 + torch.expm1(x) * rows[:, 9:]) - rows[:, 6:9]).abs().mean()
+    loss.backward()
+    return float(loss.detach()), np.concatenate([p.grad.numpy().ravel() for p in parameters])
+
+
+@pytest.mark.parametrize("sizes", SHAPES)
+@pytest.mark.parametrize("count", [512, 480, 16])
+def test_kernel_gradient_matches_autograd(sizes, count):
+    layers, samples = random_layers(sizes), random_samples(count)
+    order = np.random.default_rng(1).permutation(samples.block_count)
+    loss, gradient = KernelTrainer(layers, 512).gradient(samples, order)
+    expected_loss, expected = autograd(layers, samples, order)
+    assert loss == pytest.approx(expected_loss, rel=1e-6)
+    assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_torch_gradient_matches_autograd():
+    layers, samples = random_layers(SHAPES[0]), random_samples(512)
+    loss, gradient = TorchTrainer(layers, 512, "cpu").gradient(samples, np.arange(32))
+    expected_loss, expected = autograd(layers, samples, np.arange(32))
+    assert loss == pytest.approx(expected_loss, rel=1e-6)
+    assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_kernel_and_torch_take_the_same_steps():
+    layers, samples = random_layers((6, 16, 16, 3)), random_samples(16 * 500)
+    kernel, plain = KernelTrainer(layers, 256), TorchTrainer(layers, 256, "cpu")
+    order = np.random.default_rng(2).permutation(samples.block_count)
+    rates = schedule(-(-samples.block_count // 16), 1e-3)
+    for _ in range(2):
+        losses = [t.epoch(samples, order, rates) for t in (kernel, plain)]
+        assert losses[0] == pytest.approx(losses[1], rel=1e-4)
+    assert kernel.loss(samples) == pytest.approx(plain.loss(samples), rel=1e-4)
+    np.testing.assert_allclose(flat(kernel.layers()), flat(plain.layers()), atol=2e-3)
+
+
+def test_adam_matches_torch_optim():
+    layers, samples = random_layers(SHAPES[0]), random_samples(512)
+    kernel = KernelTrainer(layers, 512)
+    order = np.arange(32)
+    parameters = torch.tensor(flat(layers), requires_grad=True)
+    optimiser = torch.optim.Adam([parameters], lr=1e-2)
+    for _ in range(3):
+        parameters.grad = torch.tensor(flat(kernel.gradient(samples, order)[1]))
+        optimiser.step()
+        kernel.epoch(samples, order, np.array([1e-2], np.float32))
+        np.testing.assert_allclose(flat(kernel.layers()), parameters.detach(), atol=2e-5)
+
+
+def test_training_lowers_the_loss_and_leaves_padding_untouched():
+    samples, layers = random_samples(16 * 640), random_layers((6, 10, 10, 3))
+    kernel = KernelTrainer(layers, 512)
+    before = kernel.loss(samples)
+    for _ in range(5):
+        kernel.epoch(samples, np.arange(640), np.full(20, 1e-2, np.float32))
+    assert kernel.loss(samples) < 0.9 * before
+    assert [y.weights.shape for y in kernel.layers()] == [(6, 10), (10, 10), (10, 3)]
+
+
+@pytest.mark.parametrize("batch", [0, 8, 24, -16])
+def test_batches_that_are_no_multiple_of_a_block_are_refused(batch):
+    for make in (KernelTrainer, lambda y, b: TorchTrainer(y, b, "cpu")):
+        with pytest.raises(ValueError, match="multiple of 16"):
+            make(random_layers((6, 3, 3)), batch)
+
+
+def test_an_unknown_device_is_named():
+    with pytest.raises(NacreError, match="'abacus'"):
+        TorchTrainer(random_layers((6, 3, 3)), 16, "abacus")
+
+
+def test_samples_pack_and_split():
+    samples = random_samples(100)
+    assert samples.block_count == 7  # the last block repeats samples from the start
+    shaped = samples.blocks.reshape(7, 10, BLOCK)
+    np.testing.assert_array_equal(shaped[6, :, 4:], shaped[0, :, :12])
+    training, held_out = samples.split(0.2)
+    assert (training.block_count, held_out.block_count) == (6, 1)
+    assert held_out.blocks.ctypes.data % 64 == 0
