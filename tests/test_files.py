@@ -34,7 +34,10 @@ def test_a_write_replaces_the_file_whole(tmp_path):
 
 @pytest.mark.parametrize("place", ["missing/x.bin", "."])
 def test_writing_where_no_file_can_be_is_an_error(tmp_path, place):
-    with pytest.raises(FormatError, match=r"directory|cannot be written"), atomic_path(tmp_path / place):
+    with (
+        pytest.raises(FormatError, match=r"directory|cannot be written"),
+        atomic_path(tmp_path / place),
+    ):
         pytest.fail("the block must not run")
 
 

@@ -34,6 +34,9 @@ class Sampler(Protocol):
 class CosineSampler:
     """Density cos(theta_i) / pi, whatever the view."""
 
+    def __str__(self) -> str:
+        return "cosine"
+
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """See :class:`Sampler`."""
         wi = cosine_hemisphere(u[1], u[2])

@@ -31,9 +31,12 @@ def test01_every_scene_renders(shape: str, light: str):
 
 
 def test02_the_seed_decides():
-    first = render_preview(White(), "sphere", size=16, spp=4, seed=1)
-    np.testing.assert_array_equal(first, render_preview(White(), "sphere", size=16, spp=4, seed=1))
-    assert np.any(first != render_preview(White(), "sphere", size=16, spp=4, seed=2))
+    first, again, other = (
+        render_preview(White(), "sphere", size=16, spp=4, seed=s) for s in (1, 1, 2)
+    )
+    # Threads add samples to a pixel in any order: equal but for rounding.
+    np.testing.assert_allclose(first, again, rtol=1e-5)
+    assert np.abs(first - other).mean() > 1e-3
 
 
 def test03_white_is_about_0_8():
@@ -78,6 +81,9 @@ def test06_the_ball_is_a_closed_solid():
     outward = np.einsum("ij,ij->i", positions - [0.0, 1.12, 0.0], normals)
     assert outward.min() > 0.0
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
+    first, second, third = positions[np.array(ball.face_indices(np.arange(ball.face_count())))]
+    facing = np.cross(second - first, third - first)
+    assert np.einsum("ij,ij->i", facing, first - [0.0, 1.12, 0.0]).min() > -1e-6
 
 
 def test07_exr_keeps_linear_values(tmp_path: Path):

@@ -50,7 +50,9 @@ def test_the_density_integrates_to_the_share_of_samples_above_the_horizon(
     np.testing.assert_allclose(np.linalg.norm(join(drawn), axis=-1), 1.0, atol=1e-9)
 
 
-@pytest.mark.parametrize(("specular", "exponent"), [(-0.1, 1.0), (1.1, 1.0), (0.5, -1.0), (0.5, 1e9)])
+@pytest.mark.parametrize(
+    ("specular", "exponent"), [(-0.1, 1.0), (1.1, 1.0), (0.5, -1.0), (0.5, 1e9)]
+)
 def test_parameters_out_of_range_are_refused(specular, exponent):
     with pytest.raises(ValueError, match="must lie in"):
         BlinnPhongMixture(specular, exponent)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -66,23 +66,34 @@ class StageCallback:
 
 
 def print_facts(title: str, facts: Iterable[tuple[str, Any]]) -> None:
-    """Two aligned columns under a title."""
-    table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-    table.add_column(style="dim")
-    table.add_column(overflow="fold")
-    for key, value in facts:
-        table.add_row(key, str(value))
-    console.print(f"[bold]{title}[/bold]")
-    console.print(table)
+    """Two aligned columns under a title; a line is never broken, so that scripts can read it."""
+    lines = [(key, _text(value)) for key, value in facts]
+    width = max(len(key) for key, _ in lines)
+    console.print(title, style="bold", markup=False)
+    for key, value in lines:
+        console.print(f"  {key:<{width}}  {value}", markup=False)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, list | tuple):
+        between = " to " if all(isinstance(v, float) for v in value) else ", "
+        return between.join(_text(v) for v in value)
+    return str(value)
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table with numbers to the right."""
+    """A table with all but the first column to the right."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if index else "left")
     for row in rows:
-        table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row))
+        table.add_row(*(_text(v) for v in row))
     console.print(table)
 
 
@@ -99,8 +110,11 @@ def check_writable(path: Path) -> None:
     folder = path.parent
     if not folder.is_dir():
         raise FormatError(f"{path}: folder {folder} does not exist; create it first")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise FormatError(f"{path}: folder {folder} is not writable")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 def existing_file() -> click.Path:

@@ -37,7 +37,7 @@ def _widths(_context: click.Context, _parameter: click.Parameter, value: str) ->
     help="Widths of the hidden layers.",
 )
 @click.option("--epochs", default=100, type=click.IntRange(1), help="Passes over the samples.")
-@click.option("--draft", is_flag=True, help="Quick look: 20 epochs.")
+@click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs.")
 @click.option(
     "--samples",
     type=click.IntRange(1000),
@@ -77,7 +77,9 @@ def command(
     for target in targets.values():
         writer(target)
         check_writable(target)
-    recipe = Recipe(hidden=hidden, epochs=20 if draft else epochs, samples=samples, seed=seed)
+    recipe = Recipe(
+        hidden=hidden, epochs=max(1, epochs // 5) if draft else epochs, samples=samples, seed=seed
+    )
 
     with Stages() as stages:
         callbacks = {path: stages.add(path.stem) for path in files}

@@ -114,6 +114,21 @@ class NeuralBrdf(Brdf):
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
+    def describe(self) -> dict[str, Any]:
+        """See :class:`nacre.brdf.Brdf`."""
+        source = self.metadata.get("source", {})
+        facts = {
+            "layers": "-".join(map(str, self.sizes)),
+            "weights": self.weight_count,
+            "weight bytes": 4 * self.weight_count,
+            "sampler": str(self.sampler),
+            "fitted to": source.get("file"),
+            "fitted to sha256": source.get("sha256"),
+            **self.metadata.get("quality", {}),
+            **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
+        }
+        return super().describe() | {k.replace("_", " "): v for k, v in facts.items() if v}
+
 
 def _dense(values: Sequence[Array], layer: Layer) -> list[Array]:
     if isinstance(values[0], np.ndarray):

@@ -178,9 +178,9 @@ def _plugins(variant: str) -> dict[str, Any]:
             return self.eval_pdf(ctx, si, wo, active)[1]
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
-            """Share of light along the normal that is reflected, whatever `si`."""
+            """Share of light along the normal that is reflected, with the weights as loaded."""
             if self.albedo is None:
-                red, green, blue = adapter.albedo(self.material()).tolist()
+                red, green, blue = adapter.albedo(self.brdf).tolist()
                 self.albedo = red, green, blue
             return adapter.spectrum(mi, self.albedo, si.wavelengths, active)
 
@@ -235,9 +235,6 @@ def _plugins(variant: str) -> dict[str, Any]:
         def traverse(self, callback: Any) -> None:
             if self.network is not None:
                 callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
-
-        def parameters_changed(self, keys: list[str]) -> None:
-            self.albedo = None
 
         def describe(self) -> dict[str, Any]:
             return self.brdf.describe() | {"weights": self.mode}

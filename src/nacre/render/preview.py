@@ -55,7 +55,8 @@ def render_preview(
     spp
         Samples per pixel, at least 1; rendered :data:`PASS` at a time.
     seed
-        Of the samples: the same seed gives the same picture on the same machine.
+        Of the samples: the same seed gives the same picture, but for the rounding of sums whose
+        order the renderer's threads decide.
     environment
         The map, exposed here; the package's own where None.
     progress

@@ -1,8 +1,7 @@
 """Mitsuba scenes that show a material: what stands in them, how it is lit and seen.
 
 Scenes share the orientation of :mod:`nacre.render.environment`: +y is up and the camera looks
-towards -z, so the lamps of the environment are behind it. Functions need a variant to be set (see
-:func:`nacre.render.mitsuba`).
+towards -z, so the lamps of the environment are behind it.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import NacreError
+from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight
 from nacre.render.mesh import grid_mesh, revolve
@@ -30,7 +30,6 @@ Floats = npt.NDArray[np.floating]
 _GROOVE = (math.radians(62.0), math.radians(77.0))
 _GROOVE_EDGE = math.radians(1.6)
 _GROOVE_DEPTH = 0.14
-_CAP = math.radians(21.0)
 _BALL_TILT = (34.0, -24.0)
 
 _FLOOR_FRONT, _FLOOR_BACK, _FLOOR_BEND, _FLOOR_WIDTH = 9.0, 5.0, 3.2, 26.0
@@ -70,12 +69,11 @@ def describe_scene(
     NacreError
         If there is no such shape or light.
     """
-    import mitsuba as mi
-
     if shape not in SHAPES:
         raise NacreError(f"no shape {shape!r}: choose one of {', '.join(SHAPES)}")
     if light not in LIGHTS:
         raise NacreError(f"no light {light!r}: choose one of {', '.join(LIGHTS)}")
+    mi = mitsuba()
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 6},
@@ -145,8 +143,7 @@ def _ball(mi: Any, bsdf: Any) -> dict[str, Any]:
 
 def ball_profile() -> tuple[Floats, Floats]:
     """Polar angles from the axis of the ball and radii at them, dense where the surface bends."""
-    edges = np.array([*_GROOVE, _CAP])
-    fine = (edges[:, None] + np.linspace(-2.0, 2.0, 41) * _GROOVE_EDGE).ravel()
+    fine = (np.array(_GROOVE)[:, None] + np.linspace(-2.0, 2.0, 41) * _GROOVE_EDGE).ravel()
     theta = np.unique(np.concatenate([np.linspace(0.0, math.pi, 181), fine]))
     opened = _step((theta - _GROOVE[0]) / _GROOVE_EDGE) - _step((theta - _GROOVE[1]) / _GROOVE_EDGE)
     return theta, 1.0 - _GROOVE_DEPTH * opened

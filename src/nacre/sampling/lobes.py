@@ -35,6 +35,9 @@ class BlinnPhongMixture:
     specular: float
     exponent: float
 
+    def __str__(self) -> str:
+        return f"{self.specular:.0%} Blinn-Phong of exponent {self.exponent:.4g}, else cosine"
+
     def __post_init__(self) -> None:
         if not 0.0 <= self.specular <= 1.0:
             raise ValueError(f"specular must lie in [0, 1], got {self.specular}")

@@ -1,0 +1,55 @@
+"""`nacre compare`."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from pathlib import Path
+
+import click
+
+from nacre.cli.console import Stages, check_writable, console, existing_file, print_table
+
+
+@click.command("compare")
+@click.argument("truth", type=existing_file())
+@click.argument("other", type=existing_file())
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Picture to write, .png or .jpg. Default: OTHER_compared.png in this folder.",
+)
+@click.option(
+    "--environment",
+    type=click.Path(path_type=Path),
+    help="Latitude-longitude map (.exr, .hdr, .png). Default: the built-in studio.",
+)
+@click.option("--size", type=click.IntRange(16, 2048), default=128, help="Pixels of the spheres.")
+def command(
+    truth: Path, other: Path, output: Path | None, environment: Path | None, size: int
+) -> None:
+    """Compare a material with the TRUTH: error figures, and a picture of both with FLIP maps."""
+    from nacre.evaluate import compare, picture
+    from nacre.formats import load
+    from nacre.render.environment import load_environment
+    from nacre.render.preview import check_image_path, write_bytes
+
+    output = output or Path(f"{other.stem}_compared.png")
+    check_image_path(output)
+    check_writable(output)
+    materials = load(truth), load(other)
+    lighting = load_environment(environment) if environment else None
+    with Stages() as stages:
+        report = stages.add(other.stem)
+        comparison = compare(
+            *materials,
+            size=size,
+            environment=lighting,
+            progress=lambda part: report("comparing", round(100 * part), 100),
+        )
+    comparison = dataclasses.replace(comparison, truth=truth.name, other=other.name)
+    write_bytes(picture(comparison), output)
+    for light, rows in itertools.groupby(comparison.rows(), lambda row: row[0]):
+        print_table((light, ""), [row[1:] for row in rows])
+    console.print(f"{output}: truth | other | FLIP error")

@@ -1,0 +1,132 @@
+"""`nacre demo`."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+import click
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.cli.console import (
+    StageCallback,
+    Stages,
+    check_writable,
+    console,
+    print_facts,
+    print_table,
+)
+from nacre.files import FormatError
+
+_MATERIAL = {
+    "type": "principled",
+    "base_color": {"type": "rgb", "value": [0.45, 0.07, 0.03]},
+    "roughness": 0.45,
+    "metallic": 0.6,
+    "specular": 0.5,
+    "clearcoat": 0.8,
+    "clearcoat_gloss": 0.85,
+}
+"""A copper-coloured car paint under clear coat."""
+
+
+@click.command("demo")
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("out/demo.png"),
+    help="Picture to write; the other files go beside it.",
+)
+@click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs.")
+@click.option("--spp", type=click.IntRange(1), default=128, help="Samples per pixel.")
+def command(file: Path | None, output: Path, draft: bool, spp: int) -> None:
+    """Measure, fit, save, render and compare one material; look at the picture at the end.
+
+    The material is FILE, or the file that NACRE_DATA names (in a folder: the first RGL table), or
+    a virtual measurement of a Mitsuba material, tabulated as a MERL file.
+    """
+    from nacre.evaluate import compare, picture
+    from nacre.formats import load, save
+    from nacre.neural import Recipe, fit
+    from nacre.render.preview import check_image_path, write_bytes
+
+    output.parent.mkdir(parents=True, exist_ok=True)
+    check_image_path(output)
+    check_writable(output)
+    named = file or _from_environment()
+    path = named or output.with_suffix(".binary")
+    with Stages() as stages:
+        report = stages.add(path.stem)
+        if named is None:
+            report("measuring", 0, 1)
+            _measure(path)
+        truth = load(path)
+        network = fit(truth, Recipe(epochs=20) if draft else None, progress=report)
+        target = output.with_suffix(".safetensors")
+        save(network, target)
+        neural = load(target)
+        report("comparing", 0, 100)
+        comparison = compare(
+            truth, neural, progress=lambda part: report("comparing", round(100 * part), 100)
+        )
+        views = [_view(brdf, spp, report) for brdf in (truth, neural)]
+    comparison = dataclasses.replace(comparison, truth=path.name, other=target.name)
+    write_bytes(_montage(views, picture(comparison)), output)
+    print_facts(f"{path} (measured)", truth.describe().items())
+    print_facts(f"{target} (neural)", neural.describe().items())
+    print_table(("under", "", ""), comparison.rows())
+    console.print(f"Look at {output}: measured | neural | difference; path traced below")
+
+
+def _from_environment() -> Path | None:
+    """The file that NACRE_DATA names, or the first RGL table of its folder."""
+    named = os.environ.get("NACRE_DATA")
+    if not named:
+        return None
+    path = Path(named)
+    if path.is_dir():
+        tables = sorted([*path.glob("*.bsdf"), *path.glob("rgl/*.bsdf")])
+        if not tables:
+            raise FormatError(f"{path}: NACRE_DATA names a folder without .bsdf files")
+        return tables[0]
+    return path
+
+
+def _measure(path: Path) -> None:
+    """Tabulate the built-in material as a MERL file."""
+    from nacre.formats import save
+    from nacre.render.virtual import MitsubaBrdf
+
+    save(MitsubaBrdf(_MATERIAL, "virtual car paint"), path)
+
+
+def _view(brdf: Brdf, spp: int, report: StageCallback) -> npt.NDArray[np.uint8]:
+    """A path-traced preview as display values."""
+    from nacre.color import tone_map
+    from nacre.render.preview import render_preview
+
+    def show(part: float) -> None:
+        report(f"rendering {type(brdf).__name__}", round(part * spp), spp)
+
+    show(0)
+    image = render_preview(brdf, spp=spp, progress=show)
+    pixels: npt.NDArray[np.uint8] = np.rint(tone_map(image) * 255).astype(np.uint8)
+    return pixels
+
+
+def _montage(
+    views: list[npt.NDArray[np.uint8]], picture: npt.NDArray[np.uint8]
+) -> npt.NDArray[np.uint8]:
+    """Views side by side below a picture, on its width."""
+    row = np.concatenate(views, axis=1)
+    margin = (picture.shape[1] - row.shape[1]) // 2
+    height = len(picture) + len(row) + margin
+    sheet = np.full((height, picture.shape[1], 3), picture[0, 0], np.uint8)
+    sheet[: len(picture)] = picture
+    sheet[len(picture) : -margin, margin:-margin] = row
+    return sheet

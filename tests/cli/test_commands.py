@@ -1,0 +1,255 @@
+"""The command line as a user meets it: real processes, real files."""
+
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.neural import Layer, NeuralBrdf
+
+TIMEOUT = 240
+
+
+def run(*arguments: object, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "nacre", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        env=os.environ | environment,
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small measured table and the neural material that `nacre fit` makes of it."""
+    folder = tmp_path_factory.mktemp("materials")
+    random = np.random.default_rng(0)
+    layers = [
+        Layer(random.normal(0, 0.5, (6, 8)).astype(np.float32), np.zeros(8, np.float32)),
+        Layer(random.normal(0, 0.5, (8, 3)).astype(np.float32), np.full(3, 0.2, np.float32)),
+    ]
+    nacre.save(NeuralBrdf(layers), folder / "table.binary")
+    done = run("fit", "table.binary", "--epochs", 2, "--samples", 20000, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "675 weights (2,700 bytes)" in done.stdout
+    return folder
+
+
+def test_fit_writes_a_material_that_loads(folder):
+    material = nacre.load(folder / "table.safetensors")
+    assert material.weight_count == 675
+    assert material.metadata["source"]["file"] == "table.binary"
+
+
+def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
+    options = ["--hidden", "8", "--seed", 3, "--epochs", 1, "--samples", 2000]
+    for name in "ab":
+        done = run(
+            "fit",
+            folder / "table.binary",
+            "-o",
+            tmp_path / f"{name}.safetensors",
+            *options,
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
+    assert nacre.load(tmp_path / "a.safetensors").sizes == (6, 8, 3)
+
+
+def test_several_files_fit_into_a_folder(folder, tmp_path):
+    (tmp_path / "other.binary").write_bytes((folder / "table.binary").read_bytes())
+    options = ["--epochs", 1, "--samples", 2000, "-o", tmp_path]
+    done = run("fit", folder / "table.binary", "other.binary", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in tmp_path.glob("*.safetensors")} == {
+        "table.safetensors",
+        "other.safetensors",
+    }
+
+
+def test_info_shows_facts_line_by_line(folder):
+    done = run("info", "table.binary", "table.safetensors", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    for words in ("90 x 90 x 180", "invalid samples", "6-21-21-3", "held out loss", "Blinn-Phong"):
+        assert words in done.stdout
+
+
+def test_render_writes_a_picture(folder, tmp_path):
+    options = ["--size", 24, "--height", 16, "--spp", 2, "--shape", "sphere"]
+    for name in ("x.png", "x.exr"):
+        done = run(
+            "render", folder / "table.safetensors", "-o", tmp_path / name, *options, cwd=tmp_path
+        )
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / name).stat().st_size > 100
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_compare_prints_numbers_and_writes_a_picture(folder, tmp_path):
+    arguments = [folder / "table.binary", folder / "table.safetensors", "-o", "x.png", "--size", 32]
+    done = run("compare", *arguments, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for words in ("SSIM", "PSNR", "FLIP", "log-cosine error", "environment", "directional"):
+        assert words in done.stdout
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("given", ["", "file", "folder"])
+def test_demo_runs_the_main_job(folder, tmp_path, given):
+    from tests.data import require_data
+
+    named = {
+        "": "",
+        "file": str(folder / "table.binary"),
+        "folder": str(require_data("rgl")) if given == "folder" else "",
+    }[given]
+    done = run("demo", "--draft", "--spp", 2, "-o", "made/demo.png", cwd=tmp_path, NACRE_DATA=named)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "made/demo.png").stat().st_size > 10_000
+    assert nacre.load(tmp_path / "made/demo.safetensors").weight_count == 675
+    assert (tmp_path / "made/demo.binary").exists() == (given == "")
+
+
+def damaged_files(folder: Path, target: Path) -> dict[str, Path]:
+    whole = (folder / "table.binary").read_bytes()
+    neural = (folder / "table.safetensors").read_bytes()
+    contents = {
+        "empty.binary": b"",
+        "short.binary": whole[:-8],
+        "header.binary": whole[:7],
+        "long.binary": whole + b"x",
+        "absurd.binary": struct.pack("<3i", 2**31 - 1, 1, 1) + whole[12:],
+        "zero.binary": struct.pack("<3i", 0, 90, 180) + whole[12:],
+        "negative.binary": struct.pack("<3i", -90, 90, 180) + whole[12:],
+        "nan.binary": whole[:12] + struct.pack("<d", float("nan")) + whole[20:],
+        "magic.bsdf": b"tensor_fool\0" + bytes(50),
+        "short.bsdf": b"tensor_file\0\1\0\7\0\0\0",
+        "short.safetensors": neural[:-1],
+        "text.safetensors": b"not a material",
+        "text.h5": b"\x89HDF\r\n\x1a\n" + bytes(20),
+    }
+    for name, content in contents.items():
+        (target / name).write_bytes(content)
+    paths = {name: target / name for name in contents}
+    return paths | {"absent": target / "absent.binary", "directory": target}
+
+
+def test_bad_files_give_one_line_and_exit_code_2(folder, tmp_path):
+    """In one process, to be quick; the next test checks a real one."""
+    from click.testing import CliRunner
+
+    from nacre.cli import main
+
+    for name, path in damaged_files(folder, tmp_path).items():
+        for arguments in (
+            ["info", path],
+            ["fit", path, "-o", tmp_path / "out.safetensors"],
+            ["render", path, "-o", tmp_path / "out.png"],
+            ["compare", path, folder / "table.safetensors", "-o", tmp_path / "out.png"],
+        ):
+            error = None
+            with CliRunner().isolation() as streams:
+                try:
+                    main([str(a) for a in arguments])
+                except SystemExit as stop:
+                    error = stop
+                text = streams[1].getvalue().decode()
+            assert error is not None, (name, arguments)
+            assert error.code == 2, (name, arguments)
+            lines = [line for line in text.splitlines() if "nacre:" in line]
+            assert len(lines) == 1, (name, text)
+            assert str(path) in lines[0]
+            assert "Traceback" not in text
+    assert not list(tmp_path.glob("*out*"))
+
+
+def test_a_bad_file_gives_no_traceback(folder, tmp_path):
+    path = damaged_files(folder, tmp_path)["short.binary"]
+    done = run("fit", path, "-o", "out.safetensors", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "the file is cut short" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out.safetensors").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fit", "table.binary", "-o", "missing/x.safetensors"], "does not exist; create it"),
+        (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
+        (["fit", "table.binary", "--hidden", "21,x"], "expected widths from 1 to 1024"),
+        (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
+        (["fit", "table.binary", "--device", "abacus"], "abacus"),
+        (["fit", "table.binary", "table.binary"], "same name"),
+        (["fit", "table.binary", "other.binary", "-o", "x.safetensors"], "existing folder"),
+        (["fit"], "Missing argument"),
+        (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),
+        (["render", "table.binary", "--shape", "teapot"], "'teapot' is not one of"),
+        (["render", "table.binary", "--environment", "sky.exr"], "sky.exr"),
+        (["compare", "table.binary"], "Missing argument 'OTHER'"),
+        (["compare", "table.binary", "table.binary", "-o", "x.exr"], "ends in .png or .jpg"),
+        (["frobnicate"], "No such command"),
+        (["--wrong"], "No such option"),
+    ],
+)
+def test_wrong_usage_says_so_and_exits_with_2(folder, arguments, words):
+    before = sorted(folder.iterdir())
+    done = run(*arguments, cwd=folder)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder nobody can write to")
+def test_an_unwritable_folder_is_found_before_the_work(folder):
+    done = run("fit", "table.binary", "-o", "/proc/self/x.safetensors", cwd=folder)
+    assert done.returncode == 2
+    assert "/proc/self/x.safetensors: cannot be written" in done.stderr
+    assert "training" not in done.stderr
+
+
+def test_a_missing_extra_is_named(folder):
+    hide = (
+        "import sys; sys.modules.update(dict.fromkeys(['mitsuba', 'torch', 'skimage']));"
+        "from nacre.cli import main; main(sys.argv[1:])"
+    )
+    for arguments, extra in (
+        (["render", "table.binary"], "nacre[render]"),
+        (["compare", "table.binary", "table.binary"], "nacre[render]"),
+        (["fit", "table.binary", "--device", "cpu", "--samples", "1000"], "nacre[latent]"),
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", hide, *arguments],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+        )
+        assert done.returncode == 2, done.stderr
+        assert extra in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_help_lists_every_command_and_heavy_libraries_stay_out():
+    code = (
+        "import sys, nacre, nacre.cli\n"
+        "try: nacre.cli.main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numba', 'torch', 'mitsuba', 'drjit', 'skimage', 'h5py', 'numpy', 'rich'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    for name in ("compare", "demo", "fit", "info", "render"):
+        assert f"  {name} " in done.stdout
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,63 @@
+"""Fixtures of the rendering tests: Mitsuba in a variant, reflectances, scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import nacre.render
+from nacre.render import llvm
+
+
+def _variant(name: str) -> Iterator[Any]:
+    mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    if name.startswith("llvm") and llvm.prepare() is None:
+        pytest.skip(f"needs LLVM {llvm.MINIMUM} or newer")
+    before = mi.variant()
+    mi.set_variant(name)
+    nacre.render.register()
+    yield mi
+    if before is not None:
+        mi.set_variant(before)
+
+
+@pytest.fixture
+def rgb() -> Iterator[Any]:
+    """Mitsuba in llvm_ad_rgb."""
+    yield from _variant("llvm_ad_rgb")
+
+
+@pytest.fixture
+def spectral() -> Iterator[Any]:
+    """Mitsuba in llvm_ad_spectral."""
+    yield from _variant("llvm_ad_spectral")
+
+
+@pytest.fixture
+def mono() -> Iterator[Any]:
+    """Mitsuba in llvm_ad_mono."""
+    yield from _variant("llvm_ad_mono")
+
+
+@pytest.fixture
+def polarized() -> Iterator[Any]:
+    """Mitsuba in llvm_ad_mono_polarized."""
+    yield from _variant("llvm_ad_mono_polarized")
+
+
+@pytest.fixture
+def scalar() -> Iterator[Any]:
+    """Mitsuba in scalar_rgb."""
+    yield from _variant("scalar_rgb")
+
+
+@pytest.fixture
+def directions() -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (wi, wo), shape (2000, 3): uniform over the sphere, so three in four are dark."""
+    random = np.random.default_rng(7)
+    vectors = random.normal(size=(2, 2000, 3))
+    vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors[0].astype(np.float32), vectors[1].astype(np.float32)

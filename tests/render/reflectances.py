@@ -1,0 +1,78 @@
+"""Reflectances and scenes that the rendering tests share."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Components
+from nacre.brdf import Brdf
+from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
+from nacre.sampling import BlinnPhongMixture
+
+
+class Constant(Brdf):
+    """A Lambertian reflectance of one colour."""
+
+    name = "constant"
+
+    def __init__(self, *albedo: float) -> None:
+        self.albedo = albedo * 3 if len(albedo) == 1 else albedo
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        red, green, blue = (a / math.pi + 0.0 * (wi[2] + wo[2]) for a in self.albedo)
+        return red, green, blue
+
+
+class Tilted(Constant):
+    """Not reciprocal: brighter where the light is higher."""
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        red, green, blue = super().eval_components(wi, wo)
+        return red * wi[2], green * wi[2], blue * wi[2]
+
+
+def network(seed: int, specular: float = 0.5, exponent: float = 50.0, **options: Any) -> NeuralBrdf:
+    """An NBRDF of random weights that is positive nearly everywhere."""
+    random = np.random.default_rng(seed)
+    sizes = (INPUTS, *HIDDEN, OUTPUTS)
+    layers = [
+        Layer(
+            random.normal(0, (1.0 / rows) ** 0.5, (rows, columns)).astype(np.float32),
+            random.uniform(0, 0.2, columns).astype(np.float32),
+        )
+        for rows, columns in itertools.pairwise(sizes)
+    ]
+    layers[-1] = Layer(0.2 * layers[-1].weights, layers[-1].biases + np.float32(0.3))
+    return NeuralBrdf(layers, sampler=BlinnPhongMixture(specular, exponent), **options)
+
+
+def sphere_scene(mi: Any, bsdf: Any, size: int = 16, **parts: Any) -> dict[str, Any]:
+    """A sphere that fills the frame under a constant sky."""
+    camera = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    pixels = "luminance" if mi.is_monochromatic else "rgb"
+    film = {"type": "hdrfilm", "width": size, "height": size, "pixel_format": pixels}
+    return {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 4},
+        "sensor": {
+            "type": "orthographic",
+            "to_world": camera @ mi.ScalarTransform4f().scale([0.6, 0.6, 1]),
+            "film": film | {"rfilter": {"type": "box"}},
+        },
+        "sphere": {"type": "sphere", "bsdf": bsdf},
+        "sky": {"type": "constant"},
+        **parts,
+    }
+
+
+def interaction(mi: Any, wo: Any) -> Any:
+    """A surface interaction seen from `wo`, NumPy vectors of shape (n, 3)."""
+    import drjit as dr
+
+    si = dr.zeros(mi.SurfaceInteraction3f, len(wo))
+    si.wi = mi.Vector3f(np.ascontiguousarray(wo.T))
+    return si

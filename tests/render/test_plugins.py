@@ -1,0 +1,414 @@
+"""The Mitsuba plugins: values, densities, and the places where they are used."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import nacre
+import nacre.render
+from nacre.brdf import Brdf
+from nacre.color import luminance
+from tests.data import require_data
+
+from .reflectances import Constant, Tilted, interaction, network, sphere_scene
+
+Pairs = tuple[np.ndarray, np.ndarray]
+
+PUBLISHED = ("satin_rosaline", "paper_white", "cc_ibiza_sunset")
+
+
+def reflectance(name: str) -> Brdf:
+    """A reflectance of the test, of the published networks or of the measured tables."""
+    if name == "constant":
+        return Constant(0.2, 0.5, 0.8)
+    if name == "anisotropic":
+        return network(3, isotropic=False)
+    if name.startswith("random"):
+        return network(int(name[len("random") :]))
+    folder, ending = ("rgl", "bsdf") if name.endswith("measured") else ("pretrained/rgl", "h5")
+    return nacre.load(require_data(folder, f"{name.removesuffix(' measured')}_rgb.{ending}"))
+
+
+NAMES = ("constant", "anisotropic", "random1", *PUBLISHED, "satin_rosaline measured")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test01_eval_and_pdf_are_those_of_the_reflectance(
+    rgb: Any, directions: Pairs, name: str
+) -> None:
+    brdf, (wi, wo) = reflectance(name), directions
+    bsdf, context = nacre.render.bsdf(brdf), rgb.BSDFContext()
+    si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
+    value, density = bsdf.eval_pdf(context, si, light)
+    expected = brdf.eval(wi, wo) * np.maximum(wi[:, 2:], 0.0)
+    np.testing.assert_allclose(np.array(value).T, expected, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(np.array(density), brdf.pdf(wi, wo), rtol=1e-3, atol=1e-5)
+    np.testing.assert_array_equal(np.array(bsdf.eval(context, si, light)), np.array(value))
+    np.testing.assert_array_equal(np.array(bsdf.pdf(context, si, light)), np.array(density))
+    dark = (wi[:, 2] <= 0) | (wo[:, 2] <= 0)
+    assert dark.any()
+    assert not np.array(value).T[dark].any()
+    assert not np.array(density)[dark].any()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test02_weight_is_eval_over_pdf(rgb: Any, directions: Pairs, name: str) -> None:
+    bsdf, context = nacre.render.bsdf(reflectance(name)), rgb.BSDFContext()
+    si = interaction(rgb, directions[1])
+    u = np.random.default_rng(0).random((3, len(directions[1]))).astype(np.float32)
+    sample, weight = bsdf.sample(context, si, rgb.Float(u[0]), rgb.Point2f(u[1:]))
+    value, density = bsdf.eval_pdf(context, si, sample.wo)
+    pdf = np.array(sample.pdf)
+    # A sharp lobe in float32 loses digits on the way from the half vector to wi and back.
+    np.testing.assert_allclose(pdf, np.array(density), rtol=2e-3, atol=1e-6)
+    np.testing.assert_allclose(np.array(weight) * pdf, np.array(value), rtol=1e-3, atol=1e-5)
+    dark = (directions[1][:, 2] <= 0) | (np.array(sample.wo)[2] <= 0)
+    assert not pdf[dark].any()
+    assert not np.array(weight).T[dark].any()
+
+
+def chi_square(mi: Any, brdf: Brdf, degrees: float, distort: Callable[[Any, Any], Any]) -> Any:
+    """Chi-square test of `sample` against `pdf`, changed by `distort(pdf, wo)`.
+
+    Not Mitsuba's BSDFAdapter: it drops samples where the reflectance is 0, which a clamped network
+    may be above the horizon.
+    """
+    import drjit as dr
+
+    bsdf, context = nacre.render.bsdf(brdf), mi.BSDFContext()
+    angle = math.radians(degrees)
+
+    def seen(count: int) -> Any:
+        si = dr.zeros(mi.SurfaceInteraction3f, count)
+        si.wi = mi.Vector3f(math.sin(angle), 0.0, math.cos(angle))
+        return si
+
+    def sample(u: Any) -> tuple[Any, Any]:
+        drawn, _ = bsdf.sample(context, seen(dr.width(u)), u[0], mi.Point2f(u[1], u[2]))
+        return drawn.wo, dr.select(drawn.pdf > 0, mi.Float(1.0), 0.0)
+
+    def density(wo: Any) -> Any:
+        return distort(bsdf.pdf(context, seen(dr.width(wo)), wo), wo)
+
+    # 64 steps a cell resolve a lobe of exponent 50000 off the pole: a tenth of a degree of azimuth.
+    return mi.chi2.ChiSquareTest(
+        mi.chi2.SphericalDomain(), sample, density, 3, sample_count=400_000, res=101, ires=64
+    )
+
+
+LOBES = [
+    *((s, n, a) for s, n in ((0.0, 1.0), (1.0, 1.0), (0.5, 50.0)) for a in (0.0, 45.0, 80.0)),
+    *((s, n, a) for s, n in ((1.0, 50.0), (0.5, 2000.0)) for a in (30.0, 80.0)),
+    *((s, 50000.0, a) for s in (0.5, 1.0) for a in (45.0, 80.0)),
+]
+
+
+@pytest.mark.parametrize("name", ["random1", "random2", "constant"])
+@pytest.mark.parametrize(("specular", "exponent", "degrees"), LOBES)
+def test03_samples_follow_the_density(
+    rgb: Any, name: str, specular: float, exponent: float, degrees: float
+) -> None:
+    brdf = reflectance(name)
+    brdf.sampler = nacre.sampling.BlinnPhongMixture(specular, exponent)
+    test = chi_square(rgb, brdf, degrees, lambda pdf, wo: pdf)
+    assert test.run(test_count=3 * len(LOBES), quiet=True), test.messages
+
+
+@pytest.mark.parametrize("name", [*PUBLISHED, "satin_rosaline measured"])
+@pytest.mark.parametrize("degrees", [30.0, 75.0])
+def test04_samples_of_real_materials_follow_the_density(
+    rgb: Any, name: str, degrees: float
+) -> None:
+    test = chi_square(rgb, reflectance(name), degrees, lambda pdf, wo: pdf)
+    assert test.run(test_count=8, quiet=True), test.messages
+
+
+@pytest.mark.parametrize(("specular", "exponent"), [(0.0, 1.0), (0.5, 50.0), (1.0, 50000.0)])
+def test05_a_density_that_is_off_is_found(rgb: Any, specular: float, exponent: float) -> None:
+    brdf = network(1, specular, exponent)
+    for distort in (lambda pdf, wo: 1.03 * pdf, lambda pdf, wo: pdf * (1.0 + 0.1 * wo.x)):
+        assert not chi_square(rgb, brdf, 45.0, distort).run(quiet=True)
+
+
+def test06_white_furnace(rgb: Any) -> None:
+    scene = rgb.load_dict(sphere_scene(rgb, nacre.render.bsdf(Constant(1.0)), size=8))
+    image = np.array(rgb.render(scene, spp=4096, seed=3))
+    np.testing.assert_allclose(image, 1.0, atol=0.03)
+    np.testing.assert_allclose(image.mean(), 1.0, atol=2e-3)
+
+
+def row(mi: Any, bsdfs: list[Any]) -> Any:
+    """An image of spheres side by side, a block of 8 columns each."""
+    look = mi.ScalarTransform4f().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0])
+    film = {"type": "hdrfilm", "width": 8 * len(bsdfs), "height": 8, "rfilter": {"type": "box"}}
+    half = len(bsdfs) - 1.0
+    spheres = {
+        f"sphere{i}": {"type": "sphere", "center": [2.0 * i - half, 0, 0], "bsdf": bsdf}
+        for i, bsdf in enumerate(bsdfs)
+    }
+    scale = mi.ScalarTransform4f().scale([half + 1.0, half + 1.0, 1.0])
+    sensor = {"type": "orthographic", "to_world": look @ scale, "film": film}
+    integrator = {"type": "path", "max_depth": 3}
+    sky = {"type": "constant"}
+    scene = {"type": "scene", "integrator": integrator, "sensor": sensor, "sky": sky, **spheres}
+    return np.array(mi.render(mi.load_dict(scene), spp=64, seed=5))
+
+
+def test07_ten_materials_in_one_scene(rgb: Any) -> None:
+    brdfs: list[Brdf] = [network(i) for i in range(7)]
+    brdfs += [Constant(0.1 * i) for i in range(2, 5)]
+    modes = ["cooperative" if i in (1, 4) else "literals" for i in range(10)]
+    bsdfs = [nacre.render.bsdf(b, m) for b, m in zip(brdfs, modes, strict=True)]
+    together = row(rgb, bsdfs)
+    blocks = together.reshape(8, 10, 8, 3).mean((0, 2))
+    assert len(np.unique(blocks.round(3), axis=0)) == 10
+    for index in (0, 4, 9):
+        alone = row(rgb, [bsdfs[index]] * 10)
+        columns = slice(8 * index + 2, 8 * index + 6)
+        # Neighbours light each other at the rims only; the middle sees the sky.
+        np.testing.assert_allclose(
+            together[2:6, columns].mean(), alone[2:6, columns].mean(), rtol=0.02
+        )
+
+
+def test08_two_sides(rgb: Any) -> None:
+    def seen_from(z: float, bsdf: Any) -> float:
+        camera = rgb.ScalarTransform4f().look_at([0, 0, z], [0, 0, 0], [0, 1, 0])
+        film = {"type": "hdrfilm", "width": 4, "height": 4}
+        sensor = {"type": "perspective", "fov": 10, "to_world": camera, "film": film}
+        shape = {"type": "rectangle", "bsdf": bsdf}
+        scene = {"type": "scene", "integrator": {"type": "path"}, "sensor": sensor, "s": shape}
+        scene["sky"] = {"type": "constant"}
+        return float(np.array(rgb.render(rgb.load_dict(scene), spp=512)).mean())
+
+    bsdf = nacre.render.bsdf(network(1))
+    assert seen_from(-3.0, bsdf) == 0.0
+    both = {"type": "twosided", "bsdf": bsdf}
+    assert seen_from(3.0, bsdf) > 0.1
+    assert seen_from(-3.0, both) == pytest.approx(seen_from(3.0, bsdf), rel=0.02)
+
+
+def test09_blend_is_the_mean(rgb: Any, directions: Pairs) -> None:
+    first, second = nacre.render.bsdf(network(1)), nacre.render.bsdf(Constant(0.4))
+    blend = rgb.load_dict({"type": "blendbsdf", "weight": 0.5, "a": first, "b": second})
+    si = interaction(rgb, directions[1])
+    light = rgb.Vector3f(np.ascontiguousarray(directions[0].T))
+    parts = [b.eval_pdf(rgb.BSDFContext(), si, light) for b in (first, second, blend)]
+    for one, two, mean in zip(*parts, strict=True):
+        expected = 0.5 * (np.array(one) + np.array(two))
+        np.testing.assert_allclose(np.array(mean), expected, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize("plugin", ["nbrdf", "brdf"])
+def test10_scenes_in_xml_find_files_beside_them(rgb: Any, tmp_path: Path, plugin: str) -> None:
+    brdf = network(4)
+    nacre.save(brdf, tmp_path / "material.safetensors")
+    (tmp_path / "scene.xml").write_text(
+        f"""<scene version="3.0.0">
+        <integrator type="path"/>
+        <shape type="sphere">
+            <bsdf type="{plugin}"><string name="filename" value="material.safetensors"/></bsdf>
+        </shape></scene>"""
+    )
+    scene = rgb.load_file(str(tmp_path / "scene.xml"))
+    loaded = scene.shapes()[0].bsdf()
+    assert type(brdf).__name__ in str(loaded)
+    wi, wo = np.array([[0.6, 0.0, 0.8]], np.float32), np.array([[0.0, 0.6, 0.8]], np.float32)
+    si, light = interaction(rgb, wo), rgb.Vector3f(*wi[0].tolist())
+    found = np.array(loaded.eval(rgb.BSDFContext(), si, light)).T
+    np.testing.assert_allclose(found, 0.8 * brdf.eval(wi, wo), rtol=1e-4)
+
+
+@pytest.mark.parametrize("integrator", ["path", "prb"])
+def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
+    import drjit as dr
+
+    bsdf = nacre.render.bsdf(network(1), weights="cooperative")
+    scene = rgb.load_dict(
+        sphere_scene(rgb, bsdf, size=8, integrator={"type": integrator, "max_depth": 3})
+    )
+    params = rgb.traverse(scene)
+    (key,) = (key for key in params.keys() if key.endswith("weights"))  # noqa: SIM118
+    start = np.array(params[key])
+
+    def loss(values: Any) -> Any:
+        params[key] = rgb.Float(values)
+        params.update()
+        image = rgb.render(scene, params, spp=16, seed=2)
+        return dr.mean(image * image, axis=None)
+
+    values = rgb.Float(start)
+    dr.enable_grad(values)
+    dr.backward(loss(values))
+    gradient = np.array(dr.grad(values))
+    assert np.isfinite(gradient).all()
+    step = 5e-3
+    largest = np.argsort(-np.abs(gradient))[[0, 5, 20, 60]]
+    for index in largest:
+        shift = step * (np.arange(len(start)) == index)
+        high, low = (np.array(loss(start + s)).item() for s in (shift, -shift))
+        assert gradient[index] == pytest.approx((high - low) / (2 * step), rel=0.03)
+
+
+@pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
+def test12_cooperative_weights_change_without_recompiling(
+    rgb: Any, directions: Pairs, precision: str, tolerance: float
+) -> None:
+    wi, wo = directions
+    si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
+    bsdf = nacre.render.bsdf(network(1), "cooperative", precision)
+    other = nacre.render.bsdf(network(2), "cooperative", precision)
+    params = rgb.traverse(bsdf)
+    params["weights"] = rgb.traverse(other)["weights"]
+    params.update()
+    for brdf in (network(2), bsdf.material()):
+        found = np.array(bsdf.eval(rgb.BSDFContext(), si, light)).T
+        expected = brdf.eval(wi, wo) * np.maximum(wi[:, 2:], 0)
+        np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance)
+    for found_layer, layer in zip(bsdf.material().layers, network(2).layers, strict=True):
+        np.testing.assert_allclose(found_layer.weights, layer.weights, atol=tolerance)
+        np.testing.assert_allclose(found_layer.biases, layer.biases, atol=tolerance)
+
+
+def test13_scalar(scalar: Any) -> None:
+    brdf, wi, wo = network(1), np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, -0.6, 0.8]])
+    bsdf, context = nacre.render.bsdf(brdf), scalar.BSDFContext()
+    si = scalar.SurfaceInteraction3f()
+    si.wi = scalar.Vector3f(wo[0].tolist())
+    value, density = bsdf.eval_pdf(context, si, scalar.Vector3f(wi[0].tolist()))
+    np.testing.assert_allclose(np.array(value), 0.8 * brdf.eval(wi, wo)[0], rtol=1e-5)
+    assert density == pytest.approx(float(brdf.pdf(wi, wo)[0]), rel=1e-5)
+    assert bsdf.pdf(context, si, scalar.Vector3f(0.0, 0.0, -1.0)) == 0.0
+    scene = scalar.load_dict(sphere_scene(scalar, bsdf, size=4))
+    image = np.array(scalar.render(scene, spp=4))
+    assert np.isfinite(image).all()
+    assert image.min() > 0.0
+    with pytest.raises(nacre.NacreError, match="JIT variant"):
+        nacre.render.bsdf(brdf, "cooperative")
+
+
+def test14_mono_is_luminance(mono: Any) -> None:
+    wi, wo = np.array([[0.6, 0.0, 0.8]], np.float32), np.array([[0.0, 0.0, 1.0]], np.float32)
+    brdf = network(1)
+    si, light = interaction(mono, wo), mono.Vector3f(*wi[0].tolist())
+    found = np.array(nacre.render.bsdf(brdf).eval(mono.BSDFContext(), si, light)).item()
+    assert found == pytest.approx(0.8 * luminance(tuple(brdf.eval(wi, wo)[0])), rel=1e-4)
+
+
+def test15_polarized_is_depolarizing(polarized: Any) -> None:
+    mi, wo = polarized, np.array([[0.0, 0.0, 1.0]], np.float32)
+    si, light = interaction(mi, wo), mi.Vector3f(0.6, 0.0, 0.8)
+    value = nacre.render.bsdf(Constant(0.5)).eval(mi.BSDFContext(), si, light)
+    found = np.array(value).reshape(4, 4)
+    expected = np.zeros((4, 4))
+    expected[0, 0] = 0.5 / np.pi * 0.8
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+def test16_only_asked_components(rgb: Any) -> None:
+    bsdf = nacre.render.bsdf(Constant(0.5))
+    si = interaction(rgb, np.array([[0.0, 0.0, 1.0]], np.float32))
+    assert bsdf.component_count() == 1
+    assert rgb.has_flag(bsdf.flags(), rgb.BSDFFlags.GlossyReflection)
+    assert not rgb.has_flag(bsdf.flags(), rgb.BSDFFlags.Anisotropic)
+    anisotropic = nacre.render.bsdf(network(1, isotropic=False))
+    assert rgb.has_flag(anisotropic.flags(), rgb.BSDFFlags.Anisotropic)
+    up = rgb.Vector3f(0.0, 0.0, 1.0)
+    other, diffuse = rgb.BSDFContext(), rgb.BSDFContext()
+    other.component = 1
+    diffuse.type_mask = rgb.BSDFFlags.DiffuseReflection
+    for context in (other, diffuse):
+        assert not np.array(bsdf.eval(context, si, up)).any()
+        assert not np.array(bsdf.pdf(context, si, up)).any()
+        sample, weight = bsdf.sample(context, si, 0.5, rgb.Point2f(0.5, 0.5))
+        assert not np.array(weight).any()
+        assert not np.array(sample.pdf).any()
+
+
+def test17_inactive_lanes_are_dark(rgb: Any) -> None:
+    bsdf = nacre.render.bsdf(Constant(0.5))
+    si = interaction(rgb, np.tile(np.float32([0, 0, 1]), (2, 1)))
+    active = rgb.Bool([True, False])
+    context, up = rgb.BSDFContext(), rgb.Vector3f(0.0, 0.0, 1.0)
+    value, density = bsdf.eval_pdf(context, si, up, active)
+    sample, weight = bsdf.sample(context, si, 0.5, rgb.Point2f(0.5, 0.5), active)
+    for found in (density, sample.pdf, value.x, weight.x):
+        assert (np.array(found) > 0).tolist() == [True, False]
+
+
+def test18_following_light_swaps_the_directions(rgb: Any) -> None:
+    brdf = Tilted(0.5)
+    a, b = np.array([[0.6, 0.0, 0.8]], np.float32), np.array([[0.0, 0.0, 1.0]], np.float32)
+    bsdf, si, light = nacre.render.bsdf(brdf), interaction(rgb, a), rgb.Vector3f(0.0, 0.0, 1.0)
+    sight, follow = rgb.BSDFContext(), rgb.BSDFContext(rgb.TransportMode.Importance)
+    for context, expected in ((sight, brdf.eval(b, a)), (follow, brdf.eval(a, b))):
+        found = np.array(bsdf.eval(context, si, light)).T
+        np.testing.assert_allclose(found, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("mode", ["literals", "cooperative"])
+def test19_albedo_for_denoisers(rgb: Any, mode: str) -> None:
+    aov = {"type": "aov", "aovs": "albedo:albedo", "img": {"type": "path"}}
+    brdf = Constant(0.2, 0.5, 0.8) if mode == "literals" else network(1)
+    bsdf = nacre.render.bsdf(brdf, mode)
+    scene = rgb.load_dict(sphere_scene(rgb, bsdf, size=4, integrator=aov))
+    image = np.array(rgb.render(scene, spp=4))
+    expected = nacre.render.adapter.albedo(brdf)
+    np.testing.assert_allclose(
+        image[1:3, 1:3, -3:], np.broadcast_to(expected, (2, 2, 3)), rtol=0.01
+    )
+    np.testing.assert_allclose(nacre.render.adapter.albedo(Constant(0.7)), 0.7, rtol=1e-4)
+
+
+def test20_what_cannot_be_is_refused(rgb: Any, tmp_path: Path) -> None:
+    with pytest.raises(nacre.NacreError, match="for networks, not Constant"):
+        nacre.render.bsdf(Constant(0.5), "cooperative")
+    with pytest.raises(nacre.NacreError, match="'literals' or 'cooperative'"):
+        nacre.render.bsdf(network(1), "textures")
+    with pytest.raises(nacre.NacreError, match="cooperative weights"):
+        nacre.render.bsdf(network(1), "literals", "half")
+    with pytest.raises(RuntimeError, match="'filename'"):
+        rgb.load_dict({"type": "brdf"})
+    with pytest.raises(RuntimeError, match=r"absent\.safetensors: cannot be read"):
+        rgb.load_dict({"type": "nbrdf", "filename": str(tmp_path / "absent.safetensors")})
+    table = require_data("rgl", "paper_white_rgb.bsdf")
+    with pytest.raises(RuntimeError, match="use the plugin brdf"):
+        rgb.load_dict({"type": "nbrdf", "filename": str(table)})
+
+
+def test21_registers_once_for_every_variant(tmp_path: Path) -> None:
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    nacre.save(network(1), tmp_path / "a.safetensors")
+    code = """
+import sys, nacre.render
+assert not {"mitsuba", "drjit"} & set(sys.modules)
+nacre.render.register()
+import mitsuba as mi
+assert mi.variant() is None
+for variant in ("scalar_rgb", "llvm_ad_rgb", "scalar_rgb", "llvm_ad_rgb"):
+    mi.set_variant(variant)
+    nacre.render.register()
+    for plugin in ("nbrdf", "brdf"):
+        mi.load_dict({"type": plugin, "filename": "a.safetensors"})
+assert nacre.render.mitsuba("scalar_rgb").variant() == "llvm_ad_rgb"
+"""
+    if nacre.render.llvm.prepare() is None:
+        pytest.skip("needs an LLVM that Dr.Jit can use")
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONWARNINGS": "error"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")

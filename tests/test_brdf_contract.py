@@ -1,0 +1,181 @@
+"""What every reflectance in the package promises, on every one of them."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import json
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.brdf import Brdf, CosineSampler
+from nacre.measured import rgl_tables
+from nacre.measured.merl import tabulate
+from nacre.measured.rgl import RglBrdf
+from nacre.neural import Layer, NeuralBrdf
+from nacre.sampling import BlinnPhongMixture, fit_lobes
+from tests.data import list_data, require_data
+from tests.measured.support import hemisphere, material, tensor_bytes
+
+DEGREES = (0.0, 30.0, 60.0, 80.0)
+
+
+def network(isotropic: bool) -> NeuralBrdf:
+    random = np.random.default_rng(0)
+    layers = [
+        Layer(random.normal(0, 0.4, (a, b)).astype(np.float32), np.full(b, 0.05, np.float32))
+        for a, b in itertools.pairwise((6, 21, 21, 3))
+    ]
+    brdf = NeuralBrdf(layers, isotropic=isotropic, name="random")
+    brdf.sampler = fit_lobes(brdf)
+    return brdf
+
+
+def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> RglBrdf:
+    path = tmp_path_factory.mktemp("rgl") / "synthetic.bsdf"
+    path.write_bytes(tensor_bytes(material(phi_i)))
+    return RglBrdf(rgl_tables.read_tables(path))
+
+
+def real(folder: str, name: str) -> Brdf:
+    return nacre.load(require_data(folder, name))
+
+
+MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
+    "isotropic network": lambda _: network(True),
+    "anisotropic network": lambda _: network(False),
+    "MERL table of a network": lambda _: tabulate(network(True)),
+    "isotropic RGL table": lambda t: rgl_table(t, [0.0]),
+    "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
+}
+for _name in list_data("rgl", "*.bsdf"):
+    MAKERS[_name] = lambda _, name=_name: real("rgl", name)
+for _name in ("chrome.h5", "pink-fabric.h5", "specular-black-phenolic.h5"):
+    MAKERS[_name] = lambda _, name=_name: real("pretrained/merl", name)
+
+
+@pytest.fixture(scope="module", params=MAKERS)
+def brdf(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Brdf:
+    return MAKERS[request.param](tmp_path_factory)
+
+
+@functools.cache
+def pairs(count: int = 4000) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(7)
+    return hemisphere(random, count), hemisphere(random, count)
+
+
+def test_values_are_finite_non_negative_colours(brdf):
+    wi, wo = pairs()
+    values = brdf.eval(wi, wo)
+    assert values.shape == (4000, 3)
+    assert values.dtype == np.float32
+    assert np.isfinite(values).all()
+    assert (values >= 0).all()
+    assert values.max() > 0
+    assert brdf.eval(wi.astype(np.float64), wo).dtype == np.float64
+
+
+def test_shapes_broadcast_down_to_one_direction(brdf):
+    wi, wo = pairs()
+    grid = brdf.eval(wi[:5, None], wo[None, :7])
+    assert grid.shape == (5, 7, 3)
+    one = brdf.eval(wi[2], wo[3])
+    assert one.shape == (3,)
+    np.testing.assert_allclose(one, grid[2, 3], rtol=1e-4, atol=1e-6)
+    assert brdf.pdf(wi[2], wo[3]).shape == ()
+    assert brdf.valid(wi[2], wo[3]).shape == ()
+    assert brdf.sample(wo[3], np.full(3, 0.5))[0].shape == (3,)
+    assert brdf.eval(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0, 3)
+
+
+def test_nothing_is_reflected_at_or_below_the_horizon(brdf):
+    wi, wo = (w[:100].copy() for w in pairs())
+    for below in (-wi, wi * [1, 1, 0]):
+        assert (brdf.eval(below, wo) == 0).all()
+        assert (brdf.eval(wo, below) == 0).all()
+        assert (brdf.pdf(below, wo) == 0).all()
+        assert (brdf.pdf(wo, below) == 0).all()
+        assert not brdf.valid(below, wo).any()
+        assert (brdf.sample(below, np.full((100, 3), 0.3))[1] == 0).all()
+
+
+def test_isotropy_is_what_it_says(brdf):
+    wi, wo = pairs(500)
+    c, s = math.cos(1.0), math.sin(1.0)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], np.float32)
+    one, turned = brdf.eval(wi, wo), brdf.eval(wi @ turn.T, wo @ turn.T)
+    close = np.isclose(one, turned, rtol=1e-2, atol=1e-3).all(axis=1).mean()
+    assert (close > 0.99) == brdf.isotropic
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+def test_sample_and_pdf_agree(brdf, degrees):
+    theta = math.radians(degrees)
+    wo = np.tile(np.array([math.sin(theta), 0.0, math.cos(theta)], np.float32), (20_000, 1))
+    wi, density = brdf.sample(wo, np.random.default_rng(1).random((20_000, 3), np.float32))
+    assert np.isfinite(density).all()
+    assert (density >= 0).all()
+    assert (density[wi[:, 2] <= 0] == 0).all()
+    drawn = density > 0
+    assert drawn.mean() > 0.3
+    np.testing.assert_allclose(np.linalg.norm(wi[drawn], axis=1), 1.0, atol=2e-4)
+    again = brdf.pdf(wi[drawn], wo[drawn])
+    error = np.abs(again - density[drawn]) / density[drawn]
+    assert np.quantile(error, 0.99) < 0.02
+    # The mean of 1 / pdf over samples is the solid angle that is ever sampled.
+    inverse = np.where(drawn, 1.0 / np.where(drawn, density, 1.0), 0.0)
+    assert inverse.mean() <= 2 * math.pi * (1 + 6 * inverse.std() / inverse.mean() / math.sqrt(2e4))
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+def test_the_density_integrates_to_at_most_one(brdf, degrees):
+    theta = math.radians(degrees)
+    wo = np.array([math.sin(theta), 0.0, math.cos(theta)], np.float32)
+    # Lobes from broad to sharp about the mirror direction, as the proposal of the integral.
+    lobes = [BlinnPhongMixture(0.9, n) for n in (1.0, 30.0, 1000.0, 30000.0)]
+    random, total = np.random.default_rng(2), []
+    for lobe in lobes:
+        u = random.random((40_000, 3))
+        wi, _ = lobe.sample_components(tuple(wo.astype(np.float64)), tuple(u.T))
+        proposal = sum(x.pdf_components(wi, tuple(wo.astype(np.float64))) for x in lobes) / 4
+        target = brdf.pdf(np.stack(wi, -1), wo)
+        total.append(np.where(proposal > 0, target / np.where(proposal > 0, proposal, 1), 0))
+    integral = np.concatenate(total)
+    error = 5 * integral.std() / math.sqrt(integral.size)
+    assert integral.mean() < 1 + error + 5e-3
+
+
+def test_facts_can_be_shown_and_stored(brdf):
+    facts = brdf.describe()
+    assert facts["model"] == type(brdf).__name__
+    assert facts["isotropic"] == brdf.isotropic
+    json.dumps(facts)
+
+
+def test_a_sampler_can_be_replaced(brdf):
+    before, wo = brdf.sampler, np.array([0.0, 0.6, 0.8], np.float32)
+    brdf.sampler = CosineSampler()
+    try:
+        assert brdf.pdf(np.array([0.0, 0.0, 1.0]), wo) == pytest.approx(1 / math.pi)
+    finally:
+        brdf.sampler = before
+
+
+def test_wrong_shapes_are_refused(brdf):
+    with pytest.raises(ValueError, match=r"\(\.\.\., 3\)"):
+        brdf.eval(np.zeros((4, 2)), np.zeros((4, 3)))
+
+
+def test_drjit_gives_what_numpy_gives(brdf):
+    mi = pytest.importorskip("nacre.render").mitsuba()
+    wi, wo = pairs()
+    traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in w.T) for w in (wi, wo)]
+    values = np.maximum(np.stack([np.array(c) for c in brdf.eval_components(*traced)], -1), 0)
+    expected = brdf.eval(wi, wo)
+    error = np.abs(values - expected) / np.maximum(expected, 0.01 * expected.mean())
+    assert np.quantile(error, 0.999) < 2e-3

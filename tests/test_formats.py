@@ -1,0 +1,81 @@
+"""The registry: reading by content, writing by name, clear refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre import formats
+from nacre.files import Format, FormatError
+from nacre.neural import Layer, NeuralBrdf
+
+
+def grey() -> NeuralBrdf:
+    return NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
+
+
+@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary"])
+def test_every_writable_format_round_trips_through_the_registry(tmp_path, ending):
+    path = tmp_path / f"grey{ending}"
+    nacre.save(grey(), path)
+    back = nacre.load(path)
+    wi = np.array([[0.1, 0.2, 0.9], [0.5, 0.0, 0.8]])
+    wi /= np.linalg.norm(wi, axis=1, keepdims=True)
+    np.testing.assert_allclose(back.eval(wi, wi[::-1]), np.exp(0.2) - 1, rtol=1e-5)
+    assert back.name == "grey"
+    assert back.source["file"] == path.name
+    assert len(back.source["sha256"]) == 64
+
+
+def test_content_decides_over_a_wrong_ending(tmp_path):
+    nacre.save(grey(), tmp_path / "grey.binary")
+    (tmp_path / "grey.binary").rename(tmp_path / "grey.bsdf")
+    assert type(nacre.load(tmp_path / "grey.bsdf")).__name__ == "MerlBrdf"
+
+
+@pytest.mark.parametrize("ending", [e for entry in formats.formats() for e in entry.extensions])
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "is empty"),
+        (b"\x00", "no known format"),
+        (b"hello, this is a text file and no material at all", "no known format"),
+        (None, "No such file"),
+    ],
+)
+def test_files_of_no_format_are_refused_in_one_line(tmp_path, ending, content, words):
+    path = tmp_path / f"x{ending}"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(FormatError, match=words) as caught:
+        nacre.load(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_directory_is_refused(tmp_path):
+    with pytest.raises(FormatError, match="is a directory"):
+        nacre.load(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["x", "x.txt", "x.npy", "x.bsdf"])
+def test_what_cannot_be_written_is_refused_with_the_choices(tmp_path, name):
+    with pytest.raises(FormatError, match=r"known: \.safetensors, \.binary"):
+        nacre.save(grey(), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_new_format_can_be_registered(tmp_path, monkeypatch):
+    monkeypatch.setattr(formats, "_formats", list(formats.formats()))
+    (tmp_path / "x.mine").write_bytes(b"MINE")
+    formats.register(Format("mine", (".mine",), lambda h: h == b"MINE", lambda path: grey()))
+    assert nacre.load(tmp_path / "x.mine").name == "x"
+
+
+def test_the_public_names_exist():
+    for name in nacre.__all__:
+        assert getattr(nacre, name) is not None
+    assert set(nacre.__all__) <= set(dir(nacre))
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        nacre.nonsense  # noqa: B018
