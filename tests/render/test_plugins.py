@@ -89,7 +89,7 @@ def chi_square(mi: Any, brdf: Brdf, degrees: float, distort: Callable[[Any, Any]
 
     def seen(count: int) -> Any:
         si = dr.zeros(mi.SurfaceInteraction3f, count)
-        si.wi = mi.Vector3f(math.sin(angle), 0.0, math.cos(angle))
+        si.wi = mi.Vector3f(0.8 * math.sin(angle), 0.6 * math.sin(angle), math.cos(angle))
         return si
 
     def sample(u: Any) -> tuple[Any, Any]:

@@ -77,9 +77,8 @@ def command(
     for target in targets.values():
         writer(target)
         check_writable(target)
-    recipe = Recipe(
-        hidden=hidden, epochs=max(1, epochs // 5) if draft else epochs, samples=samples, seed=seed
-    )
+    epochs = max(1, epochs // 5) if draft else epochs
+    recipe = Recipe(hidden=hidden, epochs=epochs, samples=samples, seed=seed)
 
     with Stages() as stages:
         callbacks = {path: stages.add(path.stem) for path in files}

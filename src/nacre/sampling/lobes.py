@@ -11,6 +11,9 @@ from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect
 MAX_EXPONENT = 1e5
 """Sharpest Blinn-Phong lobe: beyond it float32 half vectors no longer resolve the lobe."""
 
+_SMALL = 0.03
+"""Below it a series replaces the difference of two numbers near 1."""
+
 
 @dataclass(frozen=True)
 class BlinnPhongMixture:
@@ -47,8 +50,9 @@ class BlinnPhongMixture:
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""
         xp = namespace(*wo, *u)
-        cos_theta = (1.0 - u[1]) ** (1.0 / (self.exponent + 1.0))
-        sin_theta = xp.sqrt(xp.maximum(1.0 - cos_theta * cos_theta, 0.0))
+        tan2 = _expm1(-2.0 / (self.exponent + 1.0) * xp.log(1.0 - u[1]))
+        cos_theta = 1.0 / xp.sqrt(1.0 + tan2)
+        sin_theta = cos_theta * xp.sqrt(tan2)
         phi = 2.0 * math.pi * u[2]
         mirrored = reflect(wo, (sin_theta * xp.cos(phi), sin_theta * xp.sin(phi), cos_theta))
         cosine = cosine_hemisphere(u[1], u[2])
@@ -61,8 +65,28 @@ class BlinnPhongMixture:
         xp = namespace(*wi, *wo)
         h = half_vector(wi, wo)
         cos_theta = xp.maximum(h[2], 1e-12)
-        lobe = (self.exponent + 1.0) / (2.0 * math.pi) * xp.exp(self.exponent * xp.log(cos_theta))
+        tan2 = (h[0] * h[0] + h[1] * h[1]) / (cos_theta * cos_theta)
+        power = xp.exp(-0.5 * self.exponent * _log1p(tan2))
+        lobe = (self.exponent + 1.0) / (2.0 * math.pi) * power
         mirrored = lobe / (4.0 * xp.maximum(dot(wo, h), 1e-6))
         visible = (wi[2] > 0.0) & (wo[2] > 0.0)
         mixture = self.specular * mirrored + (1.0 - self.specular) / math.pi * wi[2]
         return xp.where(visible, mixture, 0.0 * mixture)
+
+
+# A sharp lobe lives on angles whose cosine float32 rounds to a handful of values near 1: a density
+# from cos(theta)^n is off by 0.2 % (rms) at n = 50000, one from the squared tangent by 6e-6.
+
+
+def _expm1(x: Array) -> Array:
+    """`exp(x)` - 1 for `x` >= 0, to 2e-6 in float32."""
+    xp = namespace(x)
+    series = x * (1.0 + x * (1.0 / 2.0 + x * (1.0 / 6.0 + x / 24.0)))
+    return xp.where(x < _SMALL, series, xp.exp(x) - 1.0)
+
+
+def _log1p(x: Array) -> Array:
+    """Logarithm of 1 + `x` for `x` >= 0, to 2e-6 in float32."""
+    xp = namespace(x)
+    series = x * (1.0 - x * (1.0 / 2.0 - x * (1.0 / 3.0 - x * (1.0 / 4.0 - x / 5.0))))
+    return xp.where(x < _SMALL, series, xp.log(1.0 + x))
