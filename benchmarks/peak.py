@@ -20,7 +20,7 @@ _CHAINS = 12
 
 @intrinsic
 def _chains(_context: Any, x: Any, count: Any) -> Any:
-    """Run `count` rounds of one fused multiply-add on every chain; returns one lane of their sum."""
+    """Run `count` rounds of a multiply-add on every chain; returns one lane of their sum."""
 
     def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         kind = ir.VectorType(ir.FloatType(), LANES)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from nacre.brdf import Brdf, CosineSampler, Sampler
     from nacre.files import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
-    from nacre.neural import NeuralBrdf, fit
+    from nacre.neural import NeuralBrdf, Recipe, fit
 
 __version__ = "0.1.0"
 
@@ -24,6 +24,7 @@ __all__ = [
     "MissingExtraError",
     "NacreError",
     "NeuralBrdf",
+    "Recipe",
     "Sampler",
     "__version__",
     "evaluate",
@@ -42,6 +43,7 @@ _homes = {
     "MissingExtraError": "nacre.files",
     "NacreError": "nacre.files",
     "NeuralBrdf": "nacre.neural",
+    "Recipe": "nacre.neural",
     "fit": "nacre.neural",
     "load": "nacre.formats",
     "save": "nacre.formats",

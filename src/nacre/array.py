@@ -8,7 +8,7 @@ operators cannot, so the same formula runs on NumPy arrays, PyTorch tensors and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,6 +19,9 @@ Array: TypeAlias = Any
 
 Components: TypeAlias = tuple[Array, Array, Array]
 """Three arrays of one shape: the coordinates of a vector or the channels of a colour."""
+
+
+Weights: TypeAlias = npt.NDArray[np.float32]
 
 
 class Table:
@@ -63,6 +66,18 @@ class Namespace:
     take: Callable[[Table, Array], Array]
     """`take(table, index)`: gather by flat index."""
 
+    def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
+        """`values @ weights + biases` of a small layer with constant weights.
+
+        Parameters
+        ----------
+        values
+            One array or number an input.
+        weights, biases
+            Shapes (inputs, outputs) and (outputs,).
+        """
+        raise NotImplementedError
+
 
 class _NumPy(Namespace):
     def __init__(self) -> None:
@@ -74,6 +89,12 @@ class _NumPy(Namespace):
         self.to_index = lambda x: np.asarray(x).astype(np.int64)
         self.to_float = lambda i, like: np.asarray(i).astype(np.asarray(like).dtype)
         self.take = lambda table, i: table.values.reshape(-1)[i]
+
+    def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
+        # One matrix product: a sum over components would make a temporary array a weight.
+        stacked = np.stack(np.broadcast_arrays(*values))
+        product = np.tensordot(weights.T.astype(stacked.dtype, copy=False), stacked, axes=1)
+        return list(product + biases.reshape(-1, *[1] * (stacked.ndim - 1)))
 
 
 class _Torch(Namespace):
@@ -101,8 +122,17 @@ class _Torch(Namespace):
         self.minimum, self.maximum = binary(torch.minimum), binary(torch.maximum)
         self.where = torch.where
         self.to_index = lambda x: x.long()
+        self._torch = torch
         self.to_float = lambda i, like: i.to(like.dtype)
         self.take = take
+
+    def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
+        like = next(v for v in values if isinstance(v, self._torch.Tensor))
+        options = {"dtype": like.dtype, "device": like.device}
+        tensors = (self._torch.as_tensor(v, **options) for v in values)
+        stacked = self._torch.stack(self._torch.broadcast_tensors(*tensors), -1)
+        rows, columns = (self._torch.tensor(w, **options) for w in (weights, biases))
+        return list((stacked @ rows + columns).unbind(-1))
 
 
 class _DrJit(Namespace):
@@ -121,6 +151,16 @@ class _DrJit(Namespace):
         self.to_index = lambda x: dr.uint32_array_t(type(x))(x)
         self.to_float = lambda i, like: type(like)(i)
         self.take = take
+        self._fma = dr.fma
+
+    def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
+        # Numbers become literals of the kernel, which does not fuse sums and products by itself.
+        totals: list[Array] = biases.tolist()
+        for value, row in zip(values, weights.tolist(), strict=True):
+            if isinstance(value, float) and value == 0.0:
+                continue
+            totals = [self._fma(w, value, total) for w, total in zip(row, totals, strict=True)]
+        return totals
 
 
 _namespaces: dict[str, Namespace] = {}

@@ -99,9 +99,9 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
 
 
 def isotropic(h: Components) -> Components:
-    """Half vector turned to phi_h = 0: (sin theta_h, 0, cos theta_h)."""
+    """Half vector turned to phi_h = 0: (sin theta_h, 0, cos theta_h); the 0 is a plain number."""
     xp = namespace(*h)
-    return xp.sqrt(h[0] * h[0] + h[1] * h[1]), 0.0 * h[1], h[2]
+    return xp.sqrt(h[0] * h[0] + h[1] * h[1]), 0.0, h[2]
 
 
 def from_spherical(theta: Array, phi: Array) -> Components:

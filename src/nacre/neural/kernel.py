@@ -21,12 +21,14 @@ from nacre.neural.samples import BLOCK, Samples, aligned
 from nacre.neural.simd import (
     DENSE_ROWS,
     OUTER_ROWS,
+    OUTER_SIZE,
     PANEL,
     copy_block,
     dense_gate,
     dense_linear,
     dense_relu,
     outer,
+    prefetch_block,
 )
 
 _OUTPUTS = 3
@@ -126,6 +128,15 @@ def _gather(blocks: Any, order: Any, inputs: Any, stride: Any, x: Any, targets: 
 
 
 @_compile  # type: ignore[untyped-decorator]
+def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
+    """Fetch the chosen blocks while there is other work: they lie all over the memory."""
+    rows = inputs + _TARGETS
+    for k in range(order.size):
+        for f in range(rows):
+            prefetch_block(blocks, (order[k] * rows + f) * BLOCK)
+
+
+@_compile  # type: ignore[untyped-decorator]
 def _forward(count: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any) -> None:
     layers = widths.size - 1
     for panel in range(0, count, PANEL):
@@ -214,6 +225,7 @@ def _epoch(
     total = 0.0
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]
+        _prefetch(blocks, order[(k + 1) * batch : (k + 2) * batch], widths[0])
         total += _gradient(
             blocks, part, widths, starts, weights, stride, x, g, targets, tile, gradient
         )
@@ -276,7 +288,7 @@ class KernelTrainer:
         self._x = aligned(math.prod(shape)).reshape(shape)
         self._g = aligned(math.prod(shape)).reshape(shape)
         self._targets = aligned(_TARGETS * self._stride)
-        self._tile = aligned(math.prod(OUTER_ROWS))
+        self._tile = aligned(OUTER_SIZE)
         self._step = 0
 
     def _views(self, flat: Vector) -> list[tuple[Vector, Vector]]:

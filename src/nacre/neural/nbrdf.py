@@ -6,7 +6,7 @@ NBRDF paper, section 3.1 and Figure 1.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -110,7 +110,7 @@ class NeuralBrdf(Brdf):
         for index, layer in enumerate(self.layers):
             if index:
                 values = [xp.maximum(v, 0.0) for v in values]
-            values = _dense(values, layer)
+            values = xp.dense(values, layer.weights, layer.biases)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
@@ -128,28 +128,6 @@ class NeuralBrdf(Brdf):
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
         return super().describe() | {k.replace("_", " "): v for k, v in facts.items() if v}
-
-
-def _dense(values: Sequence[Array], layer: Layer) -> list[Array]:
-    if isinstance(values[0], np.ndarray):
-        # One matrix product: the sums below would make a temporary array per weight.
-        stacked = np.stack(np.broadcast_arrays(*values))
-        product = np.tensordot(layer.weights.T.astype(stacked.dtype, copy=False), stacked, axes=1)
-        return list(product + layer.biases.reshape(-1, *[1] * (stacked.ndim - 1)))
-    outputs: list[Array] = layer.biases.tolist()
-    add = _multiply_add(values[0])
-    for value, row in zip(values, layer.weights.tolist(), strict=True):
-        outputs = [add(weight, value, total) for total, weight in zip(outputs, row, strict=True)]
-    return outputs
-
-
-def _multiply_add(like: Array) -> Callable[[float, Array, Array], Array]:
-    """`a * b + c`; fused on Dr.Jit, whose kernels are a quarter slower without."""
-    if type(like).__module__.partition(".")[0] in ("drjit", "mitsuba"):
-        import drjit
-
-        return lambda a, b, c: drjit.fma(a, b, c)
-    return lambda a, b, c: c + a * b
 
 
 def flatten(layers: Sequence[Layer]) -> Floats:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
@@ -131,7 +132,9 @@ def _read_npy(path: Path) -> npt.NDArray[np.float32]:
 def _network(layers: list[Layer], name: str) -> NeuralBrdf:
     if not all(np.isfinite(part).all() for y in layers for part in (y.weights, y.biases)):
         raise ValueError("weights are not finite")
-    return NeuralBrdf(layers, name=name)
+    network = NeuralBrdf(layers, name=name)
+    network.sampler = fit_lobes(network)
+    return network
 
 
 FORMATS = (
