@@ -28,6 +28,7 @@ from nacre.neural.simd import (
     dense_linear,
     dense_relu,
     outer,
+    prefer_wide_vectors,
     prefetch_block,
 )
 
@@ -80,6 +81,7 @@ def _log(x: Any) -> Any:
 @_compile_fast  # type: ignore[untyped-decorator]
 def _loss(x: Any, target: Any, cosine: Any, gradient: Any, scale: Any) -> Any:
     """Sum of |log(1 + (e^x - 1) cos) - target|, and its gradient times `scale`."""
+    prefer_wide_vectors()
     total = np.float32(0.0)
     for s in range(x.size):
         e = _exp(x[s])
@@ -92,6 +94,7 @@ def _loss(x: Any, target: Any, cosine: Any, gradient: Any, scale: Any) -> Any:
 
 @_compile_fast  # type: ignore[untyped-decorator]
 def _sum(x: Any) -> Any:
+    prefer_wide_vectors()
     total = np.float32(0.0)
     for i in range(x.size):
         total += x[i]

@@ -218,6 +218,17 @@ def outer(
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def prefer_wide_vectors(_context: Any) -> Any:
+    """Let LLVM's loop vectoriser use the widest vectors in the calling function."""
+
+    def generate(context: Any, builder: Any, _: Any, __: Any) -> Any:
+        set.add(builder.function.attributes, f'"prefer-vector-width"="{32 * LANES}"')
+        return context.get_dummy_value()
+
+    return types.void(), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def prefetch_block(_context: Any, x: Any, x_offset: Any) -> Any:
     """Ask for the :data:`BLOCK` values at an offset to be fetched into the second-level cache."""
     signature = types.void(x, types.intp)
@@ -226,7 +237,9 @@ def prefetch_block(_context: Any, x: Any, x_offset: Any) -> Any:
         emit = _Emitter(context, builder, sig, arguments)
         byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
         prefetch = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]), "llvm.prefetch.p0"
+            builder.module,
+            ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]),
+            "llvm.prefetch.p0",
         )
         address = builder.bitcast(builder.gep(emit.pointers[0], [arguments[1]]), byte)
         builder.call(prefetch, [address, flag(0), flag(2), flag(1)])
