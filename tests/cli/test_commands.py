@@ -77,6 +77,16 @@ def test_several_files_fit_into_a_folder(folder, tmp_path):
     }
 
 
+def test_a_bad_file_among_several_does_not_stop_the_others(folder, tmp_path):
+    (tmp_path / "bad.binary").write_bytes(b"bad")
+    arguments = ["bad.binary", folder / "table.binary", "--epochs", 1, "--samples", 2000]
+    done = run("fit", *arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "bad.binary: content is of no known format" in done.stderr
+    assert "675 weights" in done.stdout
+    assert {p.name for p in tmp_path.glob("*.safetensors")} == {"table.safetensors"}
+
+
 def test_info_shows_facts_line_by_line(folder):
     done = run("info", "table.binary", "table.safetensors", cwd=folder)
     assert done.returncode == 0, done.stderr

@@ -11,7 +11,7 @@ import pytest
 
 from nacre.evaluate import Comparison, compare, picture
 from nacre.evaluate.drawing import magma
-from tests.render.materials import Lobe, White
+from tests.render.reflectances import Constant, Lobe
 
 pytest.importorskip("skimage")
 pytest.importorskip("flip_evaluator")
@@ -21,12 +21,12 @@ pytest.importorskip("PIL")
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     """White against a glossy lobe, small."""
-    return compare(White(), Lobe(60.0), size=24, directions=64)
+    return compare(Constant(1.0), Lobe(60.0), size=24, directions=64)
 
 
 def test01_both_lights_and_all_figures(comparison: Comparison):
     assert [item.light for item in comparison.lights] == ["environment", "directional"]
-    assert (comparison.truth, comparison.other) == ("white", "Lobe")
+    assert (comparison.truth, comparison.other) == ("constant", "Lobe")
     for item in comparison.lights:
         assert item.truth.shape == item.other.shape == (24, 24, 3)
         assert item.flip_map.shape == comparison.mask.shape == (24, 24)
@@ -39,7 +39,7 @@ def test01_both_lights_and_all_figures(comparison: Comparison):
 
 
 def test02_a_material_equals_itself():
-    same = compare(White(), White(), size=16, directions=16)
+    same = compare(Constant(1.0), Constant(1.0), size=16, directions=16)
     for item in same.lights:
         assert item.errors.psnr == math.inf
         assert item.errors.ssim == pytest.approx(1.0)
@@ -49,7 +49,7 @@ def test02_a_material_equals_itself():
 
 def test03_progress_rises_to_one():
     seen: list[float] = []
-    compare(White(), White(), size=64, directions=64, progress=seen.append)
+    compare(Constant(1.0), Constant(1.0), size=64, directions=64, progress=seen.append)
     assert len(seen) > 4
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1.0)

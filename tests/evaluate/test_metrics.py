@@ -11,6 +11,7 @@ from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.evaluate import angular_errors, flip, image_errors
+from nacre.files import NacreError
 
 pytest.importorskip("skimage")
 pytest.importorskip("flip_evaluator")
@@ -121,7 +122,7 @@ def test10_invalid_samples_do_not_count():
     some = angular_errors(Grey(0.2, limit=0.8), Grey(0.4), count=5000)
     assert some.count < every.count
     assert some.rmse_cosine > 0.2 * 0.8
-    with pytest.raises(ValueError, match="no valid sample"):
+    with pytest.raises(NacreError, match="no valid sample"):
         angular_errors(Grey(0.2, limit=1.0), Grey(0.4), count=100)
 
 

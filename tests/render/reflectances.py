@@ -10,6 +10,7 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf
+from nacre.geometry import dot, half_vector
 from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture
 
@@ -25,6 +26,27 @@ class Constant(Brdf):
     def eval_components(self, wi: Components, wo: Components) -> Components:
         red, green, blue = (a / math.pi + 0.0 * (wi[2] + wo[2]) for a in self.albedo)
         return red, green, blue
+
+
+class Lobe(Brdf):
+    """A Blinn-Phong density of half vectors made a reflectance: under white light, seen along the
+    normal, it reflects all but what falls below the horizon.
+
+    Parameters
+    ----------
+    exponent
+        Of the cosine of the half vector.
+    """
+
+    def __init__(self, exponent: float) -> None:
+        self.exponent = exponent
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        """See :class:`nacre.brdf.Brdf`."""
+        h = half_vector(wi, wo)
+        density = (self.exponent + 2.0) / (2.0 * math.pi) * abs(h[2]) ** self.exponent
+        value = density * h[2] / (4.0 * dot(wo, h) * wi[2])
+        return value, 0.5 * value, 0.0 * value
 
 
 class Tilted(Constant):

@@ -17,6 +17,7 @@ import nacre
 import nacre.render
 from nacre.brdf import Brdf
 from nacre.color import luminance
+from nacre.measured.merl import tabulate
 from tests.data import require_data
 
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
@@ -34,6 +35,8 @@ def reflectance(name: str) -> Brdf:
         return network(3, isotropic=False)
     if name.startswith("random"):
         return network(int(name[len("random") :]))
+    if name.endswith("tabulated"):
+        return tabulate(reflectance(name.removesuffix(" tabulated")))
     folder, ending = ("rgl", "bsdf") if name.endswith("measured") else ("pretrained/rgl", "h5")
     return nacre.load(require_data(folder, f"{name.removesuffix(' measured')}_rgb.{ending}"))
 
@@ -123,13 +126,15 @@ def test03_samples_follow_the_density(
     assert test.run(test_count=3 * len(LOBES), quiet=True), test.messages
 
 
-@pytest.mark.parametrize("name", [*PUBLISHED, "satin_rosaline measured"])
-@pytest.mark.parametrize("degrees", [30.0, 75.0])
+@pytest.mark.parametrize(
+    "name", [*PUBLISHED, "satin_rosaline measured", "cc_ibiza_sunset tabulated"]
+)
+@pytest.mark.parametrize("degrees", [30.0, 60.0, 80.0])
 def test04_samples_of_real_materials_follow_the_density(
     rgb: Any, name: str, degrees: float
 ) -> None:
     test = chi_square(rgb, reflectance(name), degrees, lambda pdf, wo: pdf)
-    assert test.run(test_count=8, quiet=True), test.messages
+    assert test.run(test_count=15, quiet=True), test.messages
 
 
 @pytest.mark.parametrize(("specular", "exponent"), [(0.0, 1.0), (0.5, 50.0), (1.0, 50000.0)])

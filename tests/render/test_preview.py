@@ -13,7 +13,7 @@ from nacre.render import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.preview import check_image_path, render_preview, write_bytes, write_image
 from nacre.render.scene import LIGHTS, SHAPES, ball_profile, describe_scene
-from tests.render.materials import White
+from tests.render.reflectances import Constant
 
 pytest.importorskip("mitsuba")
 
@@ -22,7 +22,7 @@ pytest.importorskip("mitsuba")
 @pytest.mark.parametrize("light", LIGHTS)
 def test01_every_scene_renders(shape: str, light: str):
     seen: list[float] = []
-    image = render_preview(White(), shape, light, (40, 24), spp=20, progress=seen.append)
+    image = render_preview(Constant(1.0), shape, light, (40, 24), spp=20, progress=seen.append)
     assert image.shape == (24, 40, 3)
     assert image.dtype == np.float32
     assert np.isfinite(image).all()
@@ -32,7 +32,7 @@ def test01_every_scene_renders(shape: str, light: str):
 
 def test02_the_seed_decides():
     first, again, other = (
-        render_preview(White(), "sphere", size=16, spp=4, seed=s) for s in (1, 1, 2)
+        render_preview(Constant(1.0), "sphere", size=16, spp=4, seed=s) for s in (1, 1, 2)
     )
     # Threads add samples to a pixel in any order: equal but for rounding.
     np.testing.assert_allclose(first, again, rtol=1e-5)
@@ -40,14 +40,14 @@ def test02_the_seed_decides():
 
 
 def test03_white_is_about_0_8():
-    image = render_preview(White(), "ball", size=32, spp=64)
+    image = render_preview(Constant(1.0), "ball", size=32, spp=64)
     assert image[8:20, 12:20].mean() == pytest.approx(0.8, abs=0.12)
 
 
 def test04_the_given_environment_lights():
     red = np.zeros((8, 16, 3), np.float32)
     red[..., 0] = 1.0
-    image = render_preview(White(), "sphere", size=16, spp=4, environment=Environment(red))
+    image = render_preview(Constant(1.0), "sphere", size=16, spp=4, environment=Environment(red))
     assert image[..., 0].mean() > 0.1
     np.testing.assert_array_equal(image[..., 1:], 0.0)
 
@@ -64,7 +64,7 @@ def test04_the_given_environment_lights():
 )
 def test05_bad_arguments_name_the_choice(arguments: dict, complaint: str):
     with pytest.raises(NacreError, match=complaint):
-        render_preview(White(), **arguments)
+        render_preview(Constant(1.0), **arguments)
 
 
 def test06_the_ball_is_a_closed_solid():

@@ -12,7 +12,7 @@ from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight, EnvironmentLight
 from nacre.render.sphere import MARGIN, frames, render_sphere, sphere_normals, standard_lights
 from nacre.render.studio import studio
-from tests.render.materials import Lobe, White
+from tests.render.reflectances import Constant, Lobe
 
 
 def white_light(count: int) -> EnvironmentLight:
@@ -41,7 +41,7 @@ def test02_frames_are_rotations_with_tangents_along_latitudes():
 
 
 def test03_white_sphere_in_white_light_is_white():
-    image, mask = render_sphere(White(), white_light(512), 32)
+    image, mask = render_sphere(Constant(1.0), white_light(512), 32)
     assert image.shape == (32, 32, 3)
     assert image.dtype == np.float32
     np.testing.assert_allclose(image[mask], 1.0, atol=0.03)
@@ -50,7 +50,7 @@ def test03_white_sphere_in_white_light_is_white():
 
 
 def test04_directional_light_is_a_cosine():
-    image, mask = render_sphere(White(), DirectionalLight(), 32)
+    image, mask = render_sphere(Constant(1.0), DirectionalLight(), 32)
     normals, _ = sphere_normals(32)
     cosine = np.maximum(normals[mask] @ [-0.5, 0.5, math.sqrt(0.5)], 0.0)
     np.testing.assert_allclose(image[mask], np.repeat(cosine[:, None], 3, axis=1), atol=1e-5)
@@ -64,12 +64,12 @@ def test05_lobes_of_every_width_are_integrated(exponent: float):
 
 
 def test06_exposed_white_sphere_has_mean_0_8():
-    image, mask = render_sphere(White(), standard_lights()["environment"], 48)
+    image, mask = render_sphere(Constant(1.0), standard_lights()["environment"], 48)
     assert luminance(tuple(image[mask].mean(axis=0))) == pytest.approx(0.8, rel=0.01)
 
 
-@pytest.mark.parametrize("material", [White(), Lobe(400.0)], ids=["white", "glossy"])
-def test07_few_directions_come_close_to_many(material: White | Lobe):
+@pytest.mark.parametrize("material", [Constant(1.0), Lobe(400.0)], ids=["white", "glossy"])
+def test07_few_directions_come_close_to_many(material: Constant | Lobe):
     few, mask = render_sphere(material, standard_lights()["environment"], 24)
     many, _ = render_sphere(material, standard_lights(count=8192)["environment"], 24)
     error = np.abs(few - many)[mask].mean() / many[mask].mean()
@@ -92,12 +92,12 @@ def test09_pictures_repeat_and_report_progress():
 
 
 def test10_errors_of_the_material_come_through():
-    class Broken(White):
+    class Broken(Constant):
         def eval_components(self, wi, wo):
             raise ArithmeticError("no")
 
     with pytest.raises(ArithmeticError, match="no"):
-        render_sphere(Broken(), DirectionalLight(), 16)
+        render_sphere(Broken(1.0), DirectionalLight(), 16)
 
 
 def test11_one_direction_is_too_few():
@@ -132,7 +132,7 @@ def test12_mitsuba_renders_the_same_white_sphere():
         }
     )
     expected = np.array(mi.render(scene, spp=8192, seed=0))
-    image, mask = render_sphere(White(), standard_lights()["environment"], size)
+    image, mask = render_sphere(Constant(1.0), standard_lights()["environment"], size)
     normals, _ = sphere_normals(size)
     inner = mask & (normals[..., 2] > 0.4)
     np.testing.assert_allclose(image[inner], expected[inner], rtol=0.06)

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from nacre.cli.console import Stages, check_writable, console, existing_file
+from nacre.files import NacreError
 
 
 def _widths(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[int, ...]:
@@ -95,6 +96,14 @@ def command(
 
         with ThreadPoolExecutor(min(jobs or core_count(), len(files))) as pool:
             results = [pool.submit(run, path) for path in files]
-            lines = [result.result() for result in results]
-    for line in lines:
-        console.print(line)
+    failures = []
+    for result in results:
+        error = result.exception()
+        if isinstance(error, NacreError | OSError):
+            failures.append(error)
+        else:
+            console.print(result.result(), markup=False)
+    for failure in failures[:-1]:
+        click.echo(f"nacre: {failure}", err=True)
+    if failures:
+        raise failures[-1]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.files import require
+from nacre.files import NacreError, require
 from nacre.geometry import from_rusinkiewicz_angles, join
 
 Floats = npt.NDArray[np.floating]
@@ -153,7 +153,7 @@ def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) 
 
     Raises
     ------
-    ValueError
+    NacreError
         If `truth` is valid at none of them.
     """
     generator = np.random.default_rng(seed)
@@ -163,7 +163,7 @@ def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) 
     wi, wo = map(join, from_rusinkiewicz_angles(theta_h, phi_h, theta_d, phi_d))
     valid = truth.valid(wi, wo)
     if not valid.any():
-        raise ValueError(f"{truth.name or 'the reference'} has no valid sample among {count}")
+        raise NacreError(f"{truth.name or 'the reference'}: no valid sample among {count}")
     wi, wo = wi[valid], wo[valid]
     f, g = truth.eval(wi, wo).astype(np.float64), other.eval(wi, wo).astype(np.float64)
     cosine = wi[:, 2:].astype(np.float64)

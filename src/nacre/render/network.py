@@ -45,11 +45,16 @@ class CooperativeNetwork:
         """The buffer that holds the weights of the network this was made from."""
         return self._layers[0][0].buffer
 
-    def _bound(self, weights: Any) -> list[tuple[Any, Any]]:
-        for layer in self._layers:
-            for view in layer:
-                view.buffer = weights
-        return self._layers
+    def _bound(self, weights: Any) -> list[list[Any]]:
+        """Views of the layers into a buffer, made anew: none outlives the trace that it is for."""
+        return [[self._view(place, weights) for place in layer] for layer in self._layers]
+
+    def _view(self, place: Any, weights: Any) -> Any:
+        view = self._nn.MatrixView()
+        for name in ("dtype", "layout", "shape", "stride", "offset", "size", "transpose"):
+            setattr(view, name, getattr(place, name))
+        view.buffer = weights
+        return view
 
     def eval_components(self, weights: Any, wi: Components, wo: Components) -> Components:
         """What :meth:`nacre.neural.NeuralBrdf.eval_components` does, with the given weights."""

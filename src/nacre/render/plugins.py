@@ -38,10 +38,9 @@ def register() -> None:
 
     Examples
     --------
-    >>> import mitsuba as mi  # doctest: +SKIP
-    >>> nacre.render.register()  # doctest: +SKIP
-    >>> mi.set_variant("llvm_ad_rgb")  # doctest: +SKIP
-    >>> mi.load_dict({"type": "nbrdf", "filename": "satin.safetensors"})  # doctest: +SKIP
+    >>> import nacre
+    >>> nacre.render.register()
+    >>> mi = nacre.render.mitsuba()  # from here on: {"type": "nbrdf", "filename": ...}
     """
     llvm.prepare()
     mi = require("mitsuba", "render")

@@ -81,12 +81,14 @@ class BlinnPhongMixture:
 def _expm1(x: Array) -> Array:
     """`exp(x)` - 1 for `x` >= 0, to 2e-6 in float32."""
     xp = namespace(x)
-    series = x * (1.0 + x * (1.0 / 2.0 + x * (1.0 / 6.0 + x / 24.0)))
+    y = xp.minimum(x, _SMALL)
+    series = y * (1.0 + y * (1.0 / 2.0 + y * (1.0 / 6.0 + y / 24.0)))
     return xp.where(x < _SMALL, series, xp.exp(x) - 1.0)
 
 
 def _log1p(x: Array) -> Array:
     """Logarithm of 1 + `x` for `x` >= 0, to 2e-6 in float32."""
     xp = namespace(x)
-    series = x * (1.0 - x * (1.0 / 2.0 - x * (1.0 / 3.0 - x * (1.0 / 4.0 - x / 5.0))))
+    y = xp.minimum(x, _SMALL)
+    series = y * (1.0 - y * (1.0 / 2.0 - y * (1.0 / 3.0 - y * (1.0 / 4.0 - y / 5.0))))
     return xp.where(x < _SMALL, series, xp.log(1.0 + x))
