@@ -5,6 +5,7 @@ Needs Python 3.11 or newer and nothing else; does only what is not done yet.
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import importlib.util
 import os
@@ -50,10 +51,13 @@ def apt(package: str) -> bool:
             return False
         prefix = ["sudo", "-n"]
     say(f"installing Debian's {package}")
-    quiet = {"stdout": subprocess.DEVNULL}
     environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
     for command in (["apt-get", "update"], ["apt-get", "install", "-y", package]):
-        result = subprocess.run([*prefix, *command], env=environment, **quiet)
+        result = subprocess.run(
+            [*prefix, *command], env=environment, capture_output=True, text=True
+        )
+    if result.returncode:
+        say(result.stderr.strip())
     return result.returncode == 0
 
 
@@ -83,6 +87,20 @@ def install_packages() -> None:
     STAMP.write_text(done)
 
 
+def provide_libatomic() -> None:
+    """Make sure that there is the library of GCC's atomics, which Dr.Jit's Linux wheels need."""
+    if not sys.platform.startswith("linux"):
+        return
+    try:
+        ctypes.CDLL("libatomic.so.1")
+    except OSError:
+        if not apt("libatomic1"):
+            stop(
+                "libatomic.so.1 is missing: sudo apt-get install libatomic1 (Debian, Ubuntu), "
+                "sudo dnf install libatomic (Fedora), sudo pacman -S gcc-libs (Arch)"
+            )
+
+
 def provide_llvm() -> None:
     """Make sure that there is an LLVM with which Dr.Jit can compile."""
     llvm = runpy.run_path(str(ROOT / "src" / "nacre" / "render" / "llvm.py"))
@@ -96,5 +114,6 @@ if __name__ == "__main__":
         stop(f"needs Python 3.11 or newer, this is {sys.version.split()[0]}; set PYTHON=python3.x")
     make_environment()
     install_packages()
+    provide_libatomic()
     provide_llvm()
     say("ready")

@@ -56,6 +56,13 @@ def test_reading_says_what_is_wrong(tmp_path):
         assert "\n" not in str(caught.value)
 
 
+def test_a_broken_extra_says_why(tmp_path, monkeypatch):
+    (tmp_path / "a_broken_module.py").write_text("raise OSError('libatomic.so.1: not found')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(MissingExtraError, match=r"does not load: libatomic\.so\.1: not found"):
+        require("a_broken_module", "render")
+
+
 def test_a_missing_extra_names_itself():
     with pytest.raises(MissingExtraError, match=r"pip install 'nacre\[render\]'"):
         require("a_module_that_does_not_exist", "render")

@@ -65,15 +65,18 @@ def require(module: str, extra: str) -> ModuleType:
     Raises
     ------
     MissingExtraError
-        Naming the extra of this package that brings `module`.
+        Naming the extra of this package that brings `module`, or saying why it does not load.
     """
+    package = module.partition(".")[0]
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        package = module.partition(".")[0]
         raise MissingExtraError(
             f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
         ) from error
+    except Exception as error:  # a library of the system that is missing shows in many ways
+        reason = str(error.__context__ or error).partition("\n")[0]
+        raise MissingExtraError(f"{package} is installed but does not load: {reason}") from error
 
 
 def read_bytes(path: PathLike, limit: int) -> bytes:
