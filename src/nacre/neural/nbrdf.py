@@ -127,7 +127,9 @@ class NeuralBrdf(Brdf):
             **self.metadata.get("quality", {}),
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
-        return super().describe() | {k.replace("_", " "): v for k, v in facts.items() if v is not None}
+        return super().describe() | {
+            k.replace("_", " "): v for k, v in facts.items() if v is not None
+        }
 
 
 def flatten(layers: Sequence[Layer]) -> Floats:
