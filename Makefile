@@ -19,7 +19,8 @@ lint: setup
 bench: setup  ## Speed tables; takes about a quarter of an hour.
 	$(RUN) -m benchmarks.fit
 	$(RUN) -m benchmarks.evaluate
-	$(RUN) -m benchmarks.render
+	$(RUN) -m benchmarks.render --cooperative
+	$(RUN) -m benchmarks.fidelity
 
 docs: setup  ## The API reference as HTML in out/docs.
 	$(RUN) -m pdoc -o out/docs nacre

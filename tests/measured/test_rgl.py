@@ -31,7 +31,7 @@ from .support import (
 )
 
 PAIRS = 100_000
-REAL = list_data("rgl", "*.bsdf")
+REAL = list_data("rgl", "*.bsdf") or ["satin_rosaline_rgb.bsdf"]
 AZIMUTHS = {
     "isotropic": [0.0],
     "isotropic, two azimuths": [-1.0, 1.0],
