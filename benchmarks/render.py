@@ -20,14 +20,12 @@ import statistics
 import sys
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 
 import nacre
+from benchmarks.table import markdown
 from nacre.sampling import BlinnPhongMixture
 from tests.data import data_folder
 
@@ -47,8 +45,8 @@ class Result:
         Name of the material and of its plugin.
     seconds
         Median wall time of a rendering.
-    samples_per_second
-        Millions of camera paths.
+    million_paths_per_second
+        Millions of camera paths a second.
     ratio
         Median over rounds of the speed relative to `roughconductor` in the same round.
     spread
@@ -57,7 +55,7 @@ class Result:
 
     material: str
     seconds: float
-    samples_per_second: float
+    million_paths_per_second: float
     ratio: float
     spread: tuple[float, float]
 
@@ -164,19 +162,18 @@ def measure(scenes: dict[str, Any], rounds: int, size: int, spp: int) -> list[Re
     return results
 
 
-def markdown(results: list[Result]) -> str:
-    """The results as a table."""
-    lines = [
-        f"| material | s | M paths/s | relative to {BASELINE} | smallest to largest |",
-        "|---|---|---|---|---|",
-    ]
-    for r in results:
-        low, high = r.spread
-        lines.append(
-            f"| {r.material} | {r.seconds:.3f} | {r.samples_per_second:.2f} | {r.ratio:.2f} "
-            f"| {low:.2f} to {high:.2f} |"
+def rows(results: list[Result]) -> list[tuple[str, ...]]:
+    """The results as lines of a table."""
+    return [
+        (
+            r.material,
+            f"{r.seconds:.3f}",
+            f"{r.million_paths_per_second:.2f}",
+            f"{r.ratio:.2f}",
+            f"{r.spread[0]:.2f} to {r.spread[1]:.2f}",
         )
-    return "\n".join(lines)
+        for r in results
+    ]
 
 
 def main() -> None:
@@ -205,7 +202,8 @@ def main() -> None:
         }
         print(json.dumps({**facts, "results": [asdict(r) for r in results]}, indent=2))
     else:
-        print(markdown(results))
+        columns = ("material", "s", "M paths/s", f"relative to {BASELINE}", "smallest to largest")
+        print(markdown(columns, rows(results)))
 
 
 if __name__ == "__main__":

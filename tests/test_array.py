@@ -8,6 +8,7 @@ import pytest
 from nacre.array import Table, namespace
 from nacre.geometry import from_half_difference, half_difference, join, split, to_spherical
 from nacre.sampling import BlinnPhongMixture
+from tests.mitsuba import require_mitsuba
 
 
 def to_numpy(array) -> np.ndarray:
@@ -28,7 +29,7 @@ def torch_components(w):
 
 
 def drjit_components(w):
-    mi = pytest.importorskip("nacre.render").mitsuba()
+    mi = require_mitsuba()
     return tuple(mi.Float(c) for c in split(w))
 
 

@@ -20,6 +20,7 @@ from nacre.neural import Layer, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture, fit_lobes
 from tests.data import list_data, require_data
 from tests.measured.support import hemisphere, material, tensor_bytes
+from tests.mitsuba import require_mitsuba
 
 DEGREES = (0.0, 30.0, 60.0, 80.0)
 
@@ -78,6 +79,8 @@ def test_values_are_finite_non_negative_colours(brdf):
     assert (values >= 0).all()
     assert values.max() > 0
     assert brdf.eval(wi.astype(np.float64), wo).dtype == np.float64
+    raw = brdf.eval_components(tuple(wi.T), tuple(wo.T))
+    assert all(component.dtype == np.float32 for component in raw)
 
 
 def test_shapes_broadcast_down_to_one_direction(brdf):
@@ -172,7 +175,7 @@ def test_wrong_shapes_are_refused(brdf):
 
 
 def test_drjit_gives_what_numpy_gives(brdf):
-    mi = pytest.importorskip("nacre.render").mitsuba()
+    mi = require_mitsuba()
     wi, wo = pairs()
     traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in w.T) for w in (wi, wo)]
     values = np.maximum(np.stack([np.array(c) for c in brdf.eval_components(*traced)], -1), 0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from nacre.files import FormatError, MissingExtraError, atomic_path, read_bytes, require
@@ -32,10 +34,23 @@ def test_a_write_replaces_the_file_whole(tmp_path):
     assert list(tmp_path.iterdir()) == [target]
 
 
+def test_threads_write_with_the_permissions_of_any_file(tmp_path):
+    def write(name):
+        with atomic_path(tmp_path / str(name)) as temporary:
+            temporary.write_bytes(b"x")
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(write, range(200)))
+    (tmp_path / "plain").touch()
+    modes = {path.stat().st_mode for path in tmp_path.iterdir()}
+    assert len(modes) == 1
+    assert len(list(tmp_path.iterdir())) == 201
+
+
 @pytest.mark.parametrize("place", ["missing/x.bin", "."])
 def test_writing_where_no_file_can_be_is_an_error(tmp_path, place):
     with (
-        pytest.raises(FormatError, match=r"directory|cannot be written"),
+        pytest.raises(FormatError, match=r"directory|does not exist"),
         atomic_path(tmp_path / place),
     ):
         pytest.fail("the block must not run")

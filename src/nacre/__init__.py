@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nacre import evaluate, render, sampling
+    from nacre import evaluate, formats, geometry, measured, neural, render, sampling
     from nacre.brdf import Brdf, CosineSampler, Sampler
     from nacre.files import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
@@ -29,7 +29,11 @@ __all__ = [
     "__version__",
     "evaluate",
     "fit",
+    "formats",
+    "geometry",
     "load",
+    "measured",
+    "neural",
     "render",
     "sampling",
     "save",
@@ -48,7 +52,7 @@ _homes = {
     "load": "nacre.formats",
     "save": "nacre.formats",
 }
-_modules = ("evaluate", "render", "sampling")
+_modules = ("evaluate", "formats", "geometry", "measured", "neural", "render", "sampling")
 
 
 def __getattr__(name: str) -> Any:

@@ -92,7 +92,9 @@ class _NumPy(Namespace):
 
     def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
         # One matrix product: a sum over components would make a temporary array a weight.
-        stacked = np.stack(np.broadcast_arrays(*values))
+        # A plain number must not decide the precision.
+        dtype = np.result_type(*(v for v in values if type(v) is not float))
+        stacked = np.stack(np.broadcast_arrays(*values), dtype=dtype)
         product = np.tensordot(weights.T.astype(stacked.dtype, copy=False), stacked, axes=1)
         return list(product + biases.reshape(-1, *[1] * (stacked.ndim - 1)))
 

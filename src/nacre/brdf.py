@@ -99,10 +99,8 @@ class Brdf(abc.ABC):
         wi, wo = _directions(wi, wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
-            rgb = join(self.eval_components(split(wi), split(wo)))
-            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-            result: Floats = np.where(visible[:, None], np.maximum(rgb, 0.0), 0.0)
-            return result
+            light, view = split(wi), split(wo)
+            return join(above_horizon(self.eval_components(light, view), light, view))
 
         f: Floats = _in_chunks(values, wi, wo, (3,))
         return f
@@ -164,8 +162,7 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
     """
     xp = namespace(*wi, *wo)
     visible = (wi[2] > 0.0) & (wo[2] > 0.0)
-    zero = 0.0 * (wi[2] + wo[2])
-    red, green, blue = (xp.where(visible, xp.maximum(c, 0.0), zero) for c in rgb)
+    red, green, blue = (xp.where(visible, xp.maximum(c, 0.0), 0.0) for c in rgb)
     return red, green, blue
 
 

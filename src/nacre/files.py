@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
-import tempfile
+import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -101,6 +101,17 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
         raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
 
 
+def check_writable(path: PathLike) -> None:
+    """Raise now what writing a file would raise when the work for it is done.
+
+    Raises
+    ------
+    FormatError
+        If `path` is a directory, or its folder is absent or cannot be written.
+    """
+    _claim(Path(path)).unlink()
+
+
 @contextmanager
 def atomic_path(path: PathLike) -> Iterator[Path]:
     """A temporary path in the folder of `path` that replaces `path` when the block succeeds.
@@ -111,28 +122,30 @@ def atomic_path(path: PathLike) -> Iterator[Path]:
     Raises
     ------
     FormatError
-        If the folder is absent or cannot be written.
+        If `path` is a directory, or its folder is absent or cannot be written.
     """
     path = Path(path)
-    if path.is_dir():
-        raise FormatError(f"{path}: is a directory, expected a file name to write")
-    try:
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
-        )
-        os.close(handle)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
-    temporary = Path(name)
+    temporary = _claim(path)
     try:
         yield temporary
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
         temporary.replace(path)
     except OSError as error:
         raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _claim(path: Path) -> Path:
+    """A new empty file beside `path`, hidden, with the permissions of any new file."""
+    if path.is_dir():
+        raise FormatError(f"{path}: is a directory, expected a file name to write")
+    if not path.parent.is_dir():
+        raise FormatError(f"{path}: folder {path.parent} does not exist; create it first")
+    temporary = path.with_name(f".{secrets.token_hex(8)}{path.suffix}")
+    try:
+        temporary.touch(exist_ok=False)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
+    return temporary

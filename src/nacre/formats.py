@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -42,14 +43,14 @@ def load(path: PathLike) -> Brdf:
         If the file is absent, of no known format, or damaged.
     """
     path = Path(path)
-    head, digest = _head_and_digest(path)
+    head = _head(path)
     known = [entry for entry in _formats if entry.recognise(head)]
     if not known:
         endings = ", ".join(e for entry in _formats for e in entry.extensions)
         raise FormatError(f"{path}: content is of no known format (known: {endings})")
     named = [entry for entry in known if path.suffix.lower() in entry.extensions]
     brdf: Brdf = (named or known)[0].load(path)
-    brdf.source = {"file": path.name, "sha256": digest}
+    brdf.source = {"file": path.name, "sha256": _digest(path)}
     brdf.name = brdf.name or path.stem
     return brdf
 
@@ -88,16 +89,21 @@ def writer(path: PathLike) -> Callable[[Brdf, Path], None]:
     raise FormatError(f"{path}: no format to write ends in {suffix!r} (known: {endings})")
 
 
-def _head_and_digest(path: Path) -> tuple[bytes, str]:
-    if path.is_dir():
-        raise FormatError(f"{path}: is a directory, expected a file")
+def _head(path: Path) -> bytes:
+    """The first bytes of a regular file."""
     try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            kind = "a directory" if path.is_dir() else "not a regular file"
+            raise FormatError(f"{path}: is {kind}, expected a file")
         with path.open("rb") as file:
             head = file.read(HEAD)
-            file.seek(0)
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
     if not head:
         raise FormatError(f"{path}: is empty")
-    return head, digest
+    return head
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, namespace
 
 _TINY = 1e-30
-_POLE = 1e-15
+_POLE = 2.0**-49
 """Sine below which a direction counts as the pole: its square is still a normal float32."""
 
 
@@ -63,9 +63,10 @@ def half_vector(wi: Components, wo: Components) -> Components:
 def _azimuth(h: Components) -> tuple[Array, Array, Array]:
     """Cosine and sine of the azimuth of `h` (azimuth 0 at the pole), and sin theta_h."""
     xp = namespace(*h)
-    sin_theta = xp.sqrt(h[0] * h[0] + h[1] * h[1])
-    pole = sin_theta < _POLE
-    scale = xp.where(pole, 0.0 * sin_theta, 1.0 / xp.maximum(sin_theta, _POLE))
+    # Not 0 even at the pole, where the square root has no derivative.
+    sin_theta = xp.sqrt(xp.maximum(h[0] * h[0] + h[1] * h[1], _POLE * _POLE))
+    pole = sin_theta <= _POLE
+    scale = xp.where(pole, 0.0 * sin_theta, 1.0 / sin_theta)
     cos_phi = xp.where(pole, 0.0 * sin_theta + 1.0, h[0] * scale)
     return cos_phi, h[1] * scale, sin_theta
 
@@ -100,8 +101,7 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
 
 def isotropic(h: Components) -> Components:
     """Half vector turned to phi_h = 0: (sin theta_h, 0, cos theta_h); the 0 is a plain number."""
-    xp = namespace(*h)
-    return xp.sqrt(h[0] * h[0] + h[1] * h[1]), 0.0, h[2]
+    return _azimuth(h)[2], 0.0, h[2]
 
 
 def from_spherical(theta: Array, phi: Array) -> Components:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import struct
 from dataclasses import dataclass
@@ -19,8 +20,10 @@ from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic,
 from nacre.geometry import rusinkiewicz_angles as angles
 from nacre.measured import FORMATS, MerlBrdf, merl
 from nacre.measured.merl_table import SCALES
+from tests.measured import support
+from tests.mitsuba import require_mitsuba
 
-from .support import assert_same_in_drjit, assert_same_in_torch, hemisphere, mitsuba, write
+from .support import assert_same_in_drjit, assert_same_in_torch, hemisphere, write
 
 SMALL = (9, 8, 10)
 
@@ -171,14 +174,10 @@ def test_valid_at_a_valid_node_beside_an_invalid_one() -> None:
 
 @pytest.mark.parametrize("interpolation", ["trilinear", "nearest"])
 def test_array_libraries_agree(interpolation: merl.Interpolation) -> None:
-    smooth = np.stack(np.broadcast_arrays(*(np.linspace(1.0, 2.0, 9).reshape(9, 1, 1),) * 3))
-    table = smooth * np.ones((3, *SMALL))
-    if interpolation == "trilinear":  # rounding moves a nearest lookup to the next node
-        table = random_table()
-    brdf = MerlBrdf(table, interpolation=interpolation)
-    tolerance = 2e-3 if interpolation == "trilinear" else 0.2
-    assert_same_in_drjit(brdf, mitsuba(), tolerance)
-    assert_same_in_torch(brdf, tolerance)
+    brdf = MerlBrdf(random_table(), interpolation=interpolation)
+    share = 1.0 if interpolation == "trilinear" else 0.99  # rounding may move to the next node
+    assert_same_in_drjit(brdf, require_mitsuba(), share=share)
+    assert_same_in_torch(brdf, share=share)
 
 
 def test_directions_outside_the_table_do_not_raise() -> None:
@@ -250,7 +249,7 @@ def test_anisotropic_material_is_refused(tmp_path: Path) -> None:
 
 
 def test_writing_into_an_absent_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="cannot be written"):
+    with pytest.raises(FormatError, match="does not exist; create it first"):
         merl.save(MerlBrdf(random_table()), tmp_path / "absent" / "a.binary")
 
 
@@ -285,15 +284,7 @@ def test_format_is_recognised(tabulated: Path) -> None:
 # Damaged files
 
 
-def assert_refused(path: Path, *parts: str) -> None:
-    """One line that names the file and says what is wrong."""
-    with pytest.raises(FormatError) as caught:
-        merl.load(path)
-    message = str(caught.value)
-    assert "\n" not in message
-    assert str(path) in message
-    for part in parts:
-        assert part in message
+assert_refused = functools.partial(support.assert_refused, merl.load)
 
 
 def test_file_cut_short_or_too_long_is_refused(tmp_path: Path) -> None:

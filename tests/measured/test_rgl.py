@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import struct
 from collections.abc import Callable
@@ -17,6 +18,8 @@ from nacre.files import FormatError
 from nacre.geometry import split
 from nacre.measured import RglBrdf, rgl
 from nacre.measured.axis import bisect
+from tests.measured import support
+from tests.mitsuba import require_mitsuba
 
 from ..data import list_data, require_data
 from .support import (
@@ -24,7 +27,6 @@ from .support import (
     assert_same_in_torch,
     hemisphere,
     material,
-    mitsuba,
     relative_error,
     tensor_bytes,
     write,
@@ -48,7 +50,7 @@ def synthetic(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 
 def assert_matches_mitsuba(path: Path) -> None:
-    mi = mitsuba()
+    mi = require_mitsuba()
     import drjit as dr
 
     rng = np.random.default_rng(1)
@@ -96,13 +98,13 @@ def test_table_without_jacobian_matches_mitsuba(tmp_path: Path) -> None:
 
 
 def test_array_libraries_agree(synthetic: Path) -> None:
-    assert_same_in_drjit(rgl.load(synthetic), mitsuba())
+    assert_same_in_drjit(rgl.load(synthetic), require_mitsuba())
     assert_same_in_torch(rgl.load(synthetic))
 
 
 def test_array_libraries_agree_on_a_real_material() -> None:
     brdf = rgl.load(require_data("rgl", "satin_rosaline_rgb.bsdf"))
-    assert_same_in_drjit(brdf, mitsuba())
+    assert_same_in_drjit(brdf, require_mitsuba())
     assert_same_in_torch(brdf)
 
 
@@ -251,15 +253,7 @@ def test_format_is_recognised() -> None:
 # Damaged files
 
 
-def assert_refused(path: Path, *parts: str) -> None:
-    """One line that names the file and says what is wrong."""
-    with pytest.raises(FormatError) as caught:
-        rgl.load(path)
-    message = str(caught.value)
-    assert "\n" not in message
-    assert str(path) in message
-    for part in parts:
-        assert part in message
+assert_refused = functools.partial(support.assert_refused, rgl.load)
 
 
 def test_file_cut_short_anywhere_is_refused(tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ from nacre.files import NacreError
 from nacre.geometry import half_vector
 from nacre.neural import Recipe, fit
 from nacre.neural.file import save
-from nacre.neural.fit import schedule
 from nacre.neural.samples import BLOCK, draw
+from nacre.neural.training import schedule
 from nacre.sampling import BlinnPhongMixture
 from tests.data import list_data, require_data
 
@@ -128,6 +128,16 @@ def test_a_reflectance_without_valid_samples_is_refused():
         fit(Empty(), QUICK)
 
 
+def test_values_that_are_not_finite_are_left_out():
+    class Spiky(Gloss):
+        def eval_components(self, wi, wo):
+            red, green, blue = super().eval_components(wi, wo)
+            return np.where(wi[2] < 0.3, np.nan, red), green, np.where(wo[2] < 0.2, np.inf, blue)
+
+    network = fit(Spiky(), Recipe(epochs=2, samples=20_000))
+    assert math.isfinite(network.metadata["quality"]["held_out_loss"])
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -138,6 +148,8 @@ def test_a_reflectance_without_valid_samples_is_refused():
         {"learning_rate": float("nan")},
         {"held_out": 1.0},
         {"seed": -1},
+        {"batch": 500},
+        {"samples": 16},
     ],
 )
 def test_wrong_settings_are_named(wrong):

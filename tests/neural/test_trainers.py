@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from nacre.files import NacreError
-from nacre.neural.fit import schedule
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.nbrdf import Layer
 from nacre.neural.samples import BLOCK, Samples
+from nacre.neural.training import schedule
 
 torch = pytest.importorskip("torch")
 from nacre.neural.torch import TorchTrainer  # noqa: E402  (needs the optional dependency)
@@ -113,6 +113,9 @@ def test_training_lowers_the_loss_and_leaves_padding_untouched():
         kernel.epoch(samples, np.arange(640), np.full(20, 1e-2, np.float32))
     assert kernel.loss(samples) < 0.9 * before
     assert [y.weights.shape for y in kernel.layers()] == [(6, 10), (10, 10), (10, 3)]
+    real = sum(y.weights.size + y.biases.size for y in layers)
+    assert kernel._weights.size > real  # widths of 10 are padded to 12
+    assert np.count_nonzero(kernel._weights) <= real
 
 
 @pytest.mark.parametrize("batch", [0, 8, 24, -16])

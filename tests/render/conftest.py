@@ -9,19 +9,15 @@ import numpy as np
 import pytest
 
 import nacre.render
-from nacre.render import llvm
+from tests.mitsuba import require_mitsuba
 
 
 def _variant(name: str) -> Iterator[Any]:
-    mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    if name.startswith("llvm") and llvm.prepare() is None:
-        pytest.skip(f"needs LLVM {llvm.MINIMUM} or newer")
-    before = mi.variant()
+    mi = require_mitsuba()
     mi.set_variant(name)
     nacre.render.register()
     yield mi
-    if before is not None:
-        mi.set_variant(before)
+    mi.set_variant("llvm_ad_rgb")
 
 
 @pytest.fixture

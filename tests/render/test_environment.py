@@ -14,6 +14,7 @@ from nacre.render.environment import Environment, load_environment, pixel_direct
 from nacre.render.quadrature import golden_lattice, quadrature
 from nacre.render.studio import studio
 from tests.data import require_data
+from tests.mitsuba import require_mitsuba
 
 
 def unit_vectors(count: int) -> np.ndarray:
@@ -49,7 +50,7 @@ def test03_lookup_reproduces_a_smooth_map():
 
 
 def test04_lookup_agrees_with_mitsuba():
-    mi = pytest.importorskip("nacre.render").mitsuba()
+    mi = require_mitsuba()
     directions = unit_vectors(2000).astype(np.float32)
     emitter = mi.load_dict({"type": "envmap", "bitmap": mi.Bitmap(studio().pixels)})
     interaction = mi.SurfaceInteraction3f()

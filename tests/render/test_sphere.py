@@ -12,6 +12,7 @@ from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight, EnvironmentLight
 from nacre.render.sphere import MARGIN, frames, render_sphere, sphere_normals, standard_lights
 from nacre.render.studio import studio
+from tests.mitsuba import require_mitsuba
 from tests.render.reflectances import Constant, Lobe
 
 
@@ -106,7 +107,7 @@ def test11_one_direction_is_too_few():
 
 
 def test12_mitsuba_renders_the_same_white_sphere():
-    mi = pytest.importorskip("nacre.render").mitsuba()
+    mi = require_mitsuba()
     size, scale = 32, 1.0 / (1.0 - MARGIN)
     to_world = mi.ScalarTransform4f().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0])
     scene = mi.load_dict(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import io
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 import click
 
@@ -50,18 +52,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 2 wrong input or usage, 130 interrupted."""
     from nacre.files import NacreError
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         _nacre.main(arguments, standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(2)
-    except NacreError as error:
-        click.echo(f"nacre: {error}", err=True)
-        sys.exit(2)
+    except click.UsageError as error:
+        command = error.ctx.command_path if error.ctx else "nacre"
+        _stop(f"{error.format_message()} (see {command} --help)")
+    except (NacreError, click.ClickException) as error:
+        _stop(str(error))
+    except MemoryError:
+        _stop("out of memory")
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        click.echo(f"nacre: {where}{error.strerror or error}", err=True)
-        sys.exit(2)
+        _stop(f"{where}{error.strerror or error}")
     except (KeyboardInterrupt, click.Abort):
-        click.echo("nacre: interrupted", err=True)
-        sys.exit(130)
+        _stop("interrupted", 130)
+
+
+def _stop(message: str, code: int = 2) -> NoReturn:
+    from nacre.cli.console import printable
+
+    click.echo(f"nacre: {printable(message)}", err=True)
+    sys.exit(code)

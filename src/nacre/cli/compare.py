@@ -8,23 +8,26 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import Stages, check_writable, console, existing_file, print_table
+from nacre.cli.console import (
+    Stages,
+    check_outputs,
+    console,
+    environment_option,
+    file_path,
+    print_table,
+)
 
 
 @click.command("compare")
-@click.argument("truth", type=existing_file())
-@click.argument("other", type=existing_file())
+@click.argument("truth", type=file_path())
+@click.argument("other", type=file_path())
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=file_path(),
     help="Picture to write, .png or .jpg. Default: OTHER_compared.png in this folder.",
 )
-@click.option(
-    "--environment",
-    type=click.Path(path_type=Path),
-    help="Latitude-longitude map (.exr, .hdr, .png). Default: the built-in studio.",
-)
+@environment_option
 @click.option("--size", type=click.IntRange(16, 2048), default=128, help="Pixels of the spheres.")
 def command(
     truth: Path, other: Path, output: Path | None, environment: Path | None, size: int
@@ -33,11 +36,11 @@ def command(
     from nacre.evaluate import compare, picture
     from nacre.formats import load
     from nacre.render.environment import load_environment
-    from nacre.render.preview import check_image_path, write_bytes
+    from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
     output = output or Path(f"{other.stem}_compared.png")
-    check_image_path(output)
-    check_writable(output)
+    check_image_path(output, DISPLAY_IMAGES)
+    check_outputs([output], [truth, other])
     materials = load(truth), load(other)
     lighting = load_environment(environment) if environment else None
     with Stages() as stages:
@@ -52,4 +55,4 @@ def command(
     write_bytes(picture(comparison), output)
     for light, rows in itertools.groupby(comparison.rows(), lambda row: row[0]):
         print_table((light, ""), [row[1:] for row in rows])
-    console.print(f"{output}: truth | other | FLIP error")
+    console.print(f"{output}: truth | other | FLIP error", markup=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,9 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
-from nacre.files import FormatError
+from nacre.files import FormatError, check_writable
 
 console = Console(highlight=False, soft_wrap=True)
 """Results go to standard output."""
@@ -29,13 +29,15 @@ class Stages:
 
     def __init__(self) -> None:
         self._progress = Progress(
-            TextColumn("{task.fields[name]}"),
+            TextColumn("{task.fields[name]}", markup=False),
             TextColumn("{task.description}"),
             BarColumn(bar_width=24),
             TextColumn("{task.completed:.0f}/{task.total:.0f}"),
             TimeRemainingColumn(compact=True),
             TextColumn("{task.fields[note]}"),
             console=status,
+            transient=True,
+            disable=not status.is_terminal,
         )
 
     def __enter__(self) -> Stages:
@@ -74,6 +76,11 @@ def print_facts(title: str, facts: Iterable[tuple[str, Any]]) -> None:
         console.print(f"  {key:<{width}}  {value}", markup=False)
 
 
+def printable(text: str) -> str:
+    """One line without control characters, whatever a file or its name holds."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def _text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -84,7 +91,7 @@ def _text(value: Any) -> str:
     if isinstance(value, list | tuple):
         between = " to " if all(isinstance(v, float) for v in value) else ", "
         return between.join(_text(v) for v in value)
-    return str(value)
+    return printable(str(value))
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
@@ -93,30 +100,32 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if index else "left")
     for row in rows:
-        table.add_row(*(_text(v) for v in row))
+        table.add_row(*(Text(_text(v)) for v in row))
     console.print(table)
 
 
-def check_writable(path: Path) -> None:
-    """Raise before work starts if a file could not be written at its end.
+def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Raise before work starts if a file could not be written at its end, or is an input.
 
     Raises
     ------
     FormatError
-        If the folder is absent or not writable, or `path` is a folder.
+        If a folder is absent or not writable, or an output is a folder or an input.
     """
-    if path.is_dir():
-        raise FormatError(f"{path}: is a directory, expected a file name to write")
-    folder = path.parent
-    if not folder.is_dir():
-        raise FormatError(f"{path}: folder {folder} does not exist; create it first")
-    try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
+    taken = {path.resolve() for path in inputs}
+    for path in outputs:
+        if path.resolve() in taken:
+            raise FormatError(f"{path}: is the input as well; name another output")
+        check_writable(path)
 
 
-def existing_file() -> click.Path:
-    """A file argument; the loader says what is wrong with it."""
+def file_path() -> click.Path:
+    """A path that the command itself checks, with a message of its own."""
     return click.Path(path_type=Path)
+
+
+environment_option = click.option(
+    "--environment",
+    type=file_path(),
+    help="Latitude-longitude map (.exr, .hdr, .png). Default: the built-in studio.",
+)

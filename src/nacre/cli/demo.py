@@ -14,8 +14,9 @@ from nacre.brdf import Brdf
 from nacre.cli.console import (
     StageCallback,
     Stages,
-    check_writable,
+    check_outputs,
     console,
+    file_path,
     print_facts,
     print_table,
 )
@@ -34,11 +35,11 @@ _MATERIAL = {
 
 
 @click.command("demo")
-@click.argument("file", required=False, type=click.Path(path_type=Path))
+@click.argument("file", required=False, type=file_path())
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=file_path(),
     default=Path("out/demo.png"),
     help="Picture to write; the other files go beside it.",
 )
@@ -53,13 +54,14 @@ def command(file: Path | None, output: Path, draft: bool, spp: int) -> None:
     from nacre.evaluate import compare, picture
     from nacre.formats import load, save
     from nacre.neural import Recipe, fit
-    from nacre.render.preview import check_image_path, write_bytes
+    from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
+    check_image_path(output, DISPLAY_IMAGES)
     output.parent.mkdir(parents=True, exist_ok=True)
-    check_image_path(output)
-    check_writable(output)
     named = file or _from_environment()
-    path = named or output.with_suffix(".binary")
+    path = named or output.with_name(f"{output.stem}_measured.binary")
+    target = output.with_name(f"{output.stem}_neural.safetensors")
+    check_outputs([output, target], [path])
     with Stages() as stages:
         report = stages.add(path.stem)
         if named is None:
@@ -67,20 +69,21 @@ def command(file: Path | None, output: Path, draft: bool, spp: int) -> None:
             _measure(path)
         truth = load(path)
         network = fit(truth, Recipe(epochs=20) if draft else None, progress=report)
-        target = output.with_suffix(".safetensors")
         save(network, target)
         neural = load(target)
         report("comparing", 0, 100)
         comparison = compare(
             truth, neural, progress=lambda part: report("comparing", round(100 * part), 100)
         )
-        views = [_view(brdf, spp, report) for brdf in (truth, neural)]
+        views = _view(truth, spp, report), _view(neural, spp, report)
     comparison = dataclasses.replace(comparison, truth=path.name, other=target.name)
-    write_bytes(_montage(views, picture(comparison)), output)
+    write_bytes(picture(comparison, views), output)
     print_facts(f"{path} (measured)", truth.describe().items())
     print_facts(f"{target} (neural)", neural.describe().items())
     print_table(("under", "", ""), comparison.rows())
-    console.print(f"Look at {output}: measured | neural | difference; path traced below")
+    console.print(
+        f"Look at {output}: measured | neural | difference; path traced below", markup=False
+    )
 
 
 def _from_environment() -> Path | None:
@@ -105,28 +108,12 @@ def _measure(path: Path) -> None:
     save(MitsubaBrdf(_MATERIAL, "virtual car paint"), path)
 
 
-def _view(brdf: Brdf, spp: int, report: StageCallback) -> npt.NDArray[np.uint8]:
-    """A path-traced preview as display values."""
-    from nacre.color import tone_map
+def _view(brdf: Brdf, spp: int, report: StageCallback) -> npt.NDArray[np.float32]:
+    """A path-traced preview."""
     from nacre.render.preview import render_preview
 
     def show(part: float) -> None:
         report(f"rendering {type(brdf).__name__}", round(part * spp), spp)
 
     show(0)
-    image = render_preview(brdf, spp=spp, progress=show)
-    pixels: npt.NDArray[np.uint8] = np.rint(tone_map(image) * 255).astype(np.uint8)
-    return pixels
-
-
-def _montage(
-    views: list[npt.NDArray[np.uint8]], picture: npt.NDArray[np.uint8]
-) -> npt.NDArray[np.uint8]:
-    """Views side by side below a picture, on its width."""
-    row = np.concatenate(views, axis=1)
-    margin = (picture.shape[1] - row.shape[1]) // 2
-    height = len(picture) + len(row) + margin
-    sheet = np.full((height, picture.shape[1], 3), picture[0, 0], np.uint8)
-    sheet[: len(picture)] = picture
-    sheet[len(picture) : -margin, margin:-margin] = row
-    return sheet
+    return render_preview(brdf, spp=spp, progress=show)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
 import click
 
-from nacre.cli.console import Stages, check_writable, console, existing_file
-from nacre.files import NacreError
+from nacre.cli.console import Stages, check_outputs, console, file_path, printable
 
 
 def _widths(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[int, ...]:
@@ -17,18 +17,32 @@ def _widths(_context: click.Context, _parameter: click.Parameter, value: str) ->
         widths = tuple(int(part) for part in value.split(","))
     except ValueError:
         widths = (0,)
-    if not all(1 <= width <= 1024 for width in widths):
-        raise click.BadParameter("expected widths from 1 to 1024 with commas between, like 21,21")
+    if len(widths) > 8 or not all(1 <= width <= 1024 for width in widths):
+        raise click.BadParameter("expected up to 8 widths from 1 to 1024, like 21,21")
     return widths
 
 
+def _targets(files: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
+    """Where each file's material goes; makes the folder that a lone name without ending means."""
+    if output and len(files) == 1 and output.suffix and not output.is_dir():
+        return {files[0]: output}
+    if output and output.suffix and not output.is_dir():
+        raise click.BadParameter(f"{output} must be a folder for several files")
+    folder = output or Path()
+    folder.mkdir(parents=True, exist_ok=True)
+    targets = {path: folder / f"{path.stem}.safetensors" for path in files}
+    if len(set(targets.values())) < len(files):
+        raise click.BadParameter("two files would be written to the same name")
+    return targets
+
+
 @click.command("fit")
-@click.argument("files", nargs=-1, required=True, type=existing_file())
+@click.argument("files", nargs=-1, required=True, type=file_path())
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
-    help="File to write, or an existing folder. Default: MATERIAL.safetensors in this folder.",
+    type=file_path(),
+    help="File to write (.safetensors or .h5), or a folder. Default: MATERIAL.safetensors here.",
 )
 @click.option(
     "--hidden",
@@ -41,7 +55,7 @@ def _widths(_context: click.Context, _parameter: click.Parameter, value: str) ->
 @click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs.")
 @click.option(
     "--samples",
-    type=click.IntRange(1000),
+    type=click.IntRange(1000, 100_000_000),
     help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material.",
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
@@ -61,49 +75,51 @@ def command(
     jobs: int | None,
     device: str | None,
 ) -> None:
-    """Fit a neural material to each measured file and write it as .safetensors."""
+    """Fit a neural material to each measured file."""
     from nacre.formats import load, save, writer
     from nacre.neural import Recipe, fit
-    from nacre.parallel import core_count
+    from nacre.parallel import core_count, one_blas_thread
 
-    if output and len(files) > 1 and not output.is_dir():
-        raise click.BadParameter(f"{output} must be an existing folder for several files", None)
-    folder = output if output and output.is_dir() else Path()
-    targets = {
-        path: output if output and not output.is_dir() else folder / f"{path.stem}.safetensors"
-        for path in files
-    }
-    if len(set(targets.values())) < len(files):
-        raise click.BadParameter("two files would be written to the same name", None)
+    targets = _targets(files, output)
     for target in targets.values():
         writer(target)
-        check_writable(target)
+    check_outputs(targets.values(), files)
     epochs = max(1, epochs // 5) if draft else epochs
     recipe = Recipe(hidden=hidden, epochs=epochs, samples=samples, seed=seed)
+    interrupted = threading.Event()
 
-    with Stages() as stages:
-        callbacks = {path: stages.add(path.stem) for path in files}
+    workers = ThreadPoolExecutor(min(jobs or core_count(), len(files)))
+    with one_blas_thread(), Stages() as stages, workers as pool:
+        reports = {path: stages.add(path.stem) for path in files}
 
         def run(path: Path) -> str:
+            def report(stage: str, done: int, total: int, note: str) -> None:
+                if interrupted.is_set():
+                    raise click.Abort
+                reports[path](stage, done, total, note)
+
             brdf = load(path)
             start = time.perf_counter()
-            network = fit(brdf, recipe, device=device, progress=callbacks[path])
+            network = fit(brdf, recipe, device=device, progress=report)
             seconds = time.perf_counter() - start
             save(network, targets[path])
             loss = network.metadata["quality"]["held_out_loss"]
             size = f"{network.weight_count} weights ({4 * network.weight_count:,} bytes)"
             return f"{targets[path]}: {size}, held-out loss {loss:.5f}, {seconds:.1f} s"
 
-        with ThreadPoolExecutor(min(jobs or core_count(), len(files))) as pool:
-            results = [pool.submit(run, path) for path in files]
-    failures = []
+        results = [pool.submit(run, path) for path in files]
+        try:
+            wait(results)
+        except KeyboardInterrupt:
+            interrupted.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+    failures = [error for result in results if (error := result.exception())]
     for result in results:
-        error = result.exception()
-        if isinstance(error, NacreError | OSError):
-            failures.append(error)
-        else:
+        if not result.exception():
             console.print(result.result(), markup=False)
     for failure in failures[:-1]:
-        click.echo(f"nacre: {failure}", err=True)
+        click.echo(f"nacre: {printable(str(failure))}", err=True)
     if failures:
         raise failures[-1]

@@ -6,18 +6,28 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import existing_file, print_facts
+from nacre.cli.console import file_path, print_facts, printable
+from nacre.files import NacreError
 
 
 @click.command("info")
-@click.argument("files", nargs=-1, required=True, type=existing_file())
+@click.argument("files", nargs=-1, required=True, type=file_path())
 def command(files: tuple[Path, ...]) -> None:
     """Show what is in a measured table or a neural material."""
     from nacre.formats import load
 
+    failures = []
     for path in files:
-        brdf = load(path)
+        try:
+            brdf = load(path)
+        except NacreError as error:
+            failures.append(error)
+            continue
         facts = dict(brdf.describe())
         facts["file"] = f"{path} ({path.stat().st_size:,} bytes)"
         facts["sha256"] = (brdf.source or {}).get("sha256", "")
         print_facts(path.name, facts.items())
+    for failure in failures[:-1]:
+        click.echo(f"nacre: {printable(str(failure))}", err=True)
+    if failures:
+        raise failures[-1]

@@ -6,18 +6,19 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import Stages, check_writable, console, existing_file
+from nacre.cli.console import Stages, check_outputs, console, environment_option, file_path
+from nacre.render.preview import MAX_SIZE
 from nacre.render.scene import LIGHTS, SHAPES
 
-_SIZE = click.IntRange(1, 8192)
+_SIZE = click.IntRange(1, MAX_SIZE)
 
 
 @click.command("render")
-@click.argument("file", type=existing_file())
+@click.argument("file", type=file_path())
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=file_path(),
     help="Picture to write: .exr (linear), .png or .jpg. Default: MATERIAL.png in this folder.",
 )
 @click.option("--shape", type=click.Choice(SHAPES), default="ball", help="Object shown.")
@@ -27,15 +28,11 @@ _SIZE = click.IntRange(1, 8192)
     default="environment",
     help="Light that falls on it.",
 )
-@click.option(
-    "--environment",
-    type=click.Path(path_type=Path),
-    help="Latitude-longitude map (.exr, .hdr, .png). Default: the built-in studio.",
-)
+@environment_option
 @click.option("--size", type=_SIZE, default=512, help="Width of the picture in pixels.")
 @click.option("--height", type=_SIZE, help="Height in pixels. Default: the width.")
 @click.option("--spp", type=click.IntRange(1), default=256, help="Samples per pixel.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Same seed, same picture.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Of the samples.")
 def command(
     file: Path,
     output: Path | None,
@@ -54,7 +51,7 @@ def command(
 
     output = output or Path(f"{file.stem}.png")
     check_image_path(output)
-    check_writable(output)
+    check_outputs([output], [file])
     brdf = load(file)
     lighting = load_environment(environment) if environment else None
     with Stages() as stages:
@@ -71,4 +68,5 @@ def command(
             lambda part: report("rendering", round(part * spp), spp),
         )
     write_image(image, output)
-    console.print(f"{output}: {size} x {height or size} pixels, {spp} samples per pixel")
+    pixels = f"{size} x {height or size} pixels"
+    console.print(f"{output}: {pixels}, {spp} samples per pixel", markup=False)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from nacre.color import tone_map
 from nacre.evaluate.comparison import Comparison, LightComparison
+from nacre.evaluate.metrics import flip
 from nacre.files import require
 from nacre.render.sphere import MARGIN
 
@@ -57,11 +58,18 @@ def magma(values: Floats) -> Floats:
     return clipped
 
 
-def picture(comparison: Comparison) -> Bytes:
+def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) -> Bytes:
     """Draw a comparison.
 
     Rows are lights; columns are the reference, what is judged, and the FLIP map with its scale.
     Pictures are tone mapped as for the metrics and enlarged to a fixed size.
+
+    Parameters
+    ----------
+    comparison
+        What to draw.
+    views
+        Square linear renderings of both materials in one scene, for another row.
 
     Returns
     -------
@@ -76,7 +84,8 @@ def picture(comparison: Comparison) -> Bytes:
     canvas = require("PIL.Image", "render")
     drawing = require("PIL.ImageDraw", "render")
     width = 2 * _MARGIN + 3 * _CELL + 2 * _GAP
-    height = _HEADER + len(comparison.lights) * (_ROW_LABEL + _CELL) + _FOOTER
+    row_count = len(comparison.lights) + (views is not None)
+    height = _HEADER + row_count * (_ROW_LABEL + _CELL) + _FOOTER
     image = canvas.new("RGB", (width, height), _PAPER)
     draw = drawing.Draw(image)
     columns = [_MARGIN + i * (_CELL + _GAP) for i in range(3)]
@@ -101,6 +110,16 @@ def picture(comparison: Comparison) -> Bytes:
             image.paste(canvas.fromarray(disk), (x, y), canvas.fromarray(alpha))
         y += _CELL
 
+    if views is not None:
+        draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=_RULE)
+        _text(draw, (_MARGIN, y + 32), "Path traced", 17)
+        y += _ROW_LABEL
+        mapped = [tone_map(view) for view in views]
+        for x, part in zip(columns, [*mapped, magma(flip(*mapped) / scale)], strict=True):
+            view = canvas.fromarray(_bytes(part)).resize((_CELL, _CELL), canvas.Resampling.LANCZOS)
+            image.paste(view, (x, y))
+        y += _CELL
+
     angles = comparison.angles
     draw.line([(_MARGIN, y + 16), (right, y + 16)], fill=_RULE)
     _text(draw, (_MARGIN, y + 46), f"Over {angles.count:,} pairs of directions", 17)
@@ -119,7 +138,7 @@ def picture(comparison: Comparison) -> Bytes:
 
 def _figures(item: LightComparison) -> str:
     errors = item.errors
-    psnr = "∞" if math.isinf(errors.psnr) else f"{errors.psnr:.1f} dB"
+    psnr = "infinite" if math.isinf(errors.psnr) else f"{errors.psnr:.1f} dB"
     return f"SSIM {errors.ssim:.4f}     PSNR {psnr}     FLIP {errors.flip:.4f}"
 
 

@@ -65,6 +65,9 @@ class AdaptiveWarp:
         self._vndf = Warp(tables.vndf.reshape(-1, *tables.vndf.shape[2:]))
         self._luminance = Warp(tables.luminance.reshape(-1, *tables.luminance.shape[2:]))
 
+    def __str__(self) -> str:
+        return "the table's own warp"
+
     @property
     def nbytes(self) -> int:
         """Memory of the tables, in bytes."""

@@ -103,6 +103,8 @@ def read_tables(path: PathLike) -> RglTables:
         raise fields.error(
             "phi_i", "must span a full turn, a half or a quarter of one, as the symmetry allows"
         )
+    if tables.reduction > 1 and abs(tables.phi_i[0] + math.pi) > 1e-3:
+        raise fields.error("phi_i", "must start at -pi where it spans less than a full turn")
     return tables
 
 

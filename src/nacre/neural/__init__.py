@@ -1,6 +1,6 @@
 """Neural reflectance: the NBRDF, its files, and its fit."""
 
-from nacre.neural.fit import Recipe, fit
 from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.neural.training import Recipe, fit
 
 __all__ = ["Layer", "NeuralBrdf", "Recipe", "fit"]

@@ -18,6 +18,17 @@ from nacre.sampling import BlinnPhongMixture
 VERSION = 1
 _LIMIT = 1 << 26
 _KEY = "nacre"
+_FIXED = {
+    "version",
+    "model",
+    "sizes",
+    "parametrisation",
+    "output",
+    "color_space",
+    "name",
+    "sampler",
+}
+"""Fields that this module writes; whatever else the header holds is the material's metadata."""
 _PARAMETRISATION = {True: "rusinkiewicz vectors, phi_h = 0", False: "rusinkiewicz vectors"}
 
 
@@ -32,6 +43,7 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
     if not isinstance(network, NeuralBrdf):
         raise FormatError(f"{path}: holds neural materials only; fit the material first")
     header: dict[str, Any] = {
+        **network.metadata,
         "version": VERSION,
         "model": "nbrdf",
         "sizes": list(network.sizes),
@@ -40,14 +52,18 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         "color_space": "linear Rec. 709",
         "name": network.name,
         "sampler": _describe_sampler(network.sampler, path),
-        **network.metadata,
     }
     tensors = {}
     for index, layer in enumerate(network.layers, 1):
         tensors[f"weights_{index}"] = np.ascontiguousarray(layer.weights)
         tensors[f"biases_{index}"] = np.ascontiguousarray(layer.biases)
     # One metadata key: the library writes several in no particular order.
-    data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header)})
+    try:
+        data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header, allow_nan=False)})
+    except (TypeError, ValueError) as error:
+        raise FormatError(f"{path}: metadata cannot be written as JSON: {error}") from error
+    if len(data) > _LIMIT:
+        raise FormatError(f"{path}: {len(data):,} bytes, more than the {_LIMIT:,} we read back")
     with atomic_path(path) as temporary:
         temporary.write_bytes(data)
 
@@ -67,14 +83,14 @@ def load(path: PathLike) -> NeuralBrdf:
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
     except SafetensorError as error:
         raise FormatError(f"{path}: is not a whole safetensors file: {error}") from error
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is a safetensors file, but not a nacre material") from error
     try:
         return _from_header(header, tensors)
     except KeyError as error:
         raise FormatError(f"{path}: field {error} is missing") from error
-    except (TypeError, ValueError, AttributeError, IndexError) as error:
-        raise FormatError(f"{path}: {error}") from error
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise FormatError(f"{path}: {str(error)[:200]}") from error
 
 
 def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]]) -> NeuralBrdf:
@@ -84,6 +100,10 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
     if header["parametrisation"] not in _PARAMETRISATION.values():
         raise ValueError(f"unknown parametrisation {header['parametrisation']!r}; update nacre")
+    metadata = {key: value for key, value in header.items() if key not in _FIXED}
+    for key in ("source", "fit", "quality"):
+        if not isinstance(metadata.get(key, {}), dict):
+            raise ValueError(f"field {key!r} is not a table")
     layers = []
     for index in range(1, len(header["sizes"])):
         parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
@@ -95,7 +115,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         isotropic=header["parametrisation"] == _PARAMETRISATION[True],
         name=str(header["name"]),
         sampler=_make_sampler(header["sampler"]),
-        metadata={key: header[key] for key in ("source", "fit", "quality") if key in header},
+        metadata=metadata,
     )
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")

@@ -5,7 +5,6 @@ NBRDF paper, section 3.1 and Figure 1.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, Floats, Sampler
+from nacre.brdf import Brdf, Sampler
 from nacre.geometry import half_difference, isotropic
 
 INPUTS = 6
@@ -41,19 +40,21 @@ class Layer:
     Parameters
     ----------
     weights
-        Shape (inputs, outputs), float32.
+        Shape (inputs, outputs); kept as float32.
     biases
-        Shape (outputs,), float32.
+        Shape (outputs,); kept as float32.
     """
 
     weights: npt.NDArray[np.float32]
     biases: npt.NDArray[np.float32]
 
     def __post_init__(self) -> None:
-        if self.weights.ndim != 2 or self.biases.shape != self.weights.shape[1:]:
-            raise ValueError(
-                f"weights {self.weights.shape} and biases {self.biases.shape} are not a layer"
-            )
+        for name in ("weights", "biases"):
+            array = np.ascontiguousarray(getattr(self, name), np.float32)
+            object.__setattr__(self, name, array)
+        shape = self.weights.shape
+        if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
+            raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
 
 
 @dataclass(eq=False)
@@ -82,6 +83,8 @@ class NeuralBrdf(Brdf):
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if not self.layers:
+            raise ValueError("an NBRDF has at least one layer")
         sizes = self.sizes
         for before, layer in zip(sizes[1:], self.layers[1:], strict=False):
             if layer.weights.shape[0] != before:
@@ -130,21 +133,3 @@ class NeuralBrdf(Brdf):
         return super().describe() | {
             k.replace("_", " "): v for k, v in facts.items() if v is not None
         }
-
-
-def flatten(layers: Sequence[Layer]) -> Floats:
-    """Weights then biases, layer by layer, as one float32 vector."""
-    return np.concatenate([part.ravel() for y in layers for part in (y.weights, y.biases)])
-
-
-def unflatten(vector: Floats, sizes: Sequence[int]) -> list[Layer]:
-    """Layers of the given sizes from one vector; inverse of :func:`flatten`."""
-    layers, start = [], 0
-    for rows, columns in itertools.pairwise(sizes):
-        end = start + rows * columns
-        weights = np.asarray(vector[start:end], np.float32).reshape(rows, columns)
-        layers.append(Layer(weights, np.asarray(vector[end : end + columns], np.float32)))
-        start = end + columns
-    if start != len(vector):
-        raise ValueError(f"{len(vector)} weights do not fill layers of sizes {tuple(sizes)}")
-    return layers

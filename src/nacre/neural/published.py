@@ -46,10 +46,11 @@ def load_h5(path: PathLike) -> NeuralBrdf:
         return _network(layers, Path(path).stem)
     except FormatError:
         raise
-    except (OSError, RuntimeError, KeyError) as error:
-        raise FormatError(f"{path}: is not a whole Keras weight file: {error}") from error
-    except (TypeError, ValueError, IndexError, AttributeError) as error:
+    except ValueError as error:
         raise FormatError(f"{path}: is not an NBRDF network: {error}") from error
+    except Exception as error:  # HDF5 meets damage in many ways
+        reason = str(error).partition("\n")[0]
+        raise FormatError(f"{path}: is not a whole Keras weight file: {reason}") from error
 
 
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
@@ -65,7 +66,8 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
     names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+    content = io.BytesIO()  # HDF5 does not survive a full disk
+    with h5py.File(content, "w") as file:
         file.attrs["layer_names"] = [name.encode() for name in [*names, "lambda_1"]]
         file.attrs["backend"] = b"tensorflow"
         file.attrs["keras_version"] = b"2.2.4"
@@ -76,6 +78,8 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
             for part, values in parts.items():
                 group.create_dataset(part, data=values)
         file.create_group("lambda_1").attrs["weight_names"] = np.zeros(0)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content.getvalue())
 
 
 def load_npy(path: PathLike) -> NeuralBrdf:
@@ -108,8 +112,10 @@ def _text(name: Any) -> str:
 
 
 def _dataset(dataset: Any, path: PathLike) -> npt.NDArray[np.float32]:
-    # Allocates only what the file really holds: a dataset may claim any shape.
-    if dataset.size * dataset.dtype.itemsize > dataset.id.get_storage_size():
+    # A dataset may claim any shape: allocate what the file really holds, or little.
+    if dataset.nbytes > _LIMIT:
+        raise FormatError(f"{path}: dataset {dataset.name} is larger than any network")
+    if dataset.chunks is None and dataset.nbytes > dataset.id.get_storage_size():
         raise FormatError(f"{path}: dataset {dataset.name} holds less than its shape says")
     return np.asarray(dataset[()], np.float32)
 
@@ -120,8 +126,11 @@ def _read_npy(path: Path) -> npt.NDArray[np.float32]:
         if npy.read_magic(file) != (1, 0):
             raise FormatError(f"{path}: is not a version 1.0 .npy file")
         shape, fortran, dtype = npy.read_array_header_1_0(file)
-    except ValueError as error:
-        raise FormatError(f"{path}: is not a whole .npy file: {error}") from error
+    except FormatError:
+        raise
+    except Exception as error:  # NumPy's header parser fails in many ways
+        reason = str(error).partition("\n")[0]
+        raise FormatError(f"{path}: is not a whole .npy file: {reason}") from error
     data = file.read()
     if dtype.kind != "f" or math.prod(shape) * dtype.itemsize != len(data):
         raise FormatError(f"{path}: header promises {shape} {dtype}, {len(data)} bytes follow")

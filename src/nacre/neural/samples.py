@@ -85,8 +85,8 @@ def draw(
     """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
 
     theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an anisotropic
-    reflectance, else 0. Pairs with a direction below the horizon and invalid samples are dropped
-    and replaced, so that `count` remain.
+    reflectance, else 0. Pairs with a direction below the horizon, and samples that are not valid
+    or not finite, are dropped and replaced, so that `count` remain.
 
     Parameters
     ----------
@@ -132,5 +132,8 @@ def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> tuple[npt.NDArray[np.float
     wi, wo = (join(w)[visible] for w in (wi, wo))
     known = brdf.valid(wi, wo)
     wi, wo = wi[known], wo[known]
+    rgb = brdf.eval(wi, wo)
+    finite = np.isfinite(rgb).all(axis=1)
+    wi, wo, rgb = wi[finite], wo[finite], rgb[finite]
     x = np.stack(np.broadcast_arrays(*network_inputs(split(wi), split(wo), brdf.isotropic)), -1)
-    return x, brdf.eval(wi, wo), wi[:, 2:]
+    return x, rgb, wi[:, 2:]

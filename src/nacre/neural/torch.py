@@ -27,7 +27,7 @@ class TorchTrainer:
     batch
         Samples a step, a multiple of 16.
     device
-        PyTorch device: "cpu", "cuda", "cuda:1", "mps".
+        PyTorch device: "cpu", "cuda", "cuda:1".
 
     Raises
     ------
@@ -46,13 +46,14 @@ class TorchTrainer:
                 for layer in layers
                 for part in (layer.weights, layer.biases)
             ]
-        except (RuntimeError, AssertionError) as error:
-            reason = str(error).splitlines()[0]
+            float((self._parameters[0] @ self._parameters[0].T).sum().detach())
+        except Exception as error:  # devices fail in ways of their own
+            reason = str(error).partition("\n")[0]
             raise NacreError(f"device {device!r} cannot be used: {reason}") from error
         self._means = [torch.zeros_like(p) for p in self._parameters]
         self._squares = [torch.zeros_like(p) for p in self._parameters]
         self._step = 0
-        self._uploaded: tuple[Samples, Tensor] | None = None
+        self._uploaded: dict[int, tuple[Samples, Tensor]] = {}
 
     def layers(self) -> list[Layer]:
         """Copies of the current layers."""
@@ -70,10 +71,10 @@ class TorchTrainer:
     ) -> float:
         """One step per learning rate over the blocks in `order`; returns the mean training loss."""
         blocks, index = self._blocks(samples), self._index(order)
-        total = torch.zeros((), dtype=torch.float64, device=self._device)
+        total = torch.zeros((), device=self._device)
         for rate, part in zip(rates.tolist(), index.split(self._batch), strict=True):
             loss, gradients = self._gradient(blocks[part])
-            total += loss.double() * len(part)
+            total += loss * len(part)
             self._adam(gradients, rate)
         return float(total) / len(order)
 
@@ -89,10 +90,10 @@ class TorchTrainer:
 
     def _blocks(self, samples: Samples) -> Tensor:
         """Samples on the device, uploaded once: shape (blocks, rows, 16)."""
-        if self._uploaded is None or self._uploaded[0] is not samples:
+        if id(samples) not in self._uploaded:
             shaped = samples.blocks.reshape(-1, samples.rows, BLOCK)
-            self._uploaded = samples, torch.from_numpy(shaped).to(self._device)
-        return self._uploaded[1]
+            self._uploaded[id(samples)] = samples, torch.from_numpy(shaped).to(self._device)
+        return self._uploaded[id(samples)][1]
 
     def _mean_loss(self, blocks: Tensor) -> Tensor:
         rows = blocks.transpose(1, 2).reshape(-1, blocks.shape[1])

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import luminance
-from nacre.files import FormatError, PathLike, require
+from nacre.files import FormatError, NacreError, PathLike, require
 
 Floats = npt.NDArray[np.floating]
 
@@ -100,7 +100,7 @@ class Environment:
         """
         current = float(luminance(tuple(sphere_mean(self.pixels))))
         if current <= 0.0:
-            raise ValueError("the map lights nothing that is seen from +z")
+            raise NacreError(f"{self.name or 'environment'}: lights nothing that is seen from +z")
         return replace(self, pixels=self.pixels * np.float32(mean / current))
 
 
@@ -174,8 +174,10 @@ def load_environment(path: PathLike) -> Environment:
             raise FormatError(f"{path}: more than {_MAX_PIXELS} pixels; scale it down")
         bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
         return Environment(np.maximum(np.array(bitmap), 0.0), path.stem)
+    except FormatError:
+        raise
+    except MemoryError as error:
+        raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:
-        if isinstance(error, FormatError):
-            raise
         reason = str(error).strip().splitlines()[-1]
         raise FormatError(f"{path}: not a usable environment: {reason}") from error

@@ -10,6 +10,7 @@ is lit evenly, and two reflectances are still compared on the very same pairs of
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -99,8 +100,9 @@ class EnvironmentLight:
         power = float(luminance(tuple(self._weights.T)).sum())
         self._density = luminance(tuple(np.moveaxis(self._pixels, -1, 0))) * (toward_light / power)
         self._near_light = self._density[environment.pixel(self._directions)]
-        self._half_vectors = _lobe_half_vectors(count - toward_light)
-        self._toward_mirror = np.float32((count - toward_light) / len(ROUGHNESS))
+        mirrored = range(toward_light, count)
+        self._per_lobe = [len(mirrored[k :: len(ROUGHNESS)]) for k in range(len(ROUGHNESS))]
+        self._half_vectors = _lobe_half_vectors(self._per_lobe)
         self._pixel = environment.pixel
 
     def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
@@ -131,17 +133,20 @@ class EnvironmentLight:
         h = wi + wo
         squared = np.einsum("ij,ij->i", h, h)
         along, aside = h[:, 2] ** 2 / squared, (h[:, 0] ** 2 + h[:, 1] ** 2) / squared
-        lobes = sum((a / (a * a * along + aside)) ** 2 for a in map(np.float32, ROUGHNESS))
+        lobes = sum(
+            np.float32(n * a * a) / (np.float32(a * a) * along + aside) ** 2
+            for n, a in zip(self._per_lobe, ROUGHNESS, strict=True)
+        )
         # Density of h is D cos(theta_h); that of wi is it over 4 wo.h, and wo.h = |wi + wo| / 2.
-        density: Floats = lobes * self._toward_mirror * h[:, 2] / (2.0 * math.pi * squared)
+        density: Floats = lobes * h[:, 2] / (2.0 * math.pi * squared)
         return density
 
 
-def _lobe_half_vectors(count: int) -> Floats:
-    """Half vectors of a mixture of GGX lobes, shape (count, 3), float32."""
+def _lobe_half_vectors(counts: Sequence[int]) -> Floats:
+    """Half vectors of GGX lobes, `counts` of each roughness, shape (sum, 3), float32."""
     parts = []
-    for lobe, roughness in enumerate(ROUGHNESS):
-        u, v = golden_lattice(len(range(lobe, count, len(ROUGHNESS))))
+    for count, roughness in zip(counts, ROUGHNESS, strict=True):
+        u, v = golden_lattice(count)
         tangent = roughness * np.sqrt(u / (1.0 - u))
         cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
         phi = 2.0 * math.pi * v

@@ -83,7 +83,7 @@ def grid_mesh(
         has_vertex_texcoords=True,
         props=properties,
     )
-    if to_world is not None:
+    if to_world is not None:  # rotations and translations only: normals turn with the positions
         matrix = np.array(to_world.matrix)
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         normals = None if normals is None else normals @ matrix[:3, :3].T

@@ -1,6 +1,6 @@
 """Mitsuba BSDFs of reflectances: the plugins `nbrdf` and `brdf`.
 
-The one place that swaps directions: Mitsuba's `si.wi`, which points to the viewer, is our `wo`,
+Directions are swapped here: Mitsuba's `si.wi`, which points to the viewer, is our `wo`,
 and its `wo` is our `wi`. Where Mitsuba follows light instead of sight it is the other way round,
 which matters for a measurement that is not reciprocal.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,10 @@ from nacre.render.scene import describe_scene
 
 Image = npt.NDArray[np.float32]
 
-IMAGES = (".exr", ".png", ".jpg", ".jpeg")
+DISPLAY_IMAGES = (".png", ".jpg", ".jpeg")
+"""Endings of the files that :func:`write_bytes` writes."""
+
+IMAGES = (".exr", *DISPLAY_IMAGES)
 """Endings of the files that :func:`write_image` writes."""
 
 PASS = 16
@@ -95,19 +98,17 @@ def render_preview(
     return (total / spp).astype(np.float32)
 
 
-def check_image_path(path: PathLike) -> Path:
-    """The path, if :func:`write_image` can write to it; to be called before a long rendering.
+def check_image_path(path: PathLike, endings: Sequence[str] = IMAGES) -> Path:
+    """The path, if its ending is one of `endings`; to be called before a long rendering.
 
     Raises
     ------
     FormatError
-        If the ending is not one of :data:`IMAGES`, or there is no such folder.
+        If it is not.
     """
     path = Path(path)
-    if path.suffix.lower() not in IMAGES:
-        raise FormatError(f"{path}: a picture ends in one of {', '.join(IMAGES)}")
-    if not path.parent.is_dir():
-        raise FormatError(f"{path}: there is no folder {path.parent}")
+    if path.suffix.lower() not in endings:
+        raise FormatError(f"{path}: a picture ends in one of {', '.join(endings)}")
     return path
 
 
@@ -132,8 +133,11 @@ def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
     path = check_image_path(path)
     if path.suffix.lower() == ".exr":
         mi = require("mitsuba", "render")
-        with atomic_path(path) as temporary:
-            mi.Bitmap(np.ascontiguousarray(image, np.float32)).write(str(temporary))
+        try:
+            with atomic_path(path) as temporary:
+                mi.Bitmap(np.ascontiguousarray(image, np.float32)).write(str(temporary))
+        except RuntimeError as error:
+            raise FormatError(f"{path}: cannot be written") from error
         return
     write_bytes(np.rint(tone_map(image) * 255.0).astype(np.uint8), path)
 
@@ -148,9 +152,7 @@ def write_bytes(image: npt.NDArray[np.uint8], path: PathLike) -> None:
     MissingExtraError
         If Pillow is not installed.
     """
-    path = check_image_path(path)
-    if path.suffix.lower() == ".exr":
-        raise FormatError(f"{path}: a picture of display values ends in .png or .jpg")
+    path = check_image_path(path, DISPLAY_IMAGES)
     pillow = require("PIL.Image", "render")
     with atomic_path(path) as temporary:
         pillow.fromarray(image).save(temporary, quality=95)

@@ -9,12 +9,13 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf
+from nacre.files import NacreError
 from nacre.geometry import join
 from nacre.render.engine import mitsuba
 
 
 class MitsubaBrdf(Brdf):
-    """The reflectance of a Mitsuba BSDF, evaluated by Mitsuba in the variant that is set.
+    """The reflectance of a Mitsuba BSDF, evaluated by Mitsuba in an RGB variant that compiles.
 
     Parameters
     ----------
@@ -26,6 +27,8 @@ class MitsubaBrdf(Brdf):
 
     Raises
     ------
+    NacreError
+        If the variant that is set is no such variant.
     MissingExtraError
         If Mitsuba is not installed.
     LLVMError
@@ -34,6 +37,10 @@ class MitsubaBrdf(Brdf):
 
     def __init__(self, bsdf: Mapping[str, Any] | Any, name: str = "") -> None:
         self._mi = mitsuba()
+        if not self._mi.variant().endswith("_ad_rgb"):
+            raise NacreError(
+                f"needs Mitsuba's llvm_ad_rgb or cuda_ad_rgb, not {self._mi.variant()}"
+            )
         self._bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
         self.isotropic = not self._bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
         self.name = name

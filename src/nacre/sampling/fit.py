@@ -32,12 +32,17 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> BlinnPhongMixture:
     seed
         Of the proposal's directions.
     """
-    wo, wi, proposal = _directions(seed)
+    with np.errstate(all="ignore"):  # of a wild reflectance, what is not finite does not count
+        return _search(brdf, *_directions(seed))
+
+
+def _search(brdf: Brdf, wo: Floats, wi: Floats, proposal: Floats) -> BlinnPhongMixture:
     value = luminance(split(brdf.eval(wi, wo))).astype(np.float64) * wi[..., 2]
     value = np.where(np.isfinite(value), value, 0.0)
     weight = value**2 / proposal
     albedo = (value / proposal).mean(axis=1, keepdims=True)
     weight /= np.maximum(albedo, 1e-12) ** 2
+    weight = np.where(np.isfinite(weight), weight, 0.0)
     if not weight.any():
         return BlinnPhongMixture(0.0, 1.0)
     # The share of the cosine lobe is kept above zero: it bounds every weight.
@@ -52,10 +57,12 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> BlinnPhongMixture:
 
 
 def _directions(seed: int) -> tuple[Floats, Floats, Floats]:
-    """Views (v, n, 3), lights (v, n, 3) and the density of the lights (v, n)."""
+    """Views (v, n, 3) at all azimuths, lights (v, n, 3) and the density of the lights (v, n)."""
     random = np.random.default_rng(seed)
     sine2 = np.repeat(np.array(_VIEWS)[:, None], _PER_VIEW, axis=1)
-    wo = np.stack([np.sqrt(sine2), 0.0 * sine2, np.sqrt(1.0 - sine2)], axis=-1)
+    phi = random.uniform(0.0, 2.0 * math.pi, sine2.shape)
+    sine = np.sqrt(sine2)
+    wo = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.sqrt(1.0 - sine2)], axis=-1)
     # A stack of lobes from broad to sharp sees highlights of every width.
     lobes = [BlinnPhongMixture(0.8, float(n)) for n in np.geomspace(1.0, MAX_EXPONENT, 8)]
     u = random.random((*sine2.shape, 3))

@@ -12,8 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.files import NacreError
 from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
+from nacre.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 
 SAMPLES = 800_000
@@ -87,6 +89,10 @@ class Recipe:
             raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
         if self.seed < 0:
             raise ValueError(f"seed must not be negative, got {self.seed}")
+        if self.batch < BLOCK or self.batch % BLOCK:
+            raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
+        if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
+            raise ValueError(f"samples must leave some to train on, got {self.samples}")
 
 
 def fit(
@@ -118,7 +124,10 @@ def fit(
     Raises
     ------
     NacreError
-        If hardly any sample of the reflectance is valid.
+        If hardly any sample of the reflectance is valid, if training does not converge, or if
+        there is no such device.
+    MissingExtraError
+        If a device is given and PyTorch is not installed.
 
     Notes
     -----
@@ -128,16 +137,20 @@ def fit(
     recipe = recipe or Recipe()
     factor = 1 if brdf.isotropic else ANISOTROPIC_FACTOR
     count = recipe.samples or factor * SAMPLES
-    samples = draw(
-        brdf, count, recipe.seed, progress and (lambda n, total: progress("sampling", n, total, ""))
-    )
-    training, held_out = samples.split(recipe.held_out)
+    report = progress or (lambda stage, done, total, note: None)
     trainer = _trainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch, device)
+    samples = draw(brdf, count, recipe.seed, lambda n, total: report("sampling", n, total, ""))
+    training, held_out = samples.split(recipe.held_out)
     losses = train(trainer, training, held_out, recipe, progress)
+    if not math.isfinite(sum(losses.values())):
+        raise NacreError(
+            f"{brdf.name or 'reflectance'}: training diverged; lower the learning rate"
+        )
     network = NeuralBrdf(trainer.layers(), isotropic=brdf.isotropic, name=brdf.name)
-    if progress:
-        progress("sampling lobes", 0, 1, "")
-    network.sampler = fit_lobes(network)
+    report("sampling lobes", 0, 1, "")
+    with one_blas_thread():
+        network.sampler = fit_lobes(network)
+    report("sampling lobes", 1, 1, "")
     settings = asdict(recipe) | {"hidden": list(recipe.hidden), "samples": count}
     network.metadata = {"fit": settings, "quality": losses}
     if brdf.source:
