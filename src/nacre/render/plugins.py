@@ -17,6 +17,7 @@ from nacre.array import Components
 from nacre.brdf import Brdf, above_horizon
 from nacre.files import FormatError, NacreError, require
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
 from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import CooperativeNetwork
@@ -218,6 +219,8 @@ def _plugins(variant: str) -> dict[str, Any]:
                 self.weights = self.network.initial()
             elif precision == "half":
                 raise NacreError("nbrdf: half precision is for cooperative weights")
+            else:
+                self.traced = without_inactive_units(self.brdf)
 
         def material(self) -> Brdf:
             """The network with its current weights."""
@@ -228,7 +231,7 @@ def _plugins(variant: str) -> dict[str, Any]:
 
         def f_r(self, wi: Components, wo: Components) -> Components:
             if self.network is None:
-                return super().f_r(wi, wo)
+                return self.traced.eval_components(wi, wo)
             return self.network.eval_components(self.weights, wi, wo)
 
         def traverse(self, callback: Any) -> None:
