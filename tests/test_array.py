@@ -8,7 +8,7 @@ import pytest
 from nacre.array import Table, namespace
 from nacre.geometry import from_half_difference, half_difference, join, split, to_spherical
 from nacre.sampling import BlinnPhongMixture
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 
 def to_numpy(array) -> np.ndarray:

@@ -20,7 +20,7 @@ from nacre.neural import Layer, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture, fit_lobes
 from tests.data import list_data, require_data
 from tests.measured.support import hemisphere, material, tensor_bytes
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 DEGREES = (0.0, 30.0, 60.0, 80.0)
 

@@ -21,7 +21,7 @@ from nacre.geometry import rusinkiewicz_angles as angles
 from nacre.measured import FORMATS, MerlBrdf, merl
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 from .support import assert_same_in_drjit, assert_same_in_torch, hemisphere, write
 

@@ -19,7 +19,7 @@ from nacre.geometry import split
 from nacre.measured import RglBrdf, rgl
 from nacre.measured.axis import bisect
 from tests.measured import support
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 from ..data import list_data, require_data
 from .support import (

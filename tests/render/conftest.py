@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nacre.render
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 
 def _variant(name: str) -> Iterator[Any]:

@@ -14,7 +14,7 @@ from nacre.render.environment import Environment, load_environment, pixel_direct
 from nacre.render.quadrature import golden_lattice, quadrature
 from nacre.render.studio import studio
 from tests.data import require_data
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 
 def unit_vectors(count: int) -> np.ndarray:

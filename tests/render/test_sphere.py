@@ -12,8 +12,8 @@ from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight, EnvironmentLight
 from nacre.render.sphere import MARGIN, frames, render_sphere, sphere_normals, standard_lights
 from nacre.render.studio import studio
-from tests.mitsuba import require_mitsuba
 from tests.render.reflectances import Constant, Lobe
+from tests.variants import require_mitsuba
 
 
 def white_light(count: int) -> EnvironmentLight:
