@@ -12,8 +12,8 @@ test: lint  ## Formatting, lint, types, layers, doctests and tests.
 	$(RUN) -m pytest -n auto -q
 
 lint: setup
-	.venv/bin/ruff format --check .
-	.venv/bin/ruff check .
+	.venv/bin/ruff format --no-cache --check .
+	.venv/bin/ruff check --no-cache .
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 
