@@ -24,7 +24,7 @@ bench: setup  ## Speed tables; takes about a quarter of an hour.
 	$(RUN) -m benchmarks.fidelity
 
 docs: setup  ## The API reference as HTML in out/docs.
-	$(RUN) -m pdoc -o out/docs nacre
+	EAGER_IMPORT=1 $(RUN) -m pdoc -o out/docs nacre
 
 setup:
 	@$(PYTHON) scripts/setup.py

@@ -76,6 +76,6 @@ def test_a_new_format_can_be_registered(tmp_path, monkeypatch):
 def test_the_public_names_exist():
     for name in nacre.__all__:
         assert getattr(nacre, name) is not None
-    assert set(nacre.__all__) <= set(dir(nacre))
-    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+    assert set(nacre.__all__) - {"__version__"} <= set(dir(nacre))
+    with pytest.raises(AttributeError, match="nonsense"):
         nacre.nonsense  # noqa: B018

@@ -5,8 +5,9 @@ The names below are the public interface; heavy libraries load on first use.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader
 
 if TYPE_CHECKING:
     from nacre import evaluate, formats, geometry, measured, neural, render, sampling
@@ -39,29 +40,13 @@ __all__ = [
     "save",
 ]
 
-_homes = {
-    "Brdf": "nacre.brdf",
-    "CosineSampler": "nacre.brdf",
-    "Sampler": "nacre.brdf",
-    "FormatError": "nacre.files",
-    "MissingExtraError": "nacre.files",
-    "NacreError": "nacre.files",
-    "NeuralBrdf": "nacre.neural",
-    "Recipe": "nacre.neural",
-    "fit": "nacre.neural",
-    "load": "nacre.formats",
-    "save": "nacre.formats",
-}
-_modules = ("evaluate", "formats", "geometry", "measured", "neural", "render", "sampling")
-
-
-def __getattr__(name: str) -> Any:
-    if name in _homes:
-        return getattr(importlib.import_module(_homes[name]), name)
-    if name in _modules:
-        return importlib.import_module(f"nacre.{name}")
-    raise AttributeError(f"module 'nacre' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__, _ = lazy_loader.attach(
+    __name__,
+    submodules=["evaluate", "formats", "geometry", "measured", "neural", "render", "sampling"],
+    submod_attrs={
+        "brdf": ["Brdf", "CosineSampler", "Sampler"],
+        "files": ["FormatError", "MissingExtraError", "NacreError"],
+        "formats": ["load", "save"],
+        "neural": ["NeuralBrdf", "Recipe", "fit"],
+    },
+)

@@ -5,8 +5,9 @@ Names load on first use: importing this module brings neither Mitsuba nor an ima
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader
 
 if TYPE_CHECKING:
     from nacre.evaluate.comparison import Comparison, LightComparison, compare
@@ -18,18 +19,6 @@ if TYPE_CHECKING:
         flip,
         image_errors,
     )
-
-_homes = {
-    "AngularErrors": "metrics",
-    "Comparison": "comparison",
-    "ImageErrors": "metrics",
-    "LightComparison": "comparison",
-    "angular_errors": "metrics",
-    "compare": "comparison",
-    "flip": "metrics",
-    "image_errors": "metrics",
-    "picture": "drawing",
-}
 
 __all__ = [
     "AngularErrors",
@@ -43,12 +32,11 @@ __all__ = [
     "picture",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _homes:
-        raise AttributeError(f"module 'nacre.evaluate' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"nacre.evaluate.{_homes[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__, _ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "comparison": ["Comparison", "LightComparison", "compare"],
+        "drawing": ["picture"],
+        "metrics": ["AngularErrors", "ImageErrors", "angular_errors", "flip", "image_errors"],
+    },
+)
