@@ -15,7 +15,7 @@ def grey() -> NeuralBrdf:
     return NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
 
 
-@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary", ".bin"])
+@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary", ".bin", ".npz"])
 def test_every_writable_format_round_trips_through_the_registry(tmp_path, ending):
     path = tmp_path / f"grey{ending}"
     nacre.save(grey(), path)
