@@ -5,7 +5,7 @@ little-endian float64 values, all of red, then all of green, then all of blue; w
 theta_i is slowest, then phi_i, theta_v and phi_v. Polar angles are 0, 15, ..., 75 degrees, azimuths
 0, 7.5, ..., 352.5 degrees: an image of 288 x 288, a row a light, a column a view.
 
-The order is that of the database's own reader by Filip, as ALTA's plugin, dj_brdf.h and
+The order is that of Filip's code, as ALTA's plugin, dj_brdf.h and
 Sztrajman's UTIA-brdf have it. Values are taken as linear colour, as by the last.
 """
 

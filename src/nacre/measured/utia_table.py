@@ -34,7 +34,7 @@ class UtiaBrdf(Brdf):
     """A reflectance tabulated over (theta_i, phi_i, theta_v, phi_v), i being the light.
 
     Values are linear between nodes in all four angles and periodic in the azimuths. Beyond the last
-    polar node, 75 degrees, the line through the last two goes on, as in the database's own reader;
+    polar node, 75 degrees, the line through the last two goes on, as in readers after Filip's code;
     where it falls below 0, f_r is 0. Nodes without a valid sample do not take part: the others'
     weights are scaled up, and the result counts as valid only if every node with weight is valid,
     beyond 75 degrees also those that the line comes from. Where no node is valid, f_r is 0.
