@@ -15,7 +15,7 @@ def grey() -> NeuralBrdf:
     return NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
 
 
-@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary"])
+@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary", ".bin", ".npz"])
 def test_every_writable_format_round_trips_through_the_registry(tmp_path, ending):
     path = tmp_path / f"grey{ending}"
     nacre.save(grey(), path)
@@ -39,8 +39,8 @@ def test_content_decides_over_a_wrong_ending(tmp_path):
     ("content", "words"),
     [
         (b"", "is empty"),
-        (b"\x00", "no known format"),
-        (b"hello, this is a text file and no material at all", "no known format"),
+        (b"\x00", "no known format|something else"),
+        (b"hello, this is a text file and no material at all", "no known format|something else"),
         (None, "No such file"),
     ],
 )

@@ -41,7 +41,8 @@ class Format:
     extensions
         File name endings, lower case, with the dot.
     recognise
-        Whether the first bytes of a file (up to :data:`HEAD`) are of this format.
+        Whether the first bytes of a file (up to :data:`HEAD`) are of this format; None where they
+        cannot tell: the file name decides, and only if no other format recognises the content.
     load
         Reads a path into a reflectance; raises only :class:`FormatError`.
     save
@@ -50,12 +51,12 @@ class Format:
 
     name: str
     extensions: tuple[str, ...]
-    recognise: Callable[[bytes], bool]
+    recognise: Callable[[bytes], bool] | None
     load: Callable[[Path], Any]
     save: Callable[[Any, Path], None] | None = None
 
 
-HEAD = 64
+HEAD = 128
 """Bytes from the start of a file that :attr:`Format.recognise` sees."""
 
 

@@ -30,7 +30,7 @@ def load(path: PathLike) -> Brdf:
     """Read a reflectance from any known file.
 
     The reader is picked by content; the file name decides only between readers that both
-    recognise the content.
+    recognise the content, and for formats whose content starts with nothing to recognise.
 
     Parameters
     ----------
@@ -44,11 +44,14 @@ def load(path: PathLike) -> Brdf:
     """
     path = Path(path)
     head = _head(path)
-    known = [entry for entry in _formats if entry.recognise(head)]
+    suffix = path.suffix.lower()
+    known = [entry for entry in _formats if entry.recognise and entry.recognise(head)]
+    if not known:
+        known = [e for e in _formats if e.recognise is None and suffix in e.extensions]
     if not known:
         endings = ", ".join(e for entry in _formats for e in entry.extensions)
         raise FormatError(f"{path}: content is of no known format (known: {endings})")
-    named = [entry for entry in known if path.suffix.lower() in entry.extensions]
+    named = [entry for entry in known if suffix in entry.extensions]
     brdf: Brdf = (named or known)[0].load(path)
     brdf.source = {"file": path.name, "sha256": _digest(path)}
     brdf.name = brdf.name or path.stem

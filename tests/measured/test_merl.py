@@ -18,7 +18,7 @@ from nacre.brdf import Brdf
 from nacre.files import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic, join, split
 from nacre.geometry import rusinkiewicz_angles as angles
-from nacre.measured import FORMATS, MerlBrdf, merl
+from nacre.measured import FORMATS, MerlBrdf, merl, merl_array
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
 from tests.variants import require_mitsuba
@@ -271,7 +271,12 @@ def test_wrong_arguments_are_refused() -> None:
 
 
 def test_formats_are_registered() -> None:
-    assert [entry.name for entry in FORMATS] == ["RGL", "MERL"]
+    assert [entry.name for entry in FORMATS] == [
+        "RGL",
+        "MERL",
+        *(f.name for f in merl_array.FORMATS),
+        "UTIA",
+    ]
 
 
 def test_format_is_recognised(tabulated: Path) -> None:

@@ -1,11 +1,12 @@
 """Measured reflectance: one module a file format."""
 
 from nacre.files import Format
-from nacre.measured import merl, rgl
+from nacre.measured import merl, merl_array, rgl, utia
 from nacre.measured.merl_table import MerlBrdf
 from nacre.measured.rgl import RglBrdf
+from nacre.measured.utia_table import UtiaBrdf
 
-FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT)
+FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, *merl_array.FORMATS, utia.FORMAT)
 """Every format of measured reflectance, the most recognisable first."""
 
-__all__ = ["FORMATS", "MerlBrdf", "RglBrdf"]
+__all__ = ["FORMATS", "MerlBrdf", "RglBrdf", "UtiaBrdf"]

@@ -7,17 +7,16 @@ Layers map (h_x, 0, h_z, d_x, d_y, d_z), d from the light direction, to log(f_r 
 from __future__ import annotations
 
 import io
-import math
 import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.lib.format as npy
 import numpy.typing as npt
 
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.npy import MAGIC, parse_npy
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
@@ -121,21 +120,7 @@ def _dataset(dataset: Any, path: PathLike) -> npt.NDArray[np.float32]:
 
 
 def _read_npy(path: Path) -> npt.NDArray[np.float32]:
-    file = io.BytesIO(read_bytes(path, _LIMIT))
-    try:
-        if npy.read_magic(file) != (1, 0):
-            raise FormatError(f"{path}: is not a version 1.0 .npy file")
-        shape, fortran, dtype = npy.read_array_header_1_0(file)
-    except FormatError:
-        raise
-    except Exception as error:  # NumPy's header parser fails in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{path}: is not a whole .npy file: {reason}") from error
-    data = file.read()
-    if dtype.kind != "f" or math.prod(shape) * dtype.itemsize != len(data):
-        raise FormatError(f"{path}: header promises {shape} {dtype}, {len(data)} bytes follow")
-    values = np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C")
-    return np.ascontiguousarray(values, np.float32)
+    return np.ascontiguousarray(parse_npy(read_bytes(path, _LIMIT), str(path)), np.float32)
 
 
 def _network(layers: list[Layer], name: str) -> NeuralBrdf:
@@ -157,7 +142,7 @@ FORMATS = (
     Format(
         "NBRDF network (NumPy)",
         (".npy",),
-        lambda head: head.startswith(npy.MAGIC_PREFIX),
+        lambda head: head.startswith(MAGIC),
         load_npy,
     ),
 )

@@ -1,0 +1,133 @@
+"""Tables over Rusinkiewicz angles as NumPy arrays: `.npz` archives and `.npy` files.
+
+The grid and its missing samples are those of :mod:`nacre.measured.merl`; the values are f_r in 1/sr
+rather than what a MERL file stores. There is no published standard: this is how such tables are
+passed around in Python.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.measured.merl import tabulate
+from nacre.measured.merl_table import SCALES, MerlBrdf
+from nacre.npy import MAGIC, parse_npy
+
+_KEY = "f_r"
+_LIMIT = 1 << 30
+_NODE_LIMIT = 1024
+_SHAPE = re.compile(rb"'shape': \((?:\d+, ){3}\d+\)")
+
+
+def load_npz(path: PathLike) -> MerlBrdf:
+    """Read the array `f_r` of an ``.npz`` archive, or its only array whatever the name.
+
+    Parameters
+    ----------
+    path
+        File to read; its name becomes the material's. For shapes see :func:`load_npy`.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a whole archive, or the array is not a table.
+    """
+    data = read_bytes(path, _LIMIT)
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = {m.filename: m for m in archive.infolist() if m.filename.endswith(".npy")}
+            member = members.get(f"{_KEY}.npy")
+            if member is None:
+                if len(members) != 1:
+                    raise FormatError(
+                        f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
+                    )
+                member = next(iter(members.values()))
+            if member.file_size > _LIMIT:
+                raise FormatError(f"{path}: array '{member.filename}': is larger than any table")
+            content = archive.read(member)
+    except FormatError:
+        raise
+    except Exception as error:  # the archive's decoders meet damage in many ways
+        reason = str(error).partition("\n")[0]
+        raise FormatError(f"{path}: is not a whole .npz archive: {reason}") from error
+    name = member.filename.removesuffix(".npy")
+    return _table(content, f"{path}: array '{name}'", Path(path).stem)
+
+
+def load_npy(path: PathLike) -> MerlBrdf:
+    """Read a table from an ``.npy`` file.
+
+    Parameters
+    ----------
+    path
+        File to read; its name becomes the material's. The array has the shape
+        (theta_h, theta_d, phi_d, 3) or (3, theta_h, theta_d, phi_d), 90 x 90 x 180 nodes as a rule,
+        and any floating-point type.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read or the array is not a table.
+    """
+    return _table(read_bytes(path, _LIMIT), str(path), Path(path).stem)
+
+
+def save_npz(brdf: Brdf, path: PathLike) -> None:
+    """Write an ``.npz`` archive with `f_r` of shape (theta_h, theta_d, phi_d, 3), float64.
+
+    A :class:`MerlBrdf` is written as it is, invalid samples included: what this function wrote
+    comes back byte for byte. Anything else is tabulated first (see
+    :func:`nacre.measured.merl.tabulate`).
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic or the path cannot be written.
+    """
+    merl = brdf if isinstance(brdf, MerlBrdf) else tabulate(brdf)
+    f_r = np.moveaxis(merl.stored, 0, -1) * np.asarray(SCALES)
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **{_KEY: f_r})
+
+
+def _table(content: bytes, where: str, name: str) -> MerlBrdf:
+    values = parse_npy(content, where)
+    if values.ndim == 4 and values.shape[3] == 3:
+        f_r: npt.NDArray[Any] = values
+    elif values.ndim == 4 and values.shape[0] == 3:
+        f_r = np.moveaxis(values, 0, -1)
+    else:
+        raise FormatError(f"{where}: has shape {values.shape}, expected (90, 90, 180, 3)")
+    if not all(1 <= n <= _NODE_LIMIT for n in f_r.shape[:3]):
+        sizes = " x ".join(map(str, f_r.shape[:3]))
+        raise FormatError(f"{where}: has {sizes} nodes, expected 90 x 90 x 180")
+    largest = np.finfo(np.float32).max * min(SCALES)
+    if not (np.abs(f_r) <= largest).all():  # also false for NaN
+        raise FormatError(f"{where}: some values are not finite; mark missing samples by -1")
+    return MerlBrdf(np.moveaxis(f_r / np.asarray(SCALES), -1, 0), name)
+
+
+def _recognise_npz(head: bytes) -> bool:
+    length = int.from_bytes(head[26:28], "little")
+    return head.startswith(b"PK\3\4") and head[30 : 30 + length].endswith(b".npy")
+
+
+def _recognise_npy(head: bytes) -> bool:
+    return head.startswith(MAGIC) and _SHAPE.search(head) is not None
+
+
+FORMATS = (
+    Format("MERL array (.npz)", (".npz",), _recognise_npz, load_npz, save_npz),
+    Format("MERL array (.npy)", (".npy",), _recognise_npy, load_npy),
+)
+"""Entries of the registry of formats; networks in `.npy` files have no array of four axes."""
