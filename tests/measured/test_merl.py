@@ -292,6 +292,11 @@ def test_format_is_recognised(tabulated: Path) -> None:
 assert_refused = functools.partial(support.assert_refused, merl.load)
 
 
+def test_a_full_turn_of_phi_d_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "turn.binary", struct.pack("<3i", 90, 90, 360) + bytes(100))
+    assert_refused(path, "360 nodes in phi_d")
+
+
 def test_file_cut_short_or_too_long_is_refused(tmp_path: Path) -> None:
     data = merl_bytes(random_table())
     path = tmp_path / "cut.binary"

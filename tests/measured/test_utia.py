@@ -20,7 +20,7 @@ from nacre.files import FormatError
 from nacre.measured import UtiaBrdf, utia
 from nacre.measured.utia_table import SHAPE
 from tests.measured import support
-from tests.mitsuba import require_mitsuba
+from tests.variants import require_mitsuba
 
 from .support import assert_same_in_drjit, assert_same_in_torch, hemisphere, write
 

@@ -29,6 +29,8 @@ DIMENSIONS = (90, 90, 180)
 INVALID = -1.0
 """Stored value that :func:`save` writes for a sample that is not known."""
 
+_FULL_TURN = (90, 90, 360)
+"""Header of files that others made in this layout without folding phi_d."""
 _HEADER = struct.Struct("<3i")
 _NODE_LIMIT = 1024
 _SIZE_LIMIT = 1 << 30
@@ -89,6 +91,11 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
     if not all(1 <= n <= _NODE_LIMIT for n in dimensions):
         raise FormatError(
             f"{path}: header gives {' x '.join(map(str, dimensions))} nodes, expected 90 x 90 x 180"
+        )
+    if dimensions == _FULL_TURN:
+        raise FormatError(
+            f"{path}: 360 nodes in phi_d span a full turn of a material that is not reciprocal; "
+            "only tables over half a turn are read"
         )
     size = _HEADER.size + 3 * 8 * math.prod(dimensions)
     if len(data) != size:
