@@ -15,7 +15,7 @@ def grey() -> NeuralBrdf:
     return NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
 
 
-@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary"])
+@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary", ".bsdf"])
 def test_every_writable_format_round_trips_through_the_registry(tmp_path, ending):
     path = tmp_path / f"grey{ending}"
     nacre.save(grey(), path)
@@ -59,9 +59,9 @@ def test_a_directory_is_refused(tmp_path):
         nacre.load(tmp_path)
 
 
-@pytest.mark.parametrize("name", ["x", "x.txt", "x.npy", "x.bsdf"])
+@pytest.mark.parametrize("name", ["x", "x.txt", "x.npy", "x.bsdfs"])
 def test_what_cannot_be_written_is_refused_with_the_choices(tmp_path, name):
-    with pytest.raises(FormatError, match=r"known: \.safetensors, \.binary"):
+    with pytest.raises(FormatError, match=r"known: \.safetensors, \.bsdf, \.binary"):
         nacre.save(grey(), tmp_path / name)
     assert not list(tmp_path.iterdir())
 
