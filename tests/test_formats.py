@@ -20,9 +20,10 @@ def test_every_writable_format_round_trips_through_the_registry(tmp_path, ending
     path = tmp_path / f"grey{ending}"
     nacre.save(grey(), path)
     back = nacre.load(path)
+    tolerance = 1e-3 if ending == ".bsdf" else 1e-5  # the adaptive grid is not at the directions
     wi = np.array([[0.1, 0.2, 0.9], [0.5, 0.0, 0.8]])
     wi /= np.linalg.norm(wi, axis=1, keepdims=True)
-    np.testing.assert_allclose(back.eval(wi, wi[::-1]), np.exp(0.2) - 1, rtol=1e-5)
+    np.testing.assert_allclose(back.eval(wi, wi[::-1]), np.exp(0.2) - 1, rtol=tolerance)
     assert back.name == "grey"
     assert back.source["file"] == path.name
     assert len(back.source["sha256"]) == 64

@@ -27,16 +27,14 @@ from nacre.measured.rgl_tables import RglTables
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
 
-_NDF_FLOOR = 0.01
-"""Part of the normals taken to be uniform: D divides the colour and must not vanish."""
-_UNIFORM_SHARE = 0.1
-_PEAK_SHARE = 0.45
-"""Parts of the square given to all normals alike and to the peak of D."""
+_UNIFORM = 0.2
+"""Part of the normals taken to be uniform: leaves points of the square to dim directions, and D,
+which divides the colour, nowhere near 0."""
 _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
 _LEAST_KNOWN = 1e-12
 """Colour of a point that is known to be black; 0 would say that nothing is known."""
-_LEAST_LUMINANCE = 1e-3
+_LEAST_LUMINANCE = 0.005
 """Luminance added where light can come from, relative to the mean, so that all is sampled."""
 _LARGEST = 1e30
 
@@ -64,7 +62,7 @@ class Resolution:
     polars: int
 
 
-ISOTROPIC = Resolution(1, 32, 64, 64, 128)
+ISOTROPIC = Resolution(1, 40, 72, 32, 128)
 """Default for isotropic materials."""
 
 ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
@@ -90,21 +88,14 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     phi_i = np.zeros(1) if brdf.isotropic else azimuth_nodes(nodes.phi_i)
     theta_i = np.linspace(0.0, 0.5 * math.pi, nodes.theta_i)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
-    normals = grid.density(brdf)
-    uniform = np.full(grid.shape, 1.0 / math.pi)
-    peak = grid.normalized(normals**2)
-    spread = (1.0 - _PEAK_SHARE - _UNIFORM_SHARE) * normals + _PEAK_SHARE * peak
-    spread = spread + _UNIFORM_SHARE * uniform
-    normals = (1.0 - _NDF_FLOOR) * normals + _NDF_FLOOR * uniform
+    normals = (1.0 - _UNIFORM) * grid.density(brdf) + _UNIFORM / math.pi
     area = grid.projected_area(normals)
 
     views = list(itertools.product(phi_i, theta_i))
-    visible = [spread * grid.jacobian * _facing(grid, phi, theta) for phi, theta in views]
+    visible = [normals * grid.jacobian * _facing(grid, phi, theta) for phi, theta in views]
     vndf = np.stack(visible).astype(np.float32)
     warp = Warp(vndf)
-    ndf_grid, area_grid, spread_grid = (
-        Grid(table[None].astype(np.float32)) for table in (normals, area, spread)
-    )
+    ndf_grid, area_grid = (Grid(table[None].astype(np.float32)) for table in (normals, area))
     edge = np.linspace(0.0, 1.0, nodes.square)
     v, u = np.meshgrid(edge, edge, indexing="ij")
     whole = [(0, 1.0)]
@@ -112,20 +103,19 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     bright = np.empty((len(views), *u.shape), np.float32)
     for index, (phi, theta) in enumerate(views):
         x, y, _ = warp.sample(u, v, [(index, 1.0)])
-        half = from_spherical(x * x * (0.5 * math.pi), (2.0 * y - 1.0) * math.pi + phi)
+        half = from_spherical(x * x * (0.5 * math.pi), (2.0 * y - 1.0) * math.pi)
         wo = from_spherical(min(float(theta), GRAZING), float(phi))
         values, known = _signed(brdf, reflect(wo, half), wo)
         sigma = area_grid.eval(unit_elevation(theta), unit_azimuth(phi), whole)
         values = values * (4.0 * sigma / ndf_grid.eval(x, y, whole))[..., None]
         values = np.where(known[..., None], np.maximum(values, _LEAST_KNOWN), values)
         rgb[index] = np.moveaxis(np.clip(values, -_LARGEST, _LARGEST), -1, 0)
-        density = spread_grid.eval(x, y, whole) / ndf_grid.eval(x, y, whole)
         red, green, blue = np.abs(rgb[index])
-        bright[index] = _to_sample(luminance((red, green, blue)) / density, known)
+        bright[index] = _to_sample(luminance((red, green, blue)), known)
 
     shape = len(phi_i), len(theta_i)
     return RglTables(
-        description=brdf.name or "unnamed",
+        description=brdf.name,
         phi_i=phi_i.astype(np.float32),
         theta_i=theta_i.astype(np.float32),
         ndf=normals.astype(np.float32),
@@ -145,7 +135,7 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
     FormatError
         If the path cannot be written.
     """
-    text = (tables.description or "unnamed").encode()
+    text = (tables.description or " ").encode()  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
     for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "rgb"):
         fields[name] = getattr(tables, name)
