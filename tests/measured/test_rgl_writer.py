@@ -21,7 +21,7 @@ from nacre.measured.tensor_file import read_tensors, write_tensors
 from tests.mitsuba import require_mitsuba
 
 from ..data import list_data, require_data
-from .support import hemisphere, material, tensor_bytes, write
+from .support import assert_chi_square, hemisphere, material, tensor_bytes, write
 
 SMALL = Resolution(1, 12, 24, 24, 48)
 SMALL_TURN = Resolution(13, 8, 16, 24, 32)
@@ -207,6 +207,19 @@ def test_a_wild_material_makes_a_table_that_loads(tmp_path: Path, value: float) 
     _, pdf = table.sample(wo, np.random.default_rng(1).random((2000, 3)))
     assert np.isfinite(pdf).all()
     assert (pdf > 0.0).mean() > 0.6
+
+
+def test_samples_of_a_table_follow_its_density() -> None:
+    for brdf, nodes in ((Glossy(0.3, 0.05, 0.4), SMALL), (Glossy(0.3, 0.1, 0.3, 0.6), SMALL_TURN)):
+        assert_chi_square(rgl.tabulate(brdf, nodes), [0.3, -0.4])
+
+
+@pytest.mark.parametrize("name", ["chrome.h5", "blue-acrylic.h5", "pink-fabric.h5"])
+def test_a_sphere_of_a_table_looks_like_its_source(name: str) -> None:
+    network = nacre.load(require_data("pretrained", "merl", name))
+    comparison = nacre.evaluate.compare(network, rgl.tabulate(network), size=48, directions=64)
+    for light in comparison.lights:
+        assert light.errors.psnr > 45.0
 
 
 @pytest.mark.parametrize("name", ["chrome.h5", "pink-fabric.h5", "specular-black-phenolic.h5"])

@@ -16,13 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.geometry import from_spherical, join
+from nacre.geometry import from_half_difference, from_spherical, join, split
 
 _Floats: TypeAlias = npt.NDArray[np.floating]
 
-GRAZING = math.radians(89.5)
+GRAZING = math.radians(89.9)
 """Polar angle that stands for the horizon, at which f_r is not defined."""
 
+_TURNS = 16
+"""Azimuths of the difference vector that a highlight is averaged over."""
 _ITERATIONS = 100
 _CONVERGED = 1e-5
 
@@ -100,6 +102,27 @@ class NormalGrid:
             if np.abs(density - previous).max() <= _CONVERGED * density.max():
                 break
         return density
+
+    def highlight(self, brdf: Brdf, theta_d: float) -> _Floats:
+        """Mean of f_r over pairs of directions at an angle from their half vector, normalised.
+
+        At grazing angles it shows the normals of a coat that sends hardly anything straight back.
+
+        Parameters
+        ----------
+        brdf
+            Any reflectance.
+        theta_d
+            Angle between half vector and either direction, in radians.
+        """
+        phi_d = 2.0 * math.pi * (np.arange(_TURNS) + 0.5) / _TURNS
+        half = split(self._views[..., None, :])
+        wi, wo = map(join, from_half_difference(half, from_spherical(theta_d + 0.0 * phi_d, phi_d)))
+        value = brdf.eval(wi, wo).mean(axis=-1)
+        value = np.where(np.isfinite(value), value, 0.0)
+        largest = float(value.max())
+        value = value.mean(axis=-1) / (largest if largest > 0.0 else 1.0)
+        return self.normalized(np.broadcast_to(value, self.shape))
 
     def _straight_back(self, brdf: Brdf) -> _Floats:
         """Mean of the channels of f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""

@@ -27,6 +27,10 @@ from nacre.measured.rgl_tables import RglTables
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
 
+_HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
+"""Angles between half vector and light at which highlights add to the density of normals."""
+_GRAZING_POWER = 1.5
+"""How much denser views stand towards the horizon, where reflectance changes fastest; 1: evenly."""
 _UNIFORM = 0.2
 """Part of the normals taken to be uniform: leaves points of the square to dim directions, and D,
 which divides the colour, nowhere near 0."""
@@ -86,9 +90,11 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     """
     nodes = resolution or (ISOTROPIC if brdf.isotropic else ANISOTROPIC)
     phi_i = np.zeros(1) if brdf.isotropic else azimuth_nodes(nodes.phi_i)
-    theta_i = np.linspace(0.0, 0.5 * math.pi, nodes.theta_i)
+    height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
+    theta_i = 0.5 * math.pi * (1.0 - height)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
-    normals = (1.0 - _UNIFORM) * grid.density(brdf) + _UNIFORM / math.pi
+    found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
+    normals = (1.0 - _UNIFORM) * np.mean(found, axis=0) + _UNIFORM / math.pi
     area = grid.projected_area(normals)
 
     views = list(itertools.product(phi_i, theta_i))
@@ -154,13 +160,13 @@ def _signed(
     brdf: Brdf, wi: Components, wo: Components
 ) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
     """f_r cos, negative below the horizon, shape (..., 3), and where it is known above."""
-    up = join((wi[0], wi[1], np.abs(wi[2])))
+    cosine = np.asarray(wi[2])
+    up = join((wi[0], wi[1], np.abs(cosine)))
     view = join(wo)
     f_r = brdf.eval(up, view)
-    finite = np.isfinite(f_r).all(axis=-1)
-    cosine = np.where(wi[2] > -_RIM, wi[2], 0.0)
-    values = np.where(finite[..., None], f_r, 0.0) * cosine[..., None]
-    return values, finite & (wi[2] > 0.0) & brdf.valid(up, view)
+    finite = np.isfinite(f_r).all(axis=-1, keepdims=True)
+    values = np.where(finite & (cosine > -_RIM)[..., None], f_r, 0.0) * cosine[..., None]
+    return values, finite[..., 0] & (cosine > 0.0) & brdf.valid(up, view)
 
 
 def _to_sample(
