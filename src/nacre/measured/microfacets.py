@@ -27,6 +27,7 @@ _TURNS = 16
 """Azimuths of the difference vector that a highlight is averaged over."""
 _ITERATIONS = 100
 _CONVERGED = 1e-5
+_LEAST = 1e-30
 
 
 def polar_nodes(count: int) -> _Floats:
@@ -118,24 +119,32 @@ class NormalGrid:
         phi_d = 2.0 * math.pi * (np.arange(_TURNS) + 0.5) / _TURNS
         half = split(self._views[..., None, :])
         wi, wo = map(join, from_half_difference(half, from_spherical(theta_d + 0.0 * phi_d, phi_d)))
-        value = brdf.eval(wi, wo).mean(axis=-1)
-        value = np.where(np.isfinite(value), value, 0.0)
-        largest = float(value.max())
-        value = value.mean(axis=-1) / (largest if largest > 0.0 else 1.0)
-        return self.normalized(np.broadcast_to(value, self.shape))
+        value, known = _known(brdf, wi, wo)
+        counts = known.sum(axis=-1)
+        mean = value.sum(axis=-1) / np.maximum(counts, 1)
+        return self.normalized(np.broadcast_to(_mended(mean, counts > 0), self.shape))
 
     def _straight_back(self, brdf: Brdf) -> _Floats:
-        """Mean of the channels of f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""
-        value = brdf.eval(self._views, self._views).mean(axis=-1)
-        known = brdf.valid(self._views, self._views) & np.isfinite(value)
-        value = np.where(known, value, 0.0)
-        nodes = np.arange(self.shape[1])
-        for row, mask in zip(value, known, strict=True):
-            if mask.any():
-                row[:] = np.interp(nodes, nodes[mask], row[mask])
-        largest = float(value.max())
-        back: _Floats = value * self._views[..., 2] / (largest if largest > 0.0 else 1.0)
+        """f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""
+        back: _Floats = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
         return back
+
+
+def _known(brdf: Brdf, wi: _Floats, wo: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
+    """Mean of the channels of f_r, 0 where it is not known, and where it is known."""
+    value = brdf.eval(wi, wo).astype(np.float64).mean(axis=-1)
+    known = brdf.valid(wi, wo) & np.isfinite(value)
+    return np.where(known, value, 0.0), known
+
+
+def _mended(values: _Floats, known: npt.NDArray[np.bool_]) -> _Floats:
+    """Values with what is not known interpolated along rows, at most 1; shape (rows, nodes)."""
+    nodes = np.arange(values.shape[1])
+    mended = [
+        np.interp(nodes, nodes[mask], row[mask]) if mask.any() else row
+        for row, mask in zip(values, known, strict=True)
+    ]
+    return np.stack(mended) / max(float(values.max()), _LEAST)
 
 
 def _trapezoid(count: int) -> _Floats:

@@ -31,7 +31,7 @@ _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""
 _GRAZING_POWER = 1.5
 """How much denser views stand towards the horizon, where reflectance changes fastest; 1: evenly."""
-_UNIFORM = 0.2
+_UNIFORM = 0.15
 """Part of the normals taken to be uniform: leaves points of the square to dim directions, and D,
 which divides the colour, nowhere near 0."""
 _RIM = 0.25
@@ -160,13 +160,13 @@ def _signed(
     brdf: Brdf, wi: Components, wo: Components
 ) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
     """f_r cos, negative below the horizon, shape (..., 3), and where it is known above."""
-    cosine = np.asarray(wi[2])
-    up = join((wi[0], wi[1], np.abs(cosine)))
+    up = join((wi[0], wi[1], np.abs(wi[2])))
     view = join(wo)
     f_r = brdf.eval(up, view)
-    finite = np.isfinite(f_r).all(axis=-1, keepdims=True)
-    values = np.where(finite & (cosine > -_RIM)[..., None], f_r, 0.0) * cosine[..., None]
-    return values, finite[..., 0] & (cosine > 0.0) & brdf.valid(up, view)
+    finite = np.isfinite(f_r).all(axis=-1)
+    kept: npt.NDArray[np.bool_] = finite & (wi[2] > -_RIM)
+    values = np.where(kept[..., None], f_r, 0.0) * np.asarray(wi[2])[..., None]
+    return values, finite & (wi[2] > 0.0) & brdf.valid(up, view)
 
 
 def _to_sample(
