@@ -13,7 +13,7 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf, CosineSampler
-from nacre.measured import rgl_tables
+from nacre.measured import rgl, rgl_tables
 from nacre.measured.merl import tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
@@ -50,6 +50,7 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "isotropic network": lambda _: network(True),
     "anisotropic network": lambda _: network(False),
     "MERL table of a network": lambda _: tabulate(network(True)),
+    "RGL table of a network": lambda _: rgl.tabulate(network(True)),
     "isotropic RGL table": lambda t: rgl_table(t, [0.0]),
     "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
 }

@@ -20,7 +20,7 @@ from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.files import PathLike
-from nacre.geometry import from_spherical, join, reflect
+from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
 from nacre.measured.microfacets import GRAZING, NormalGrid, azimuth_nodes
 from nacre.measured.rgl_tables import RglTables
@@ -76,10 +76,10 @@ ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
 def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTables:
     """Tables of any reflectance.
 
-    The table's interpolation needs values a little below the horizon: there it holds f_r of the
-    direction mirrored up, times the cosine, which is negative; so f_r cos goes through 0 at the
-    horizon. Farther down, and where f_r is not known, tables are 0. f_r is clamped to be
-    non-negative, and left out where it is not finite.
+    The table's interpolation needs values a little below the horizon: there it holds those of the
+    direction mirrored up, negated, so that f_r cos goes through 0 at the horizon. Farther down, and
+    where f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it
+    is not finite.
 
     Parameters
     ----------
@@ -111,9 +111,13 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         x, y, _ = warp.sample(u, v, [(index, 1.0)])
         half = from_spherical(x * x * (0.5 * math.pi), (2.0 * y - 1.0) * math.pi)
         wo = from_spherical(min(float(theta), GRAZING), float(phi))
-        values, known = _signed(brdf, reflect(wo, half), wo)
+        wi = reflect(wo, half)
+        up = wi[0], wi[1], np.abs(wi[2])
+        values, known = _signed(brdf, wi, up, wo)
         sigma = area_grid.eval(unit_elevation(theta), unit_azimuth(phi), whole)
-        values = values * (4.0 * sigma / ndf_grid.eval(x, y, whole))[..., None]
+        theta_h, phi_h = to_spherical(half_vector(up, wo))
+        density = ndf_grid.eval(unit_elevation(theta_h), unit_azimuth(phi_h), whole)
+        values = values * (4.0 * sigma / density)[..., None]
         values = np.where(known[..., None], np.maximum(values, _LEAST_KNOWN), values)
         rgb[index] = np.moveaxis(np.clip(values, -_LARGEST, _LARGEST), -1, 0)
         red, green, blue = np.abs(rgb[index])
@@ -141,7 +145,7 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
     FormatError
         If the path cannot be written.
     """
-    text = (tables.description or " ").encode()  # a field cannot be empty
+    text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
     for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "rgb"):
         fields[name] = getattr(tables, name)
@@ -157,16 +161,15 @@ def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floati
 
 
 def _signed(
-    brdf: Brdf, wi: Components, wo: Components
+    brdf: Brdf, wi: Components, up: Components, wo: Components
 ) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
-    """f_r cos, negative below the horizon, shape (..., 3), and where it is known above."""
-    up = join((wi[0], wi[1], np.abs(wi[2])))
-    view = join(wo)
-    f_r = brdf.eval(up, view)
+    """f_r cos, of `up` and negative below the horizon, and where it is known above."""
+    light, view = join(up), join(wo)
+    f_r = brdf.eval(light, view)
     finite = np.isfinite(f_r).all(axis=-1)
     kept: npt.NDArray[np.bool_] = finite & (wi[2] > -_RIM)
     values = np.where(kept[..., None], f_r, 0.0) * np.asarray(wi[2])[..., None]
-    return values, finite & (wi[2] > 0.0) & brdf.valid(up, view)
+    return values, finite & (wi[2] > 0.0) & brdf.valid(light, view)
 
 
 def _to_sample(
