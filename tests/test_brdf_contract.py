@@ -13,7 +13,7 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf, CosineSampler
-from nacre.measured import rgl_tables, utia
+from nacre.measured import rgl, rgl_tables, utia
 from nacre.measured.merl import tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
@@ -51,6 +51,7 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "anisotropic network": lambda _: network(False),
     "MERL table of a network": lambda _: tabulate(network(True)),
     "UTIA table of a network": lambda _: utia.tabulate(network(False)),
+    "RGL table of a network": lambda _: rgl.tabulate(network(True)),
     "isotropic RGL table": lambda t: rgl_table(t, [0.0]),
     "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
 }

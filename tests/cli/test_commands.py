@@ -114,6 +114,23 @@ def test_compare_prints_numbers_and_writes_a_picture(folder, tmp_path):
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
+    wi = np.array([0.0, 0.0, 1.0])
+    expected = nacre.load(folder / "table.safetensors").eval(wi, wi)
+    source = folder / "table.safetensors"
+    for name in ("x.h5", "x.bsdf", "x.binary"):
+        done = run("convert", source, name, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout == f"{name}: {(tmp_path / name).stat().st_size:,} bytes\n"
+        found = nacre.load(tmp_path / name).eval(wi, wi)
+        np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
+        source = name
+    done = run("convert", "x.binary", "y.bsdf", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = nacre.load(tmp_path / "y.bsdf").eval(wi, wi)
+    np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
+
+
 @pytest.mark.parametrize("given", ["", "file", "folder"])
 def test_demo_runs_the_main_job(folder, tmp_path, given):
     from tests.data import require_data
@@ -205,6 +222,10 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["fit", "table.safetensors"], "table.safetensors: is the input as well"),
         (["demo", "x_neural.safetensors", "-o", "x.png"], "is the input as well"),
         (["fit"], "Missing argument"),
+        (["convert", "table.binary", "table.binary"], "is the input as well"),
+        (["convert", "table.binary", "x.safetensors"], "fit the material first"),
+        (["convert", "table.binary", "x.txt"], "no format to write ends in '.txt'"),
+        (["convert", "absent.binary", "x.bsdf"], "absent.binary: cannot be read"),
         (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),
         (["render", "table.binary", "--shape", "teapot"], "'teapot' is not one of"),
         (["render", "table.binary", "--environment", "sky.exr"], "sky.exr"),
@@ -263,6 +284,6 @@ def test_help_lists_every_command_and_heavy_libraries_stay_out():
         "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    for name in ("compare", "demo", "fit", "info", "render"):
+    for name in ("compare", "convert", "demo", "fit", "info", "measure", "render"):
         assert f"  {name} " in done.stdout
     assert done.stdout.splitlines()[-1] == "[]"

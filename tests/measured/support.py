@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.stats import chi2
 
 from nacre.brdf import Brdf
 from nacre.files import FormatError
@@ -140,6 +141,39 @@ def assert_same_in_torch(brdf: Brdf, tolerance: float = 2e-3, share: float = 1.0
     assert np.mean(valid == brdf.valid_components(split(wi), split(wo))) > 0.99
     pdf = brdf.sampler.pdf_components(*tensors).numpy()
     assert relative_error(brdf.pdf(wi, wo), pdf).max() < tolerance
+
+
+def assert_chi_square(brdf: Brdf, tangential: list[float], count: int = 100_000) -> None:
+    """Counts of samples in cells of equal solid angle against the integral of the density."""
+    rows, columns, fine = 12, 24, 24
+    wo = np.array([*tangential, np.sqrt(1.0 - np.dot(tangential, tangential))])
+    z, phi = np.meshgrid(
+        (np.arange(rows * fine) + 0.5) / (rows * fine),
+        (np.arange(columns * fine) + 0.5) / (columns * fine) * 2.0 * np.pi,
+        indexing="ij",
+    )
+    radius = np.sqrt(1.0 - z * z)
+    wi = np.stack([radius * np.cos(phi), radius * np.sin(phi), z], -1)
+    density = brdf.pdf(wi, wo).reshape(rows, fine, columns, fine) * 2.0 * np.pi
+    expected = density.mean(axis=(1, 3)).ravel() * count / (rows * columns)
+    coarse = density[:, 1::3, :, 1::3].mean(axis=(1, 3)).ravel() * count / (rows * columns)
+    # Cells near the pole of the half vectors may be too steep to integrate; they join the rest.
+    kept = (np.abs(coarse - expected) < 0.01 * expected) & (expected > 20.0)
+    assert kept.sum() > 0.6 * rows * columns
+    u = np.random.default_rng(2).random((count, 3))
+    drawn, pdf = brdf.sample(wo, u)
+    up = drawn[:, 2] > 0.0
+    assert (pdf[~up] == 0.0).all()
+    assert (pdf[up] > 0.0).all()
+    row = np.minimum(drawn[up, 2] * rows, rows - 1).astype(int)
+    azimuth = np.arctan2(drawn[up, 1], drawn[up, 0]) / (2.0 * np.pi) % 1.0
+    column = np.minimum(azimuth * columns, columns - 1).astype(int)
+    counts = np.bincount(row * columns + column, minlength=rows * columns)[kept]
+    counts, expected = (np.append(c, count - c.sum()) for c in (counts, expected[kept]))
+    statistic = np.sum((counts - expected) ** 2 / expected)
+    assert statistic < chi2.ppf(1.0 - 1e-4, len(counts) - 1)
+    repeated = brdf.pdf(drawn[up], np.broadcast_to(wo, drawn[up].shape))
+    np.testing.assert_allclose(repeated, pdf[up], rtol=1e-3, atol=1e-3 * pdf.mean())
 
 
 def split_tensor(vectors: Any) -> tuple[Any, Any, Any]:

@@ -19,6 +19,7 @@ from nacre.files import Format, PathLike
 from nacre.measured.adaptive import AdaptiveWarp, Point, View, unit_azimuth, unit_elevation
 from nacre.measured.axis import zero_index
 from nacre.measured.rgl_tables import RglTables, read_tables
+from nacre.measured.rgl_writer import Resolution, tabulate_tables, write_tables
 from nacre.measured.tensor_file import MAGIC
 from nacre.measured.warp import Grid
 
@@ -45,7 +46,7 @@ class RglBrdf(Brdf):
     def __init__(self, tables: RglTables, name: str = "") -> None:
         self.name = name or tables.description
         self.isotropic = tables.isotropic
-        self._tables = tables
+        self.tables = tables
         self._warp = AdaptiveWarp(tables)
         self.sampler = self._warp
         self._ndf = Grid(tables.ndf[None])
@@ -61,7 +62,7 @@ class RglBrdf(Brdf):
         view = self._warp.view(wo)
         point = self._warp.invert(wi, view)
         scale = 1.0 / xp.maximum(wi[2], _LEAST_COSINE)
-        if self._tables.jacobian:
+        if self.tables.jacobian:
             whole = [(zero_index(scale), 1.0)]
             ndf = self._ndf.eval(point.x, point.y, whole)
             x, y = unit_elevation(view.theta), unit_azimuth(view.phi)
@@ -85,7 +86,7 @@ class RglBrdf(Brdf):
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`; shares are of tabulated points."""
-        tables = self._tables
+        tables = self.tables
         rgb = tables.rgb
         return super().describe() | {
             "grid": (
@@ -122,5 +123,37 @@ def load(path: PathLike) -> RglBrdf:
     return RglBrdf(tables, tables.description or Path(path).stem)
 
 
-FORMAT = Format("RGL", (".bsdf",), lambda head: head.startswith(MAGIC), load)
-"""Entry of the registry of formats; these tables are read, not written."""
+def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> RglBrdf:
+    """Any reflectance on the adaptive parametrisation of the RGL database.
+
+    See :func:`nacre.measured.rgl_writer.tabulate_tables`.
+    """
+    return RglBrdf(tabulate_tables(brdf, resolution), brdf.name)
+
+
+def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
+    """Write an RGL ``_rgb.bsdf`` tensor file, whole or not at all.
+
+    An :class:`RglBrdf` is written as it is: every array of its file comes back bit for bit.
+    Anything else is tabulated first (see :func:`tabulate`).
+
+    Parameters
+    ----------
+    brdf
+        Isotropic or not.
+    path
+        File to write.
+    resolution
+        Of what is tabulated; see :class:`nacre.measured.rgl_writer.Resolution`.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written.
+    """
+    tables = brdf.tables if isinstance(brdf, RglBrdf) else tabulate_tables(brdf, resolution)
+    write_tables(tables, path)
+
+
+FORMAT = Format("RGL", (".bsdf",), lambda head: head.startswith(MAGIC), load, save)
+"""Entry of the registry of formats."""

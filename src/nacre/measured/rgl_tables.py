@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -45,6 +45,8 @@ class RglTables:
         Shape (P, T, 3, N, M): linear Rec. 709 reflectance on the same square.
     jacobian
         Whether `rgb` is to be multiplied by ndf / (4 sigma).
+    others
+        Fields of a file that nothing here reads, kept to be written again.
     """
 
     description: str
@@ -56,6 +58,7 @@ class RglTables:
     luminance: _Floats
     rgb: _Floats
     jacobian: bool
+    others: Tensors = field(default_factory=dict)
 
     @property
     def isotropic(self) -> bool:
@@ -78,33 +81,36 @@ def read_tables(path: PathLike) -> RglTables:
     FormatError
         Naming the file and the field that is missing, misshapen or out of range.
     """
-    fields = _Fields(read_tensors(path), str(path))
-    phi_i = fields.angles("phi_i", 2.0 * math.pi)
-    theta_i = fields.angles("theta_i", math.pi / 2.0)
+    tensors = read_tensors(path)
+    content = _Fields(tensors, str(path))
+    phi_i = content.angles("phi_i", 2.0 * math.pi)
+    theta_i = content.angles("theta_i", math.pi / 2.0)
     grid: _Shape = (len(phi_i), len(theta_i))
-    if "rgb" not in fields.tensors and "spectra" in fields.tensors:
+    if "rgb" not in content.tensors and "spectra" in content.tensors:
         raise FormatError(
             f"{path}: field 'spectra': spectral tables are not supported yet; "
             "use the file of the same material that ends in _rgb.bsdf"
         )
-    rgb = fields.floats("rgb", (*grid, 3, None, None))
+    known = {entry.name for entry in fields(RglTables)} - {"others"}
+    rgb = content.floats("rgb", (*grid, 3, None, None))
     tables = RglTables(
-        description=fields.text("description"),
+        description=content.text("description"),
         phi_i=phi_i,
         theta_i=theta_i,
-        ndf=fields.positive("ndf", (None, None)),
-        sigma=fields.positive("sigma", (None, None)),
-        vndf=fields.density("vndf", (*grid, None, None)),
-        luminance=fields.density("luminance", (*grid, *rgb.shape[3:])),
+        ndf=content.positive("ndf", (None, None)),
+        sigma=content.positive("sigma", (None, None)),
+        vndf=content.density("vndf", (*grid, None, None)),
+        luminance=content.density("luminance", (*grid, *rgb.shape[3:])),
         rgb=rgb,
-        jacobian=fields.flag("jacobian"),
+        jacobian=content.flag("jacobian"),
+        others={name: array for name, array in tensors.items() if name not in known},
     )
     if tables.reduction not in (1, 2, 4):
-        raise fields.error(
+        raise content.error(
             "phi_i", "must span a full turn, a half or a quarter of one, as the symmetry allows"
         )
     if tables.reduction > 1 and abs(tables.phi_i[0] + math.pi) > 1e-3:
-        raise fields.error("phi_i", "must start at -pi where it spans less than a full turn")
+        raise content.error("phi_i", "must start at -pi where it spans less than a full turn")
     return tables
 
 

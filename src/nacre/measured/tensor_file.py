@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import FormatError, PathLike, read_bytes
+from nacre.files import FormatError, PathLike, atomic_path, read_bytes
 
 MAGIC = b"tensor_file\0"
 """First bytes of every tensor file."""
@@ -38,6 +38,7 @@ _DTYPES = {
     10: "<f4",
     11: "<f8",
 }
+_CODES = {np.dtype(name): code for code, name in _DTYPES.items()}
 
 Tensors: TypeAlias = dict[str, npt.NDArray[Any]]
 
@@ -77,6 +78,36 @@ def read_tensors(path: PathLike) -> Tensors:
             raise FormatError(f"{path}: field '{name}': appears twice")
         tensors[name] = reader.array(name)
     return tensors
+
+
+def write_tensors(tensors: Tensors, path: PathLike) -> None:
+    """Write a tensor file, whole or not at all; the same tensors give the same bytes.
+
+    Parameters
+    ----------
+    tensors
+        Arrays by field name, of the types that the container has; none of them empty.
+    path
+        File to write.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written.
+    """
+    arrays = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
+    offset = len(MAGIC) + struct.calcsize("<2BI")
+    offset += sum(struct.calcsize("<HHBQ") + len(n) + 8 * a.ndim for n, a in arrays.items())
+    header = MAGIC + struct.pack("<2BI", *_VERSION, len(arrays))
+    for name, array in arrays.items():
+        header += struct.pack("<H", len(name)) + name.encode("ascii")
+        header += struct.pack("<HBQ", array.ndim, _CODES[array.dtype.newbyteorder("<")], offset)
+        header += struct.pack(f"<{array.ndim}Q", *array.shape)
+        offset += array.nbytes
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        file.write(header)
+        for array in arrays.values():
+            file.write(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
 
 
 class _Reader:

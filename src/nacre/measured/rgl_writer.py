@@ -1,0 +1,181 @@
+"""Any reflectance on the adaptive parametrisation of the RGL database.
+
+What :mod:`nacre.measured.adaptive` reads (Dupuy and Jakob 2018, "An Adaptive Parameterization for
+Efficient Material Acquisition and Rendering"), computed from the material itself: the density of
+microfacet normals by power iteration (:mod:`nacre.measured.microfacets`), from it the densities of
+visible normals that warp the square, and on the warped square the colour relative to what the
+microfacets alone would give.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Components
+from nacre.brdf import Brdf
+from nacre.color import luminance
+from nacre.files import PathLike
+from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
+from nacre.measured.adaptive import unit_azimuth, unit_elevation
+from nacre.measured.microfacets import GRAZING, NormalGrid, azimuth_nodes
+from nacre.measured.rgl_tables import RglTables
+from nacre.measured.tensor_file import Tensors, write_tensors
+from nacre.measured.warp import Grid, Warp
+
+_HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
+"""Angles between half vector and light at which highlights add to the density of normals."""
+_GRAZING_POWER = 1.5
+"""How much denser views stand towards the horizon, where reflectance changes fastest; 1: evenly."""
+_UNIFORM = 0.15
+"""Part of the normals taken to be uniform: leaves points of the square to dim directions, and D,
+which divides the colour, nowhere near 0."""
+_RIM = 0.25
+"""Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
+_LEAST_KNOWN = 1e-12
+"""Colour of a point that is known to be black; 0 would say that nothing is known."""
+_LEAST_LUMINANCE = 0.005
+"""Luminance added where light can come from, relative to the mean, so that all is sampled."""
+_LARGEST = 1e30
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Numbers of nodes of the tables; a file takes about four bytes for each.
+
+    Parameters
+    ----------
+    phi_i
+        Azimuths of the view over a full turn, both ends included; 1 for an isotropic material.
+    theta_i
+        Polar angles of the view.
+    square
+        Points along an edge of the warped square that holds the colour.
+    azimuths, polars
+        Of the half vector, for the densities of normals.
+    """
+
+    phi_i: int
+    theta_i: int
+    square: int
+    azimuths: int
+    polars: int
+
+
+ISOTROPIC = Resolution(1, 40, 72, 32, 128)
+"""Default for isotropic materials."""
+
+ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
+"""Default for anisotropic materials."""
+
+
+def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTables:
+    """Tables of any reflectance.
+
+    The table's interpolation needs values a little below the horizon: there it holds those of the
+    direction mirrored up, negated, so that f_r cos goes through 0 at the horizon. Farther down, and
+    where f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it
+    is not finite.
+
+    Parameters
+    ----------
+    brdf
+        Isotropic or not.
+    resolution
+        :data:`ISOTROPIC` or :data:`ANISOTROPIC` where None.
+    """
+    nodes = resolution or (ISOTROPIC if brdf.isotropic else ANISOTROPIC)
+    phi_i = np.zeros(1) if brdf.isotropic else azimuth_nodes(nodes.phi_i)
+    height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
+    theta_i = 0.5 * math.pi * (1.0 - height)
+    grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
+    found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
+    normals = (1.0 - _UNIFORM) * np.mean(found, axis=0) + _UNIFORM / math.pi
+    area = grid.projected_area(normals)
+
+    views = list(itertools.product(phi_i, theta_i))
+    visible = [normals * grid.jacobian * _facing(grid, phi, theta) for phi, theta in views]
+    vndf = np.stack(visible).astype(np.float32)
+    warp = Warp(vndf)
+    ndf_grid, area_grid = (Grid(table[None].astype(np.float32)) for table in (normals, area))
+    edge = np.linspace(0.0, 1.0, nodes.square)
+    v, u = np.meshgrid(edge, edge, indexing="ij")
+    whole = [(0, 1.0)]
+    rgb = np.empty((len(views), 3, *u.shape), np.float32)
+    bright = np.empty((len(views), *u.shape), np.float32)
+    for index, (phi, theta) in enumerate(views):
+        x, y, _ = warp.sample(u, v, [(index, 1.0)])
+        half = from_spherical(x * x * (0.5 * math.pi), (2.0 * y - 1.0) * math.pi)
+        wo = from_spherical(min(float(theta), GRAZING), float(phi))
+        wi = reflect(wo, half)
+        up = wi[0], wi[1], np.abs(wi[2])
+        values, known = _signed(brdf, wi, up, wo)
+        sigma = area_grid.eval(unit_elevation(theta), unit_azimuth(phi), whole)
+        theta_h, phi_h = to_spherical(half_vector(up, wo))
+        density = ndf_grid.eval(unit_elevation(theta_h), unit_azimuth(phi_h), whole)
+        values = values * (4.0 * sigma / density)[..., None]
+        values = np.where(known[..., None], np.maximum(values, _LEAST_KNOWN), values)
+        rgb[index] = np.moveaxis(np.clip(values, -_LARGEST, _LARGEST), -1, 0)
+        red, green, blue = np.abs(rgb[index])
+        bright[index] = _to_sample(luminance((red, green, blue)), known)
+
+    shape = len(phi_i), len(theta_i)
+    return RglTables(
+        description=brdf.name,
+        phi_i=phi_i.astype(np.float32),
+        theta_i=theta_i.astype(np.float32),
+        ndf=normals.astype(np.float32),
+        sigma=area.astype(np.float32),
+        vndf=vndf.reshape(*shape, *grid.shape),
+        luminance=bright.reshape(*shape, *u.shape),
+        rgb=rgb.reshape(*shape, 3, *u.shape),
+        jacobian=True,
+    )
+
+
+def write_tables(tables: RglTables, path: PathLike) -> None:
+    """Write tables as they are to a tensor file, whole or not at all.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written.
+    """
+    text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
+    fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
+    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "rgb"):
+        fields[name] = getattr(tables, name)
+    fields["jacobian"] = np.array([tables.jacobian], np.uint8)
+    write_tensors(fields | tables.others, path)
+
+
+def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floating]:
+    """max(m . o, 0) of all normals m for a view o."""
+    wo = np.stack(from_spherical(theta, phi))
+    facing: npt.NDArray[np.floating] = np.maximum(grid.normals @ wo, 0.0)
+    return facing
+
+
+def _signed(
+    brdf: Brdf, wi: Components, up: Components, wo: Components
+) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
+    """f_r cos, of `up` and negative below the horizon, and where it is known above."""
+    light, view = join(up), join(wo)
+    f_r = brdf.eval(light, view)
+    finite = np.isfinite(f_r).all(axis=-1)
+    kept: npt.NDArray[np.bool_] = finite & (wi[2] > -_RIM)
+    values = np.where(kept[..., None], f_r, 0.0) * np.asarray(wi[2])[..., None]
+    return values, finite & (wi[2] > 0.0) & brdf.valid(light, view)
+
+
+def _to_sample(
+    bright: npt.NDArray[np.floating], known: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.floating]:
+    """Luminance to draw samples by: nowhere 0 where f_r is known, not 0 throughout."""
+    if not bright.any():
+        return np.where(known, 1.0, 0.0) if known.any() else np.ones(known.shape)
+    return bright + np.where(known, _LEAST_LUMINANCE * bright.mean(), 0.0)

@@ -1,0 +1,102 @@
+"""`nacre measure`: Mitsuba's materials as files, and what it says of those it cannot take."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import nacre
+from tests.variants import require_mitsuba
+
+GREY = '{"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.5, 0.25, 0.1]}}'
+SCENE = """<scene version="3.0.0">
+  <shape type="sphere"><bsdf type="diffuse" id="matte">
+    <rgb name="reflectance" value="0.5, 0.25, 0.1"/></bsdf></shape>
+  <shape type="sphere"><bsdf type="roughconductor" id="metal"/></shape>
+</scene>"""
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    """Exit code and all output of the command, in this process."""
+    from nacre.cli import main
+
+    code = 0
+    with CliRunner().isolation() as streams:
+        try:
+            main([str(a) for a in arguments])
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        return code, "".join(stream.getvalue().decode() for stream in streams[:2])
+
+
+@pytest.fixture(autouse=True)
+def variant():
+    require_mitsuba()
+
+
+def assert_diffuse(path, tolerance):
+    wi = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
+    f_r = nacre.load(path).eval(wi, wi[::-1])
+    np.testing.assert_allclose(f_r * math.pi, [[0.5, 0.25, 0.1]] * 2, rtol=tolerance)
+
+
+@pytest.mark.parametrize("ending", [".bsdf", ".binary"])
+def test_a_description_becomes_a_table(tmp_path, ending):
+    path = tmp_path / f"grey{ending}"
+    code, text = run("measure", GREY, "-o", path)
+    assert code == 0, text
+    assert f"{path.stat().st_size:,} bytes" in text
+    assert_diffuse(path, 1e-3)
+    assert nacre.load(path).name == "grey"
+
+
+def test_a_description_becomes_a_neural_material(tmp_path):
+    path = tmp_path / "grey.safetensors"
+    code, text = run("measure", GREY, "-o", path, "--draft")
+    assert code == 0, text
+    assert_diffuse(path, 0.05)
+
+
+def test_a_material_of_a_scene_is_measured(tmp_path):
+    (tmp_path / "scene.xml").write_text(SCENE)
+    scene = ["--scene", tmp_path / "scene.xml"]
+    code, text = run("measure", *scene, "--bsdf", "matte", "-o", tmp_path / "x.binary")
+    assert code == 0, text
+    assert_diffuse(tmp_path / "x.binary", 1e-3)
+    for extra, words in (
+        ([], "use --bsdf (found: matte, metal)"),
+        (["--bsdf", "x"], "no BSDF 'x'"),
+    ):
+        code, text = run("measure", *scene, *extra, "-o", tmp_path / "y.binary")
+        assert code == 2
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("description", "words"),
+    [
+        ("{", "is no JSON"),
+        ("[1]", "expected an object with a type"),
+        ('{"type": "nonsense"}', "nonsense"),
+        ('{"type": "diffuse", "wrong": 1}', "wrong"),
+        ('{"type": "sphere"}', "is not a BSDF"),
+        ('{"type": "conductor"}', "single directions only"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_in_one_line(tmp_path, description, words):
+    code, text = run("measure", description, "-o", tmp_path / "x.bsdf")
+    assert code == 2
+    lines = [line for line in text.splitlines() if line.startswith("nacre: ")]
+    assert len(lines) == 1, text
+    assert words in lines[0]
+    assert not list(tmp_path.iterdir())
+
+
+def test_one_source_is_wanted(tmp_path):
+    for arguments in ([], [GREY, "--scene", "x.xml"]):
+        code, text = run("measure", *arguments, "-o", tmp_path / "x.bsdf")
+        assert code == 2
+        assert "either BSDF_JSON or --scene" in text
