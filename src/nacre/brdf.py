@@ -105,6 +105,9 @@ class Brdf(abc.ABC):
     isotropic: bool = True
     """Whether f_r is unchanged when both directions turn about the normal."""
 
+    traceable: bool = True
+    """Whether components may be arrays of any library, as rendering needs; else NumPy's only."""
+
     name: str = ""
     """Name of the material, for people."""
 

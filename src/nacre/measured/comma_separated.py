@@ -28,6 +28,7 @@ ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""
 
 _SIZE_LIMIT = 1 << 28
+_LARGEST = float(np.finfo(np.float32).max)
 _COLUMN_LIMIT = 1024
 _UNITS = {
     "deg": math.pi / 180.0,
@@ -234,7 +235,7 @@ def _table(path: PathLike, lines: list[str], start: int, columns: list[str]) -> 
 
 def _is_finite(cell: str) -> bool:
     try:
-        return abs(float(cell)) <= np.finfo(np.float32).max
+        return abs(float(cell)) <= _LARGEST
     except ValueError:
         return False
 

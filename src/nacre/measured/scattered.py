@@ -73,6 +73,8 @@ class ScatteredBrdf(Brdf):
         above the horizon. :func:`from_measurement` sorts such samples out.
     """
 
+    traceable = False
+
     def __init__(
         self,
         wi: npt.ArrayLike,
@@ -232,7 +234,8 @@ def coordinates(wi: Components, wo: Components, isotropic: bool, mirrored: bool)
     of d means less the nearer h or d is to its pole. Anisotropic: sqrt(theta_h) times
     (cos phi_h, sin phi_h), and d.
     """
-    h, d = half_difference(*([np.asarray(c, np.float64) for c in w] for w in (wi, wo)))
+    light, view = ([np.asarray(c, np.float64) for c in w] for w in (wi, wo))
+    h, d = half_difference((light[0], light[1], light[2]), (view[0], view[1], view[2]))
     theta_h, phi_h = to_spherical(h)
     root = _HALF_SCALE * np.sqrt(theta_h)
     if not isotropic:
