@@ -271,7 +271,12 @@ def test_wrong_arguments_are_refused() -> None:
 
 
 def test_formats_are_registered() -> None:
-    assert [entry.name for entry in FORMATS] == ["RGL", "MERL"]
+    assert [entry.name for entry in FORMATS] == [
+        "RGL",
+        "MERL",
+        "Cornell scan",
+        "comma-separated samples",
+    ]
 
 
 def test_format_is_recognised(tabulated: Path) -> None:
