@@ -161,7 +161,7 @@ def test_a_file_cut_anywhere_is_refused_or_shorter(tmp_path: Path) -> None:
         ("theta_o,", "", "theta_o missing"),
         ("phi_o", "phi_i", "phi_o missing"),
         ("r,g,b", "r,g,g", "'g' appears twice"),
-        ("r,g,b", "r,g,x", "'g'"),
+        ("r,g,b", "r,g,x", "or wavelengths in nm; found r, g, x"),
         ("r,g,b", "500,600,600.0", "wavelengths must be positive and differ"),
         ("# units: degrees\n", "", "theta_i: has no unit"),
         ("degrees", "gradians", "unit 'gradians', expected degrees or radians"),

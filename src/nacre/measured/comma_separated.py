@@ -189,11 +189,11 @@ def _columns(
     values = [name for name in names if name not in ANGLES]
     if sorted(values) == ["b", "g", "r"] or values == ["f"]:
         return names, scales
-    unknown = [name for name in values if not _BAND.fullmatch(name)]
-    if unknown or not values:
+    if not values or not all(_BAND.fullmatch(name) for name in values):
+        found = ", ".join(values)[:80] or "none"
         raise FormatError(
-            f"{path}: columns: {unknown[0] if unknown else 'values'!r}: expected r, g, b, or f, or "
-            "wavelengths in nm beside the angles"
+            f"{path}: columns: beside the angles there must be r, g, b, or f, or "
+            f"wavelengths in nm; found {found}"
         )
     if len({float(name) for name in values}) < len(values) or min(map(float, values)) <= 0.0:
         raise FormatError(f"{path}: columns: wavelengths must be positive and differ")

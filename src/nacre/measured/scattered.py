@@ -37,12 +37,12 @@ _REACH = 0.99
 class ScatteredBrdf(Brdf):
     """A reflectance from samples at any pairs of directions.
 
-    f_r is interpolated in :func:`coordinates`: of the :data:`NEIGHBOURS` nearest samples, weighted
-    by the inverse square of their distance, a plane is fitted to log f_r. The result is kept
-    within the range of these neighbours, so it is bounded by the data everywhere, the horizon
-    included, and passes through the samples. f_r counts as known where the nearest sample is no
-    further away than samples typically are from each other. Nothing is assumed about exchanging
-    the directions.
+    f_r is interpolated in :func:`coordinates`: a plane is fitted to log f_r of the
+    :data:`NEIGHBOURS` nearest samples, weighted by the inverse square of their distance. The result
+    is kept within the range of these neighbours, so it is bounded by the data everywhere, the
+    horizon included, and passes through the samples. f_r counts as known where the nearest sample
+    is no further away than samples typically are from each other. Nothing is assumed about
+    exchanging the directions.
 
     Evaluation runs on NumPy arrays only.
 
@@ -188,7 +188,7 @@ class ScatteredBrdf(Brdf):
 
     @cached_property
     def _logs(self) -> Floats:
-        return np.log(np.maximum(self.samples.rgb, 0.0) + _FLOOR)
+        return np.log1p(np.maximum(self.samples.rgb, 0.0) / _FLOOR)
 
     @cached_property
     def _reach(self) -> float:
@@ -223,7 +223,7 @@ class ScatteredBrdf(Brdf):
         normal[:, slopes, slopes] += _RIDGE
         level = np.linalg.solve(normal, weighted.transpose(0, 2, 1) @ values)[:, 0]
         level = np.clip(level, values.min(axis=1), values.max(axis=1))
-        return np.asarray(np.maximum(np.exp(level) - _FLOOR, 0.0), np.float64)
+        return np.asarray(_FLOOR * np.expm1(level), np.float64)
 
 
 def coordinates(wi: Components, wo: Components, isotropic: bool, mirrored: bool) -> Floats:
