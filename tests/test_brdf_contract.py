@@ -13,7 +13,8 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf, CosineSampler
-from nacre.measured import rgl, rgl_tables, utia
+from nacre.files import NacreError
+from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
@@ -42,6 +43,12 @@ def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> R
     return RglBrdf(rgl_tables.read_tables(path))
 
 
+def scan(brdf: Brdf) -> ScatteredBrdf:
+    """Samples of a reflectance at random directions."""
+    wi, wo = pairs(1000)
+    return ScatteredBrdf(wi, wo, brdf.eval(wi, wo), isotropic=brdf.isotropic)
+
+
 def real(folder: str, name: str) -> Brdf:
     return nacre.load(require_data(folder, name))
 
@@ -55,8 +62,12 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "isotropic RGL table": lambda t: rgl_table(t, [0.0]),
     "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
 }
+MAKERS["isotropic scattered samples"] = lambda _: scan(network(True))
+MAKERS["anisotropic scattered samples"] = lambda _: scan(network(False))
 for _name in list_data("rgl", "*.bsdf"):
     MAKERS[_name] = lambda _, name=_name: real("rgl", name)
+for _name in list_data("cornell", "*.brdf"):
+    MAKERS[_name] = lambda _, name=_name: real("cornell", name)
 for _name in ("chrome.h5", "pink-fabric.h5", "specular-black-phenolic.h5"):
     MAKERS[_name] = lambda _, name=_name: real("pretrained/merl", name)
 
@@ -180,6 +191,10 @@ def test_drjit_gives_what_numpy_gives(brdf):
     mi = require_mitsuba()
     wi, wo = pairs()
     traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in w.T) for w in (wi, wo)]
+    if not brdf.traceable:
+        with pytest.raises(NacreError, match="fit a network"):
+            brdf.eval_components(*traced)
+        return
     values = np.maximum(np.stack([np.array(c) for c in brdf.eval_components(*traced)], -1), 0)
     expected = brdf.eval(wi, wo)
     error = np.abs(values - expected) / np.maximum(expected, 0.01 * expected.mean())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -47,6 +48,53 @@ class CosineSampler:
         return wi[2] / math.pi + 0.0 * wo[2]
 
 
+@dataclass(frozen=True)
+class DirectionSamples:
+    """A reflectance as it was measured: at pairs of directions of no particular order.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions to the light and to the viewer, above the horizon, shapes (n, 3).
+    rgb
+        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a colour outside the
+        gamut.
+    """
+
+    wi: Floats
+    wo: Floats
+    rgb: Floats
+
+    @property
+    def cosine(self) -> Floats:
+        """Cos theta_i, shape (n,)."""
+        return self.wi[:, 2]
+
+    def __len__(self) -> int:
+        return len(self.rgb)
+
+    def __getitem__(self, chosen: npt.NDArray[Any]) -> DirectionSamples:
+        """The samples at an array of indices or where a mask is true."""
+        return DirectionSamples(self.wi[chosen], self.wo[chosen], self.rgb[chosen])
+
+
+class Scattered(Protocol):
+    """A reflectance known at scattered samples, which a fit takes as they are."""
+
+    isotropic: bool
+    mirrored: bool
+    """Whether f_r is unchanged when both directions are mirrored in a plane with the normal."""
+
+    @property
+    def samples(self) -> DirectionSamples:
+        """Every sample."""
+        ...
+
+    def subset(self, chosen: npt.NDArray[Any]) -> Brdf:
+        """The same kind of reflectance from the samples at an array of indices only."""
+        ...
+
+
 class Brdf(abc.ABC):
     """A reflectance: f_r(wi, wo) in 1/sr as linear Rec. 709 RGB, without the cosine.
 
@@ -56,6 +104,9 @@ class Brdf(abc.ABC):
 
     isotropic: bool = True
     """Whether f_r is unchanged when both directions turn about the normal."""
+
+    traceable: bool = True
+    """Whether components may be arrays of any library, as rendering needs; else NumPy's only."""
 
     name: str = ""
     """Name of the material, for people."""
@@ -77,6 +128,13 @@ class Brdf(abc.ABC):
     def valid_components(self, wi: Components, wo: Components) -> Array:
         """Whether f_r is known at a pair of directions above the horizon."""
         return wi[2] + 0.0 * wo[2] == wi[2]
+
+    def scattered(self) -> Scattered | None:
+        """The scattered samples that a fit should train on and be judged by.
+
+        None where any pair of directions may be asked for: the fit then draws its own.
+        """
+        return None
 
     def describe(self) -> dict[str, Any]:
         """Facts about this reflectance in the order they should be shown."""

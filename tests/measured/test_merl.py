@@ -275,6 +275,8 @@ def test_formats_are_registered() -> None:
         "RGL",
         "MERL",
         *(f.name for f in merl_array.FORMATS),
+        "Cornell scan",
+        "comma-separated samples",
         "UTIA",
     ]
 

@@ -1,12 +1,20 @@
 """Measured reflectance: one module a file format."""
 
 from nacre.files import Format
-from nacre.measured import merl, merl_array, rgl, utia
+from nacre.measured import comma_separated, cornell, merl, merl_array, rgl, utia
 from nacre.measured.merl_table import MerlBrdf
 from nacre.measured.rgl import RglBrdf
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.utia_table import UtiaBrdf
 
-FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, *merl_array.FORMATS, utia.FORMAT)
+FORMATS: tuple[Format, ...] = (
+    rgl.FORMAT,
+    merl.FORMAT,
+    *merl_array.FORMATS,
+    cornell.FORMAT,
+    comma_separated.FORMAT,
+    utia.FORMAT,
+)
 """Every format of measured reflectance, the most recognisable first."""
 
-__all__ = ["FORMATS", "MerlBrdf", "RglBrdf", "UtiaBrdf"]
+__all__ = ["FORMATS", "MerlBrdf", "RglBrdf", "ScatteredBrdf", "UtiaBrdf"]

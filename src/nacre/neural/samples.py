@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf
+from nacre.brdf import Brdf, Floats
 from nacre.files import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
 from nacre.neural.nbrdf import network_inputs
 from nacre.parallel import thread_map
+
+Rows: TypeAlias = tuple[Floats, Floats, Floats]
+"""Network inputs (n, k), f_r (n, 3) in 1/sr and cos theta_i (n, 1) of n samples."""
 
 BLOCK = 16
 """Samples that stay together when the order of training is shuffled."""
@@ -82,6 +86,18 @@ def aligned(count: int) -> npt.NDArray[np.float32]:
 def draw(
     brdf: Brdf, count: int, seed: int, progress: Callable[[int, int], None] | None = None
 ) -> Samples:
+    """Samples as :func:`draw_rows` draws them, ready to train on."""
+    inputs, rgb, cosine = draw_rows(brdf, count, seed, progress)
+    return Samples.pack(inputs, rgb, cosine[:, 0])
+
+
+def draw_rows(
+    brdf: Brdf,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+    everywhere: bool = False,
+) -> Rows:
     """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
 
     theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an anisotropic
@@ -98,6 +114,8 @@ def draw(
         The same seed gives the same samples.
     progress
         Called with the number of samples drawn and `count`.
+    everywhere
+        Keep samples that are not valid.
 
     Raises
     ------
@@ -110,7 +128,7 @@ def draw(
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k)), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), everywhere), wave):
             kept = min(len(part[0]), count - filled)
             for whole, piece in zip((inputs, rgb, cosine), part, strict=True):
                 whole[filled : filled + kept] = piece[:kept]
@@ -118,10 +136,10 @@ def draw(
             if progress:
                 progress(filled, count)
         chunk = wave.stop
-    return Samples.pack(inputs, rgb, cosine[:, 0])
+    return inputs, rgb, cosine
 
 
-def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> tuple[npt.NDArray[np.float32], ...]:
+def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> Rows:
     random = np.random.default_rng(seed)
     u = random.random((4, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
@@ -130,8 +148,9 @@ def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> tuple[npt.NDArray[np.float
     wi, wo = from_rusinkiewicz_angles(u[0] * half_pi, u[1] * turn, u[2] * half_pi, u[3] * turn)
     visible = (wi[2] > 0) & (wo[2] > 0)
     wi, wo = (join(w)[visible] for w in (wi, wo))
-    known = brdf.valid(wi, wo)
-    wi, wo = wi[known], wo[known]
+    if not everywhere:
+        known = brdf.valid(wi, wo)
+        wi, wo = wi[known], wo[known]
     rgb = brdf.eval(wi, wo)
     finite = np.isfinite(rgb).all(axis=1)
     wi, wo, rgb = wi[finite], wo[finite], rgb[finite]

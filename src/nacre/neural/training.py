@@ -15,6 +15,7 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
+from nacre.neural.scattered import SCATTERED_SAMPLES, scattered_samples
 from nacre.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 
@@ -56,13 +57,15 @@ class Recipe:
     epochs
         Passes over the training samples; 20 make a draft.
     samples
-        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if anisotropic.
+        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if anisotropic. Of a
+        scan with scattered samples: training samples, filling between them included; None for
+        128,000, or 640,000 if anisotropic.
     batch
         Samples an optimiser step, a multiple of 16.
     learning_rate
         Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero.
     held_out
-        Share of the samples that is never trained on.
+        Share of the samples that is never trained on; of a scan, share of its own samples.
     seed
         The same seed gives the same network on the same machine.
     """
@@ -107,7 +110,8 @@ def fit(
     Parameters
     ----------
     brdf
-        Any reflectance.
+        Any reflectance. One that offers scattered samples (:meth:`nacre.Brdf.scattered`) is fitted
+        to these, as :mod:`nacre.neural.scattered` has it.
     recipe
         Settings; the defaults of :class:`Recipe` where None.
     device
@@ -124,8 +128,8 @@ def fit(
     Raises
     ------
     NacreError
-        If hardly any sample of the reflectance is valid, if training does not converge, or if
-        there is no such device.
+        If hardly any sample of the reflectance is valid, if a scan has too few, if training does
+        not converge, or if there is no such device.
     MissingExtraError
         If a device is given and PyTorch is not installed.
 
@@ -136,11 +140,18 @@ def fit(
     """
     recipe = recipe or Recipe()
     factor = 1 if brdf.isotropic else ANISOTROPIC_FACTOR
-    count = recipe.samples or factor * SAMPLES
+    scan = brdf.scattered()
+    count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
     trainer = _trainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch, device)
-    samples = draw(brdf, count, recipe.seed, lambda n, total: report("sampling", n, total, ""))
-    training, held_out = samples.split(recipe.held_out)
+
+    def sampled(done: int, total: int) -> None:
+        report("sampling", done, total, "")
+
+    if scan is None:
+        training, held_out = draw(brdf, count, recipe.seed, sampled).split(recipe.held_out)
+    else:
+        training, held_out = scattered_samples(scan, count, recipe.held_out, recipe.seed, sampled)
     losses = train(trainer, training, held_out, recipe, progress)
     if not math.isfinite(sum(losses.values())):
         raise NacreError(

@@ -75,7 +75,7 @@ def bsdf(brdf: Brdf, weights: str = "literals", precision: str = "single") -> An
     Raises
     ------
     NacreError
-        If an option is unknown or does not apply.
+        If an option is unknown or does not apply, or `brdf` is not traceable.
     """
     mi = mitsuba()
     neural = isinstance(brdf, NeuralBrdf)
@@ -116,6 +116,11 @@ def _plugins(variant: str) -> dict[str, Any]:
         def __init__(self, properties: Any, brdf: Brdf | None = None) -> None:
             super().__init__(properties)
             self.brdf = _read(mi, properties) if brdf is None else brdf
+            if not self.brdf.traceable:
+                raise NacreError(
+                    f"{self.brdf.name or 'this material'}: {type(self.brdf).__name__} cannot be "
+                    "rendered as it is; fit a network to it first (nacre fit)"
+                )
             self.albedo: Components | None = None
             flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
             if not self.brdf.isotropic:

@@ -1,0 +1,125 @@
+"""Spectral gonioreflectometer scans of the Cornell Program of Computer Graphics.
+
+Text, as the scenes of pbrt-v2 have it. `#` starts a comment that ends with the line. What remains
+are numbers between white space: how many bands there are, their wavelengths in nm, and then for
+each sample theta_i, phi_i, theta_s, phi_s in radians and f_r in 1/sr of each band. The incident
+direction is `wi`, the scattered one `wo`.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import Format, FormatError, PathLike, read_bytes
+from nacre.geometry import from_spherical, join
+from nacre.measured.scattered import ScatteredBrdf, from_measurement
+from nacre.measured.spectra import to_rgb
+
+_SIZE_LIMIT = 1 << 28
+_BAND_LIMIT = 1024
+_ANGLES = 4
+
+
+def load(path: PathLike) -> ScatteredBrdf:
+    """Read a Cornell ``.brdf`` file.
+
+    Spectra become linear Rec. 709 RGB through :func:`nacre.measured.spectra.to_rgb` and stay
+    available as `spectra` and `wavelengths`. The material is taken to be isotropic and mirrored.
+
+    Parameters
+    ----------
+    path
+        File to read; its comments before the first number name the material.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read or is not such a scan.
+    MissingExtraError
+        If colour-science is not installed.
+    """
+    data = read_bytes(path, _SIZE_LIMIT)
+    if not data.isascii():
+        raise FormatError(f"{path}: is not ASCII text, not a Cornell scan")
+    if not data.endswith(b"\n"):
+        raise FormatError(f"{path}: the last line does not end; the file is cut short")
+    lines = data.decode("ascii").splitlines()
+    tokens = " ".join(line.partition("#")[0] for line in lines).split()
+    try:
+        numbers = np.array(tokens, np.float64)
+    except ValueError as error:
+        raise FormatError(f"{path}: {_reason(error)}, expected numbers") from error
+    if not (np.abs(numbers) <= np.finfo(np.float32).max).all():  # also false for NaN
+        raise FormatError(f"{path}: values: some are not finite")
+    wavelengths, rows = _tables(path, numbers)
+    wi, wo = (join(from_spherical(rows[:, k], rows[:, k + 1])).astype(np.float64) for k in (0, 2))
+    spectra = rows[:, _ANGLES:]
+    title, remarks = _title(lines)
+    try:
+        return from_measurement(
+            wi,
+            wo,
+            to_rgb(spectra, wavelengths),
+            title or Path(path).stem,
+            spectra=spectra,
+            wavelengths=wavelengths,
+            facts={"remarks": remarks} if remarks else None,
+        )
+    except ValueError as error:
+        raise FormatError(f"{path}: samples: {error}") from error
+
+
+def _tables(
+    path: PathLike, numbers: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Wavelengths (bands,) and rows of samples (n, 4 + bands), checked against each other."""
+    if not len(numbers):
+        raise FormatError(f"{path}: holds no numbers; the file is cut short")
+    if not 1 <= numbers[0] <= _BAND_LIMIT or numbers[0] != int(numbers[0]):
+        raise FormatError(f"{path}: number of bands: {numbers[0]:g}, expected 1 to {_BAND_LIMIT}")
+    bands = int(numbers[0])
+    wavelengths, rest = numbers[1 : bands + 1], numbers[bands + 1 :]
+    if len(wavelengths) < bands:
+        raise FormatError(f"{path}: wavelengths: {len(wavelengths)} of {bands}; cut short")
+    if wavelengths[0] <= 0.0 or not (np.diff(wavelengths) > 0.0).all():
+        raise FormatError(f"{path}: wavelengths: must be positive and increase")
+    width = _ANGLES + bands
+    if not len(rest) or len(rest) % width:
+        raise FormatError(
+            f"{path}: samples: {len(rest)} numbers, expected a multiple of {width} "
+            f"({_ANGLES} angles and {bands} bands each); the file is cut short or damaged"
+        )
+    rows = rest.reshape(-1, width)
+    if rows[:, (0, 2)].min() < 0.0 or rows[:, (0, 2)].max() > math.pi:
+        raise FormatError(f"{path}: polar angles: must be radians from 0 to pi")
+    if np.abs(rows[:, (1, 3)]).max() > 2.0 * math.pi + 1e-3:
+        raise FormatError(f"{path}: azimuths: must be radians of magnitude up to 2 pi")
+    return wavelengths, rows
+
+
+def _title(lines: list[str]) -> tuple[str, str]:
+    """Name of the material and other remarks, from the comments at the start."""
+    remarks = []
+    for line in lines:
+        if not line.startswith("#"):
+            break
+        remarks.append(line.lstrip("# ").strip())
+    about = [r for r in remarks if r and not r.startswith("Cornell University")]
+    return (about[0], "; ".join(about[1:])) if about else ("", "")
+
+
+def _reason(error: ValueError) -> str:
+    """What NumPy could not convert, on one short line."""
+    return str(error).partition("\n")[0][:80]
+
+
+def _recognise(head: bytes) -> bool:
+    return head.startswith(b"#") and head.isascii()
+
+
+FORMAT = Format("Cornell scan", (".brdf",), _recognise, load)
+"""Entry of the registry of formats."""

@@ -1,0 +1,67 @@
+"""Measured spectra to linear Rec. 709 RGB."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import require
+
+_Array = npt.NDArray[np.float64]
+
+
+def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
+    """Colour of reflecting surfaces, relative to a perfect white.
+
+    Seen by the CIE 1931 2-degree observer under illuminant D65, whose colour is the white of Rec.
+    709: a flat spectrum of value f gives (f, f, f), to a thousandth. Spectra are linear between
+    bands and constant beyond the first and last.
+
+    Parameters
+    ----------
+    spectra
+        Values per band, shape (..., bands): f_r in 1/sr, or any reflectance.
+    wavelengths
+        Bands in nm, shape (bands,), increasing.
+
+    Returns
+    -------
+    array of shape (..., 3)
+        In the units of `spectra`; a channel of a saturated colour may be negative.
+
+    Raises
+    ------
+    MissingExtraError
+        If colour-science is not installed.
+    """
+    bands = np.asarray(wavelengths, np.float64)
+    if bands.ndim != 1 or not (np.diff(bands) > 0.0).all():
+        raise ValueError("wavelengths must be one increasing list")
+    nodes, response = _response()
+    hats = np.stack([np.interp(nodes, bands, unit) for unit in np.eye(len(bands))])
+    rgb: _Array = np.asarray(spectra, np.float64) @ (hats @ response)
+    return rgb
+
+
+@functools.cache
+def _response() -> tuple[_Array, _Array]:
+    """Wavelengths (n,) every nm from 360 to 780, and RGB of a unit value at each, (n, 3)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it misses plotting libraries that this does not need
+        colour = require("colour", "spectral")
+    nodes = np.arange(360.0, 781.0)
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    illuminant = colour.SDS_ILLUMINANTS["D65"]
+    seen = np.stack(
+        [
+            np.interp(nodes, observer.wavelengths, channel)
+            * np.interp(nodes, illuminant.wavelengths, illuminant.values)
+            for channel in observer.values.T
+        ],
+        axis=1,
+    )
+    to_linear = colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
+    return nodes, seen / seen[:, 1].sum() @ np.asarray(to_linear).T

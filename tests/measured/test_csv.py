@@ -1,0 +1,209 @@
+"""Comma-separated samples: the grammar, a round trip, and files that break it."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.files import FormatError
+from nacre.geometry import from_spherical, join
+from nacre.measured import ScatteredBrdf, comma_separated
+from nacre.neural import Layer, NeuralBrdf
+from tests.data import require_data
+from tests.measured import support
+from tests.measured.support import hemisphere, write
+
+PLAIN = """# name: red paint
+# units: degrees
+# measured by: hand
+theta_i,phi_i,theta_o,phi_o,r,g,b
+30,0,40,180,0.5,0.2,0.1
+60,10,20,-90,0.4,0.1,-0.01
+"""
+
+
+def read(tmp_path: Path, text: str) -> ScatteredBrdf:
+    brdf = nacre.load(write(tmp_path / "a.csv", text.encode()))
+    assert isinstance(brdf, ScatteredBrdf)
+    return brdf
+
+
+def test_columns_mean_what_they_say(tmp_path: Path) -> None:
+    brdf = read(tmp_path, PLAIN)
+    assert brdf.name == "red paint"
+    assert brdf.isotropic
+    assert brdf.describe()["header measured by"] == "hand"
+    theta, phi = np.radians([[30, 60], [0, 10]])
+    np.testing.assert_allclose(brdf.samples.wi, join(from_spherical(theta, phi)))
+    theta, phi = np.radians([[40, 20], [180, -90]])
+    np.testing.assert_allclose(brdf.samples.wo, join(from_spherical(theta, phi)))
+    np.testing.assert_array_equal(brdf.samples.rgb, [[0.5, 0.2, 0.1], [0.4, 0.1, -0.01]])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAIN.replace("\n", "\r\n"),
+        "\ufeff" + PLAIN,
+        PLAIN.replace("# ", "").replace("name", "ASTM E1392\nname"),
+        PLAIN.replace(": ", " = "),
+        PLAIN.replace("# units: degrees\n", "").replace("theta_i,phi_i", "theta_i [deg],phi_i(deg)")
+        .replace("theta_o,phi_o", "Theta_s [degrees], phi_s [deg]"),
+        PLAIN.replace("r,g,b", "Red,Green,Blue").replace(",", " , "),
+        PLAIN.replace("r,g,b\n", "r,g,b\n# a remark\n\n,,,,,,\n"),
+        PLAIN.replace("r,g,b", "b,g,r").replace("0.5,0.2,0.1", "0.1,0.2,0.5")
+        .replace("0.4,0.1,-0.01", "-0.01,0.1,0.4"),
+        "".join(f"{line},,\n" if ":" in line else f"{line}\n" for line in PLAIN.splitlines()),
+        PLAIN.replace("# name", "# isotropic: yes\n# name").rstrip("\n"),
+    ],
+)  # fmt: skip
+def test_other_ways_to_write_the_same(tmp_path: Path, text: str) -> None:
+    expected, got = read(tmp_path, PLAIN), read(tmp_path, text)
+    assert got.name == "red paint"
+    for name in ("wi", "wo", "rgb"):
+        np.testing.assert_array_equal(getattr(got.samples, name), getattr(expected.samples, name))
+
+
+def test_radians_grey_values_and_anisotropy(tmp_path: Path) -> None:
+    text = "theta_i [rad],phi_i [rad],theta_o [rad],phi_o [rad],f\n0.5,0,0.7,3.1,0.25\n"
+    brdf = read(tmp_path, "# isotropic: no\n" + text)
+    assert not brdf.isotropic
+    assert brdf.name == "a"
+    np.testing.assert_array_equal(brdf.samples.rgb, [[0.25, 0.25, 0.25]])
+    np.testing.assert_allclose(brdf.samples.wi[0], [np.sin(0.5), 0.0, np.cos(0.5)])
+
+
+def test_bands_become_colours(tmp_path: Path) -> None:
+    pytest.importorskip("colour")
+    text = PLAIN.replace("r,g,b", "650 nm,450nm,550").replace("-0.01", "0.3")
+    brdf = read(tmp_path, text)
+    assert brdf.wavelengths.tolist() == [450.0, 550.0, 650.0]
+    np.testing.assert_array_equal(brdf.spectra, [[0.2, 0.1, 0.5], [0.1, 0.3, 0.4]])
+    assert brdf.samples.rgb[0, 0] > brdf.samples.rgb[0, 1]
+
+
+def test_duplicates_and_directions_below_the_horizon_are_counted(tmp_path: Path) -> None:
+    facts = read(
+        tmp_path, PLAIN + "30,0,40,180,0.7,0.2,0.1\n95,0,0,0,1,1,1\n0,0,90,0,1,1,1\n"
+    ).describe()
+    assert facts["samples"] == 2
+    assert facts["averaged as duplicates"] == 1
+    assert facts["dropped below the horizon"] == 2
+    assert facts["value range"] == [-0.01, 0.6]
+
+
+# Writing
+
+
+@pytest.mark.parametrize("isotropic", [True, False])
+def test_samples_come_back_and_are_written_the_same_again(tmp_path: Path, isotropic: bool) -> None:
+    rng = np.random.default_rng(0)
+    wi, wo = hemisphere(rng, 200), hemisphere(rng, 200)
+    wi[0] = wo[0] = wi[1] = (0.0, 0.0, 1.0)
+    brdf = ScatteredBrdf(wi, wo, rng.random((200, 3)) - 0.01, "a, b: c", isotropic=isotropic)
+    nacre.save(brdf, tmp_path / "one.csv")
+    back = nacre.load(tmp_path / "one.csv")
+    assert back.name == "a, b: c"
+    assert back.isotropic == isotropic
+    np.testing.assert_allclose(back.samples.wi, brdf.samples.wi, atol=2e-9)
+    np.testing.assert_allclose(back.samples.wo, brdf.samples.wo, atol=2e-9)
+    np.testing.assert_allclose(back.samples.rgb, brdf.samples.rgb, rtol=1e-8)
+    nacre.save(back, tmp_path / "two.csv")
+    assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
+
+
+def test_a_real_scan_comes_back_with_its_spectra(tmp_path: Path) -> None:
+    pytest.importorskip("colour")
+    brdf = nacre.load(require_data("cornell", "garnet_red.brdf"))
+    nacre.save(brdf, tmp_path / "one.csv")
+    back = nacre.load(tmp_path / "one.csv")
+    np.testing.assert_allclose(back.spectra, brdf.spectra, rtol=1e-8)
+    np.testing.assert_array_equal(back.wavelengths, brdf.wavelengths)
+    np.testing.assert_allclose(back.samples.rgb, brdf.samples.rgb, rtol=1e-6, atol=1e-9)
+    nacre.save(back, tmp_path / "two.csv")
+    assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
+
+
+def test_what_has_no_samples_is_not_written(tmp_path: Path) -> None:
+    network = NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.zeros(3, np.float32))])
+    with pytest.raises(FormatError, match="scattered samples only"):
+        nacre.save(network, tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+# Damaged files
+
+
+assert_refused = functools.partial(support.assert_refused, comma_separated.load)
+
+
+def test_a_file_cut_anywhere_is_refused_or_shorter(tmp_path: Path) -> None:
+    data = PLAIN.encode()
+    path = tmp_path / "cut.csv"
+    for length in range(1, len(data)):
+        write(path, data[:length])
+        try:
+            assert len(comma_separated.load(path).samples) <= 2
+        except FormatError:
+            assert_refused(path)
+    first_value = data.index(b"0.5,")
+    assert_refused(write(path, data[:first_value]), "line 5: 5 values, expected 7")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("theta_i", "theta", "no line that names columns"),
+        ("theta_o,", "", "theta_o missing"),
+        ("phi_o", "phi_i", "phi_o missing"),
+        ("r,g,b", "r,g,g", "'g' appears twice"),
+        ("r,g,b", "r,g,x", "or wavelengths in nm; found r, g, x"),
+        ("r,g,b", "500,600,600.0", "wavelengths must be positive and differ"),
+        ("# units: degrees\n", "", "theta_i: has no unit"),
+        ("degrees", "gradians", "unit 'gradians', expected degrees or radians"),
+        ("degrees", "radians", "polar angles"),
+        ("0.2", "two", "line 5: column g: 'two' is not a finite number"),
+        ("0.2", "nan", "not a finite number"),
+        ("0.2", "1e39", "not a finite number"),
+        ("0.2", "", "not a finite number"),
+        ("0.5,0.2,0.1", "0.5,0.2", "line 5: 6 values, expected 7"),
+        ("# name", "# isotropic: perhaps\n# name", "header 'isotropic'"),
+        ("paint\n", "paint\n1,2,3\n", "no line that names columns"),
+    ],
+)
+def test_broken_files_are_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in PLAIN
+    assert_refused(write(tmp_path / "a.csv", PLAIN.replace(old, new, 1).encode()), words)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "is empty"),
+        (b"# units: degrees\n", "no line that names columns"),
+        (PLAIN.encode("utf-16"), "not UTF-8"),
+        (PLAIN.replace("red", "r\xf6t").encode("latin-1"), "save the file as UTF-8"),
+        (PLAIN.partition("\n30")[0].encode(), "holds no samples"),
+        (PLAIN.replace("30,", "120,").replace("60,", "120,").encode(), "no sample is above"),
+    ],
+)
+def test_what_is_not_a_table_is_refused(tmp_path: Path, data: bytes, words: str) -> None:
+    assert_refused(write(tmp_path / "a.csv", data), words)
+
+
+def test_random_damage_ends_in_one_line(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    path = tmp_path / "a.csv"
+    for _ in range(300):
+        data = bytearray(PLAIN.encode())
+        for position in rng.integers(0, len(data), 3):
+            data[position] = rng.integers(0, 256)
+        write(path, bytes(data))
+        try:
+            comma_separated.load(path)
+        except FormatError:
+            assert_refused(path)
