@@ -133,6 +133,20 @@ def from_rusinkiewicz_angles(
     return from_half_difference(from_spherical(theta_h, phi_h), from_spherical(theta_d, phi_d))
 
 
+def uniform_rusinkiewicz(u: Array) -> tuple[Components, Components]:
+    """Directions (wi, wo) uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
+
+    Parameters
+    ----------
+    u
+        Numbers in [0, 1), shape (4, ...): theta_h and theta_d in [0, pi/2) come from the first and
+        third, phi_h and phi_d in [0, 2 pi) from the second and last. Either direction may lie below
+        the horizon.
+    """
+    quarter, turn = 0.5 * math.pi, 2.0 * math.pi
+    return from_rusinkiewicz_angles(u[0] * quarter, u[1] * turn, u[2] * quarter, u[3] * turn)
+
+
 def stereographic(w: Components) -> tuple[Array, Array]:
     """Projection from the south pole onto the equatorial disk: (x, y) / (1 + z)."""
     scale = 1.0 / (1.0 + w[2])

@@ -17,6 +17,7 @@ from nacre.neural import Recipe, fit
 from nacre.neural.scattered import hold_out, scattered_samples
 from tests.data import list_data, require_data
 from tests.measured.support import hemisphere, split_tensor
+from tests.reflectances import Brushed
 
 QUICK = Recipe(epochs=25)
 
@@ -27,17 +28,6 @@ class Gloss(Brdf):
     def eval_components(self, wi, wo):
         lobe = np.maximum(half_vector(wi, wo)[2], 1e-9) ** 40.0
         return (0.2 + 0.1 * wi[2]) + lobe, 0.1 + lobe, 0.05 + lobe
-
-
-class Brushed(Brdf):
-    """A highlight that is long across x."""
-
-    isotropic = False
-
-    def eval_components(self, wi, wo):
-        h = half_vector(wi, wo)
-        lobe = np.exp(-((h[0] * 4) ** 2) - (h[1] * 1.5) ** 2)
-        return 0.05 + lobe, 0.05 + 0.8 * lobe, 0.05 + 0.5 * lobe
 
 
 def scan(truth: Brdf, count: int = 1500, seed: int = 0, **options: object) -> ScatteredBrdf:

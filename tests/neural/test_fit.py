@@ -17,6 +17,7 @@ from nacre.neural.samples import BLOCK, draw
 from nacre.neural.training import schedule
 from nacre.sampling import BlinnPhongMixture
 from tests.data import list_data, require_data
+from tests.reflectances import Brushed
 
 
 class Gloss(Brdf):
@@ -30,17 +31,6 @@ class Gloss(Brdf):
 
     def valid_components(self, wi, wo):
         return wi[2] > 0.1
-
-
-class Brushed(Brdf):
-    """A highlight that is long across x."""
-
-    isotropic = False
-
-    def eval_components(self, wi, wo):
-        h = half_vector(wi, wo)
-        lobe = np.exp(-((h[0] * 4) ** 2) - (h[1] * 1.5) ** 2)
-        return 0.05 + lobe, 0.05 + 0.8 * lobe, 0.05 + 0.5 * lobe
 
 
 QUICK = Recipe(epochs=12, samples=80_000)

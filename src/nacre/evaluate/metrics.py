@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.files import NacreError, require
-from nacre.geometry import from_rusinkiewicz_angles, join
+from nacre.geometry import join, uniform_rusinkiewicz
 
 Floats = npt.NDArray[np.floating]
 Mask = npt.NDArray[np.bool_]
@@ -158,9 +158,7 @@ def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) 
     """
     generator = np.random.default_rng(seed)
     u = generator.random((4, count), dtype=np.float32)
-    theta_h, theta_d = u[0] * (math.pi / 2.0), u[2] * (math.pi / 2.0)
-    phi_h, phi_d = u[1] * (2.0 * math.pi), u[3] * (2.0 * math.pi)
-    wi, wo = map(join, from_rusinkiewicz_angles(theta_h, phi_h, theta_d, phi_d))
+    wi, wo = map(join, uniform_rusinkiewicz(u))
     valid = truth.valid(wi, wo)
     if not valid.any():
         raise NacreError(f"{truth.name or 'the reference'}: no valid sample among {count}")

@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
-from nacre.brdf import Brdf, Sampler
 from nacre.geometry import half_difference, to_spherical
-from nacre.sampling import fit_lobes
+from nacre.sampling import LobeSampledBrdf
 
 Interpolation: TypeAlias = Literal["trilinear", "nearest"]
 
@@ -27,7 +25,7 @@ _KNOWN = 1.0 - 1e-5
 """Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
 
 
-class MerlBrdf(Brdf):
+class MerlBrdf(LobeSampledBrdf):
     """A reflectance tabulated over Rusinkiewicz angles, isotropic and reciprocal by construction.
 
     With ``"trilinear"`` interpolation, values are linear in (sqrt(theta_h), theta_d, phi_d) between
@@ -66,11 +64,6 @@ class MerlBrdf(Brdf):
         self.name = name
         self.interpolation: Interpolation = interpolation
         self._nodes = Table(np.moveaxis(values, 0, -1))  # a sample's channels lie side by side
-
-    @cached_property
-    def sampler(self) -> Sampler:  # type: ignore[override]
-        """Lobes fitted to the table when they are first asked for."""
-        return fit_lobes(self)
 
     @property
     def dimensions(self) -> tuple[int, int, int]:

@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components
-from nacre.brdf import Brdf, DirectionSamples, Floats, Sampler, Scattered
+from nacre.brdf import DirectionSamples, Floats, Scattered
 from nacre.files import NacreError
 from nacre.geometry import half_difference, split, to_spherical
-from nacre.sampling import fit_lobes
+from nacre.sampling import LobeSampledBrdf
 
 NEIGHBOURS = 16
 """Samples that take part in an interpolated value."""
@@ -34,7 +34,7 @@ _REACH = 0.99
 """Share of the samples that count as known from the others alone."""
 
 
-class ScatteredBrdf(Brdf):
+class ScatteredBrdf(LobeSampledBrdf):
     """A reflectance from samples at any pairs of directions.
 
     f_r is interpolated in :func:`coordinates`: a plane is fitted to log f_r of the
@@ -117,11 +117,6 @@ class ScatteredBrdf(Brdf):
     def samples(self) -> DirectionSamples:
         """Directions, linear RGB and cosines as they were measured; arrays of float64."""
         return self._samples
-
-    @cached_property
-    def sampler(self) -> Sampler:  # type: ignore[override]
-        """Lobes fitted to the interpolated reflectance when they are first asked for."""
-        return fit_lobes(self)
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
         """The reflectance that some of the samples alone give; an array of indices or a mask."""

@@ -6,17 +6,15 @@ Filip and Vavra 2014, "Template-Based Sampling of Anisotropic BRDFs".
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
-from nacre.brdf import Brdf, Sampler
 from nacre.geometry import to_spherical
 from nacre.measured.axis import Blend, outer
-from nacre.sampling import fit_lobes
+from nacre.sampling import LobeSampledBrdf
 
 SHAPE = (3, 6, 48, 6, 48)
 """Channels, and nodes in theta_i, phi_i, theta_v and phi_v."""
@@ -30,7 +28,7 @@ _LARGEST = 0.99 * float(np.finfo(np.float32).max)
 """Bound of the table's values: their weights may sum to a little more than 1."""
 
 
-class UtiaBrdf(Brdf):
+class UtiaBrdf(LobeSampledBrdf):
     """A reflectance tabulated over (theta_i, phi_i, theta_v, phi_v), i being the light.
 
     Values are linear between nodes in all four angles and periodic in the azimuths. Beyond the last
@@ -62,11 +60,6 @@ class UtiaBrdf(Brdf):
         self.name = name
         self.stored = np.ascontiguousarray(values, np.float32)
         self._nodes = Table(_with_horizon(self.stored, self.mask))
-
-    @cached_property
-    def sampler(self) -> Sampler:  # type: ignore[override]
-        """Lobes fitted to the table when they are first asked for."""
-        return fit_lobes(self)
 
     @property
     def mask(self) -> npt.NDArray[np.bool_]:

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from nacre.geometry import cosine_hemisphere, from_rusinkiewicz_angles, join
+from nacre.geometry import cosine_hemisphere, join, uniform_rusinkiewicz
 from nacre.neural.nbrdf import Layer, NeuralBrdf, network_inputs
 
 _PAIRS = 1 << 16
@@ -22,8 +22,7 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     Training leaves a few such units in most networks.
     """
     random = np.random.default_rng(0)
-    u = random.random((4, _PAIRS), np.float32) * np.array([[0.5], [2.0], [0.5], [2.0]]) * np.pi
-    pairs = [from_rusinkiewicz_angles(*u.astype(np.float32))]
+    pairs = [uniform_rusinkiewicz(random.random((4, _PAIRS), np.float32))]
     v = random.random((4, _PAIRS), np.float32)
     pairs.append((cosine_hemisphere(v[0], v[1]), cosine_hemisphere(v[2], v[3])))
     wi, wo = (np.concatenate([join(pair[side]) for pair in pairs]) for side in (0, 1))

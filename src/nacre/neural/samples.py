@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -12,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf, Floats
 from nacre.files import NacreError
-from nacre.geometry import from_rusinkiewicz_angles, join, split
+from nacre.geometry import join, split, uniform_rusinkiewicz
 from nacre.neural.nbrdf import network_inputs
 from nacre.parallel import thread_map
 
@@ -144,8 +143,7 @@ def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> Rows:
     u = random.random((4, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
         u[1] = 0.0
-    half_pi, turn = np.float32(math.pi / 2), np.float32(2 * math.pi)
-    wi, wo = from_rusinkiewicz_angles(u[0] * half_pi, u[1] * turn, u[2] * half_pi, u[3] * turn)
+    wi, wo = uniform_rusinkiewicz(u)
     visible = (wi[2] > 0) & (wo[2] > 0)
     wi, wo = (join(w)[visible] for w in (wi, wo))
     if not everywhere:
