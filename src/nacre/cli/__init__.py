@@ -17,8 +17,9 @@ _COMMANDS = {
     "convert": "Write a material in another format.",
     "demo": "Run the main job from start to end on a built-in or given material.",
     "fit": "Fit a neural material to each measured file.",
-    "info": "Show what is in a file.",
+    "info": "Show what is in a file, and whether it is physical.",
     "measure": "Measure a Mitsuba BSDF virtually.",
+    "plot": "Draw the lobes of materials over one another.",
     "render": "Render a preview of a material.",
 }
 

@@ -20,17 +20,14 @@ AZIMUTHS = tuple(range(0, 360, 45))
 
 UNITS = {
     "unknown pairs": "share of pairs of directions, by solid angle",
-    "f cos range": "1/sr, found at the pairs drawn",
-    "albedo at 0 degrees": "red, green, blue; reflected part of the light, seen from above",
+    "f cos range": "1/sr",
+    "albedo at 0 degrees": "red, green, blue: part of the light that is reflected",
     "largest albedo": f"red, green, blue; of views at 0 to {VIEWS[-1]} degrees",
     "largest albedo at": "degrees from the normal",
     "largest albedo azimuth": "degrees",
-    "albedo error": "largest standard error",
-    "energy": "3 standard errors allowed",
-    "reciprocity error": "of 2; 0 is reciprocal; relative difference after exchange",
-    "reciprocity standard error": "",
-    "anisotropy": "of 2; 0 is isotropic; relative difference from the mean over rotations",
-    "anisotropy standard error": "",
+    "albedo standard error": "the largest",
+    "reciprocity error": "0 is reciprocal, 2 the most",
+    "anisotropy": "0 is isotropic, 2 the most",
 }
 """What the values of :func:`physical_facts` are in."""
 
@@ -48,8 +45,8 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
     Returns
     -------
     dict
-        Numbers, texts and lists of them under the keys of :data:`UNITS`, which tells their units;
-        definitions are in :mod:`nacre.evaluate.physics`. A figure that nothing is known of is None.
+        Numbers, texts and lists of them; :data:`UNITS` tells what they are in. Definitions are in
+        :mod:`nacre.evaluate.physics`. A figure that nothing is known of is None.
     """
     with one_blas_thread():
         proposal = Proposal(brdf)
@@ -58,16 +55,18 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
         cosine = wi[known][:, 2:]
         values = brdf.eval(wi[known], wo[known]) * cosine
         reciprocity = reciprocity_error(brdf, proposal=proposal)
-        turning = anisotropy(brdf, proposal=proposal)
-        facts = {
+        facts: dict[str, Any] = {
             "unknown pairs": 1.0 - known_share(brdf),
             "f cos range": [_number(values.min()), _number(values.max())] if values.size else None,
             **_energy(brdf, proposal),
             "reciprocity error": _number(reciprocity.value),
             "reciprocity standard error": _number(reciprocity.error),
-            "anisotropy": _number(turning.value),
-            "anisotropy standard error": _number(turning.error),
+            "anisotropy": 0.0,
         }
+        if not brdf.isotropic:
+            turning = anisotropy(brdf, proposal=proposal)
+            facts["anisotropy"] = _number(turning.value)
+            facts["anisotropy standard error"] = _number(turning.error)
     return facts
 
 
@@ -94,7 +93,7 @@ def _energy(brdf: Brdf, proposal: Proposal) -> dict[str, Any]:
         for name, k, gains in zip(_CHANNELS, row, above.any(axis=0), strict=True)
         if gains
     ]
-    facts["albedo error"] = _number(flat.error.max())
+    facts["albedo standard error"] = _number(flat.error.max())
     facts["energy"] = f"exceeds 1: {', '.join(over)}" if over else "nowhere above 1"
     return facts
 

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.evaluate.draws import REPLICATES, Proposal, draw_pairs, pair_density, sobol
 from nacre.geometry import from_spherical, join
+from nacre.parallel import thread_map
 
 Floats = npt.NDArray[np.floating]
 
@@ -83,13 +84,19 @@ def albedo(
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     u = sobol(3, count, seed)
     means = np.empty((*theta.shape, REPLICATES, 3))
-    for view in np.ndindex(theta.shape):
+
+    def at(view: tuple[int, ...]) -> Floats:
         wo = np.broadcast_to(join(from_spherical(theta[view], phi[view])), u.shape)
         wi = proposal.draw(wo, u)
         wo = np.concatenate([wo, wo], axis=-2)
         weight = _inverse(proposal.density(wi, wo)) * np.maximum(wi[..., 2], 0.0)
         with np.errstate(all="ignore"):
-            means[view] = (brdf.eval(wi, wo) * weight[..., None]).mean(axis=-2)
+            reflected: Floats = (brdf.eval(wi, wo) * weight[..., None]).mean(axis=-2)
+        return reflected
+
+    views = list(np.ndindex(theta.shape))
+    for view, mean in zip(views, thread_map(at, views), strict=True):
+        means[view] = mean
     return _estimate(means.mean(axis=-2), means)
 
 
@@ -189,8 +196,7 @@ def _ratio(part: Floats, whole: Floats) -> Estimate:
 
 
 def _estimate(value: Floats, sets: Floats) -> Estimate:
-    """A value and the standard error of the mean of what each set gives, on the last axis but one.
-    """
+    """A value and the standard error of the mean of what each set gives, on the last axis but one."""
     with np.errstate(all="ignore"):
         error = sets.std(axis=-2, ddof=1) / math.sqrt(REPLICATES)
     return Estimate(np.asarray(value), error.reshape(np.shape(value)))
