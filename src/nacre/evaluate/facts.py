@@ -87,10 +87,10 @@ def _energy(brdf: Brdf, proposal: Proposal) -> dict[str, Any]:
     }
     if not brdf.isotropic:
         facts["largest albedo azimuth"] = [float(AZIMUTHS[k]) for k in column]
-    above = ~(flat.value - 3.0 * flat.error <= 1.0 + 1e-6)
+    above = np.asarray(~(flat.value - 3.0 * flat.error <= 1.0 + 1e-6)).any(axis=0)
     over = [
         f"{name} at {VIEWS[k]} degrees"
-        for name, k, gains in zip(_CHANNELS, row, above.any(axis=0), strict=True)
+        for name, k, gains in zip(_CHANNELS, row, above, strict=True)
         if gains
     ]
     facts["albedo standard error"] = _number(flat.error.max())

@@ -12,6 +12,7 @@ from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join
 
 Floats = npt.NDArray[np.floating]
+Mask = npt.NDArray[np.bool_]
 
 _HORIZON = math.radians(89.9)
 _STEP = math.radians(1.0)
@@ -96,18 +97,19 @@ def lobe(brdf: Brdf, incidence: float, azimuth: float = 0.0) -> Lobe:
         theta, f = np.insert(theta, at, middle), np.insert(f, at, values(middle), axis=0)
 
 
-def _bent(theta: Floats, f: Floats) -> npt.NDArray[np.bool_]:
+def _bent(theta: Floats, f: Floats) -> Mask:
     """Steps that have to be halved, shape (n - 1,)."""
     step = np.diff(theta)
-    known = np.isfinite(f).all(axis=1)
+    known = np.asarray(np.isfinite(f).all(axis=1))
+    long: Mask = step > 2.0 * _FINEST
+    ends: Mask = known[:-1] != known[1:]
     peak = f[known].max(initial=0.0)
     if peak == 0.0:
-        return (known[:-1] != known[1:]) & (step > 2.0 * _FINEST)
+        return ends & long
     y = np.log(np.maximum(np.where(known[:, None], f, 0.0), _FAINT * peak))
     slope = np.diff(y, axis=0) / step[:, None]
     # A straight line misses a parabola by (bend of the slope) * step / 8.
     bend = np.abs(np.diff(slope, axis=0)).max(axis=1)
     bend = np.where(known[:-2] & known[1:-1] & known[2:], bend, 0.0)
     miss = np.maximum(np.append(bend, 0.0), np.insert(bend, 0, 0.0)) * step / 8.0
-    ends = known[:-1] != known[1:]
-    return ((miss > _TOLERANCE) | ends) & (step > 2.0 * _FINEST)
+    return ((miss > _TOLERANCE) | ends) & long

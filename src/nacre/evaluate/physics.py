@@ -186,7 +186,7 @@ def _turn(w: Floats, step: int) -> Floats:
 
 def _inverse(density: Floats) -> Floats:
     """1 / density; 0 where nothing can be drawn."""
-    return np.divide(1.0, density, out=np.zeros_like(density), where=density > 0.0)
+    return np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0)
 
 
 def _ratio(part: Floats, whole: Floats) -> Estimate:
@@ -196,7 +196,7 @@ def _ratio(part: Floats, whole: Floats) -> Estimate:
 
 
 def _estimate(value: Floats, sets: Floats) -> Estimate:
-    """A value and the standard error of the mean of what each set gives, on the last axis but one."""
+    """A value and its standard error from what each set gives, on the last axis but one."""
     with np.errstate(all="ignore"):
         error = sets.std(axis=-2, ddof=1) / math.sqrt(REPLICATES)
     return Estimate(np.asarray(value), error.reshape(np.shape(value)))
