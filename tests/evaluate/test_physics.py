@@ -23,9 +23,7 @@ class Partial(Constant):
 
     def eval_components(self, wi, wo):
         known = self.valid_components(wi, wo)
-        return tuple(
-            np.where(known, c, 100.0 * wi[2]) for c in super().eval_components(wi, wo)
-        )
+        return tuple(np.where(known, c, 100.0 * wi[2]) for c in super().eval_components(wi, wo))
 
     def valid_components(self, wi, wo):
         return (wi[2] > 0.5) & (wo[2] > 0.5)

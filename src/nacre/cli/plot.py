@@ -26,6 +26,14 @@ def _angles(_context: click.Context, _parameter: click.Parameter, value: str) ->
     return tuple(math.radians(angle) for angle in degrees)
 
 
+def _number(
+    _context: click.Context, _parameter: click.Parameter, value: float | None
+) -> float | None:
+    if value is not None and math.isnan(value):  # lies within every range to click
+        raise click.BadParameter("nan is not a number")
+    return value
+
+
 @click.command("plot")
 @click.argument("files", nargs=-1, required=True, type=file_path())
 @click.option(
@@ -46,6 +54,7 @@ def _angles(_context: click.Context, _parameter: click.Parameter, value: str) ->
     "--azimuth",
     type=click.FloatRange(-360.0, 360.0),
     default=0.0,
+    callback=_number,
     metavar="DEG",
     help="Of the plane, for anisotropic materials.",
 )
@@ -54,6 +63,7 @@ def _angles(_context: click.Context, _parameter: click.Parameter, value: str) ->
 @click.option(
     "--floor",
     type=click.FloatRange(1e-12, 1e12),
+    callback=_number,
     help="Value at the centre in 1/sr. Default: a power of ten below what is drawn.",
 )
 def command(

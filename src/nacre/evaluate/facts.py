@@ -87,11 +87,11 @@ def _energy(brdf: Brdf, proposal: Proposal) -> dict[str, Any]:
     }
     if not brdf.isotropic:
         facts["largest albedo azimuth"] = [float(AZIMUTHS[k]) for k in column]
-    above = np.asarray(~(flat.value - 3.0 * flat.error <= 1.0 + 1e-6)).any(axis=0)
+    within = np.asarray(flat.value - 3.0 * flat.error <= 1.0 + 1e-6).all(axis=0).tolist()
     over = [
         f"{name} at {VIEWS[k]} degrees"
-        for name, k, gains in zip(_CHANNELS, row, above, strict=True)
-        if gains
+        for name, k, kept in zip(_CHANNELS, row, within, strict=True)
+        if not kept
     ]
     facts["albedo standard error"] = _number(flat.error.max())
     facts["energy"] = f"exceeds 1: {', '.join(over)}" if over else "nowhere above 1"

@@ -112,4 +112,5 @@ def _bent(theta: Floats, f: Floats) -> Mask:
     bend = np.abs(np.diff(slope, axis=0)).max(axis=1)
     bend = np.where(known[:-2] & known[1:-1] & known[2:], bend, 0.0)
     miss = np.maximum(np.append(bend, 0.0), np.insert(bend, 0, 0.0)) * step / 8.0
-    return ((miss > _TOLERANCE) | ends) & long
+    halve: Mask = ((miss > _TOLERANCE) | ends) & long
+    return halve

@@ -186,7 +186,8 @@ def _turn(w: Floats, step: int) -> Floats:
 
 def _inverse(density: Floats) -> Floats:
     """1 / density; 0 where nothing can be drawn."""
-    return np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0)
+    inverse: Floats = np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0)
+    return inverse
 
 
 def _ratio(part: Floats, whole: Floats) -> Estimate:

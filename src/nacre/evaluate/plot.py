@@ -76,8 +76,7 @@ def lobe_figure(
         Whether f_r is multiplied by the cosine of the viewer.
     floor
         Value at the centre in 1/sr; lower ones are drawn there. Where None: the power of ten below
-        all values (but those near the
-        horizon), at most seven decades below the largest.
+        all values but those near the horizon, at most seven decades below the largest.
 
     Returns
     -------
