@@ -76,25 +76,39 @@ def test_the_albedo_of_a_half_vector_lobe_is_that_of_its_closed_form(exponent):
     assert abs(found.value[0] - expected) < 5.0 * found.error[0]
 
 
+def sampled_by_mitsuba(mi, description, angle):
+    """The mean weight of a BSDF's own samples: its albedo."""
+    import drjit as dr
+
+    bsdf, count = mi.load_dict(description), 1 << 18
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(1, count)
+    si = dr.zeros(mi.SurfaceInteraction3f, count)
+    si.wi = mi.Vector3f(math.sin(angle), 0.0, math.cos(angle))
+    _, weight = bsdf.sample(mi.BSDFContext(), si, sampler.next_1d(), sampler.next_2d())
+    return np.array(weight).mean(axis=1)
+
+
 @pytest.mark.parametrize("alpha", [0.02, 0.15, 0.6])
 def test_albedo_agrees_with_mitsubas_own_sampling(alpha):
     mi = require_mitsuba()
-    import drjit as dr
-
     from nacre.render.virtual import MitsubaBrdf
 
-    bsdf = mi.load_dict({"type": "roughconductor", "alpha": alpha, "specular_reflectance": 0.8})
+    description = {"type": "roughconductor", "alpha": alpha, "specular_reflectance": 0.8}
     angles = np.radians([0.0, 50.0, 80.0])
-    found = albedo(MitsubaBrdf(bsdf), angles, count=2048)
-    for angle, value in zip(angles, found.value, strict=True):
-        count = 1 << 18
-        sampler = mi.load_dict({"type": "independent"})
-        sampler.seed(1, count)
-        si = dr.zeros(mi.SurfaceInteraction3f, count)
-        si.wi = mi.Vector3f(math.sin(angle), 0.0, math.cos(angle))
-        _, weight = bsdf.sample(mi.BSDFContext(), si, sampler.next_1d(), sampler.next_2d())
-        expected = np.array(weight).mean(axis=1)
-        np.testing.assert_allclose(value, expected, rtol=5e-3)
+    found = albedo(MitsubaBrdf(description), angles, count=2048).value
+    expected = [sampled_by_mitsuba(mi, description, angle) for angle in angles]
+    np.testing.assert_allclose(found, expected, rtol=5e-3)
+
+
+def test_albedo_of_a_real_table_agrees_with_mitsubas():
+    path = require_data("rgl", "satin_rosaline_rgb.bsdf")
+    mi = require_mitsuba()
+    angles = np.radians([0.0, 60.0, 85.0])
+    found = albedo(nacre.load(path), angles).value
+    description = {"type": "measured", "filename": str(path)}
+    expected = [sampled_by_mitsuba(mi, description, angle) for angle in angles]
+    np.testing.assert_allclose(found, expected, rtol=0.01)
 
 
 def test_the_standard_error_is_about_the_error():

@@ -91,6 +91,18 @@ def test_the_same_plot_gives_the_same_file(tmp_path, ending):
         ElementTree.fromstring(first)
 
 
+def test_the_note_says_what_is_drawn_and_fits():
+    materials = {"lobe": Lobe(50.0)}
+    figure = lobe_figure(materials, [0.2], azimuth=0.5, channel="green", cosine=True, floor=0.02)
+    figure.canvas.draw()
+    (note,) = [text for text in figure.texts if text.get_text().startswith("f_r")]
+    words = note.get_text().replace("\n", " ")
+    for part in ("f_r × cosine", "green", "1/sr", "0.02 and less at the centre", "azimuth 28."):
+        assert part in words
+    assert note.get_window_extent().x1 < figure.bbox.x1
+    assert note.get_window_extent().y1 < figure.axes[0].bbox.y1
+
+
 def test_bad_targets_and_arguments_are_refused(tmp_path):
     with pytest.raises(FormatError, match=r"a plot ends in one of \.png, \.svg, \.pdf"):
         check_plot_path(tmp_path / "x.jpg")

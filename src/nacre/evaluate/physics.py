@@ -181,7 +181,8 @@ def _turn(w: Floats, step: int) -> Floats:
         return w
     angle = 2.0 * math.pi * step / _ROTATIONS
     cosine, sine = math.cos(angle), math.sin(angle)
-    return w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    turned: Floats = w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return turned
 
 
 def _inverse(density: Floats) -> Floats:

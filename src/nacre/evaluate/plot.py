@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,8 @@ _REFERENCE = "#a3a6ab"
 _INK, _FAINT, _RULE = "#202124", "#707276", "#d5d5d2"
 
 _MAX_DECADES = 6
+_ALL_LABELLED = 5
+"""Rings up to which each has a label; of more, every other one."""
 _INNER = math.radians(85.0)
 _EXTENT = (1.28, -0.14, 1.34)
 """Half the width, the lower and the upper edge of a panel, in radii."""
@@ -42,6 +45,8 @@ _PANEL = (2.0 * _EXTENT[0] * 1.25, (_EXTENT[2] - _EXTENT[1]) * 1.25)
 """Size of a panel in inches."""
 _MARGIN, _FOOTER, _PIECE = 0.2, 0.36, 0.32
 """Inches at both sides, below the panels, and of a line in the key."""
+_NOTE_DENSITY = 17
+"""Characters of the note that an inch holds."""
 _KEY_SIZE, _LONGEST = 9, 48
 """Points, and characters of a name that are shown."""
 
@@ -108,25 +113,28 @@ def lobe_figure(
     rows = ("red", "green", "blue") if channel == "rgb" else (channel,)
     low, high = _range([item for each in lobes.values() for item in each], rows, cosine, floor)
 
+    what = "f_r × cosine of the viewer" if cosine else "f_r"
+    what += "" if channel == "rgb" else f", {channel}"
+    plane = f"; plane at azimuth {math.degrees(azimuth):g}°" if azimuth else ""
+    note = f"{what}, in 1/sr, log scale; {_number(10.0**low)} and less at the centre{plane}"
+
     width, height = len(incidence) * _PANEL[0], len(rows) * _PANEL[1]
     figure = figures.Figure(facecolor="white")
     places, top = _arrange(figure, list(lobes), width)
-    size = width + 2.0 * _MARGIN, height + top + _FOOTER
+    note = textwrap.fill(note, int(width * _NOTE_DENSITY))
+    bottom = _FOOTER + 0.14 * note.count("\n")
+    size = width + 2.0 * _MARGIN, height + top + bottom
     figure.set_size_inches(size)
     for j, row in enumerate(rows):
         for i, angle in enumerate(incidence):
-            box = (_MARGIN + i * _PANEL[0], _FOOTER + (len(rows) - 1 - j) * _PANEL[1], *_PANEL)
+            box = (_MARGIN + i * _PANEL[0], bottom + (len(rows) - 1 - j) * _PANEL[1], *_PANEL)
             axes = figure.add_axes([v / size[k % 2] for k, v in enumerate(box)])
             _grid(axes, angle, low, high, row if channel == "rgb" else "")
             for k, each in enumerate(lobes.values()):
                 values = _values(each[i], row, cosine)
                 _line(axes, each[i].theta, values, (low, high), _style(k, len(lobes)))
     _key(figure, places, size)
-    what = "f_r × cosine of the viewer" if cosine else "f_r"
-    what += "" if channel == "rgb" else f", {channel}"
-    plane = f"; plane at azimuth {math.degrees(azimuth):g}°" if azimuth else ""
-    note = f"{what}, in 1/sr, log scale; {_number(10.0**low)} and less at the centre{plane}"
-    figure.text(_MARGIN / size[0], 0.14 / size[1], note, color=_FAINT, fontsize=8)
+    figure.text(_MARGIN / size[0], 0.14 / size[1], note, color=_FAINT, fontsize=8, va="bottom")
     return figure
 
 
@@ -221,7 +229,8 @@ def _grid(axes: Any, incidence: float, low: float, high: float, title: str) -> N
     rings = [(k - low) / (high - low) for k in range(math.floor(low) + 1, math.floor(high) + 1)]
     for exponent, r in enumerate(rings, math.floor(low) + 1):
         axes.plot(r * np.sin(arc), r * np.cos(arc), **rule)
-        axes.text(r, -0.03, _number(10.0**exponent), va="top", **small)
+        if len(rings) <= _ALL_LABELLED or (math.floor(high) - exponent) % 2 == 0:
+            axes.text(r, -0.03, _number(10.0**exponent), va="top", **small)
     for degrees in range(-90, 91, 30):
         x, y = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
         axes.plot([0.0, x], [0.0, y], **rule)
