@@ -66,14 +66,16 @@ def test_the_cosine_bends_a_diffuse_circle():
 
 
 def test_long_keys_take_more_rows_and_names_are_no_formulas():
-    names = [f"$x_{k}$ {'material' * 12}" for k in range(MAX_MATERIALS)]
+    names = [f"$x_{k}$ {'MATERIAL' * 12} {k}" for k in range(MAX_MATERIALS)]
     figure = lobe_figure({name: Constant(0.1) for name in names}, [0.2])
     texts = [text for text in figure.texts if text.get_text().startswith("$x_")]
     assert len(texts) == MAX_MATERIALS
-    assert all(text.get_text().endswith("…") for text in texts)
+    assert all("…" in text.get_text() for text in texts)
+    assert [text.get_text()[-1] for text in texts] == [name[-1] for name in names]
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in texts]
     for k, box in enumerate(boxes):
+        assert box.x1 < figure.bbox.x1
         assert box.y0 > max(axes.bbox.y1 for axes in figure.axes) - 20
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.evaluate.lobes import Lobe, lobe
+from nacre.evaluate.polar import FAINT, INK, PANEL, draw_curve, draw_grid, readable
 from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
 
 Floats = npt.NDArray[np.floating]
@@ -33,22 +34,15 @@ MAX_MATERIALS = 7
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Of Okabe and Ito's palette for all kinds of colour vision."""
 _REFERENCE = "#a3a6ab"
-_INK, _FAINT, _RULE = "#202124", "#707276", "#d5d5d2"
 
 _MAX_DECADES = 6
-_ALL_LABELLED = 5
-"""Rings up to which each has a label; of more, every other one."""
 _INNER = math.radians(85.0)
-_EXTENT = (1.28, -0.14, 1.34)
-"""Half the width, the lower and the upper edge of a panel, in radii."""
-_PANEL = (2.0 * _EXTENT[0] * 1.25, (_EXTENT[2] - _EXTENT[1]) * 1.25)
-"""Size of a panel in inches."""
 _MARGIN, _FOOTER, _PIECE = 0.2, 0.36, 0.32
 """Inches at both sides, below the panels, and of a line in the key."""
 _NOTE_DENSITY = 17
 """Characters of the note that an inch holds."""
-_KEY_SIZE, _LONGEST = 9, 48
-"""Points, and characters of a name that are shown."""
+_KEY_SIZE, _KEY_DENSITY = 9, 10
+"""Points, and characters of a name that an inch holds."""
 
 Place = tuple[str, float, float]
 
@@ -116,9 +110,9 @@ def lobe_figure(
     what = "f_r × cosine of the viewer" if cosine else "f_r"
     what += "" if channel == "rgb" else f", {channel}"
     plane = f"; plane at azimuth {math.degrees(azimuth):g}°" if azimuth else ""
-    note = f"{what}, in 1/sr, log scale; {_number(10.0**low)} and less at the centre{plane}"
+    note = f"{what}, in 1/sr, log scale; {readable(10.0**low)} and less at the centre{plane}"
 
-    width, height = len(incidence) * _PANEL[0], len(rows) * _PANEL[1]
+    width, height = len(incidence) * PANEL[0], len(rows) * PANEL[1]
     figure = figures.Figure(facecolor="white")
     places, top = _arrange(figure, list(lobes), width)
     note = textwrap.fill(note, int(width * _NOTE_DENSITY))
@@ -127,14 +121,14 @@ def lobe_figure(
     figure.set_size_inches(size)
     for j, row in enumerate(rows):
         for i, angle in enumerate(incidence):
-            box = (_MARGIN + i * _PANEL[0], bottom + (len(rows) - 1 - j) * _PANEL[1], *_PANEL)
+            box = (_MARGIN + i * PANEL[0], bottom + (len(rows) - 1 - j) * PANEL[1], *PANEL)
             axes = figure.add_axes([v / size[k % 2] for k, v in enumerate(box)])
-            _grid(axes, angle, low, high, row if channel == "rgb" else "")
+            draw_grid(axes, angle, low, high, row if channel == "rgb" else "")
             for k, each in enumerate(lobes.values()):
                 values = _values(each[i], row, cosine)
-                _line(axes, each[i].theta, values, (low, high), _style(k, len(lobes)))
+                draw_curve(axes, each[i].theta, values, low, high, _style(k, len(lobes)))
     _key(figure, places, size)
-    figure.text(_MARGIN / size[0], 0.14 / size[1], note, color=_FAINT, fontsize=8, va="bottom")
+    figure.text(_MARGIN / size[0], 0.14 / size[1], note, color=FAINT, fontsize=8, va="bottom")
     return figure
 
 
@@ -210,52 +204,6 @@ def _range(
     return low, max(high, low + 1.0) + 0.05
 
 
-def _number(value: float) -> str:
-    """A value in plain digits where these are few, else as a power of ten."""
-    exponent = math.log10(value)
-    if abs(exponent) < 2.5 or abs(exponent - round(exponent)) > 1e-9:
-        return f"{value:.4g}"
-    return "10" + str(round(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
-def _grid(axes: Any, incidence: float, low: float, high: float, title: str) -> None:
-    """Rings, spokes, the light and the mirror direction of one panel."""
-    axes.set_axis_off()
-    axes.set_xlim(-_EXTENT[0], _EXTENT[0])
-    axes.set_ylim(*_EXTENT[1:])
-    small = {"color": _FAINT, "fontsize": 6.5, "ha": "center"}
-    rule = {"color": _RULE, "linewidth": 0.6, "zorder": 0}
-    arc = np.radians(np.arange(-90.0, 91.0))
-    rings = [(k - low) / (high - low) for k in range(math.floor(low) + 1, math.floor(high) + 1)]
-    for exponent, r in enumerate(rings, math.floor(low) + 1):
-        axes.plot(r * np.sin(arc), r * np.cos(arc), **rule)
-        if len(rings) <= _ALL_LABELLED or (math.floor(high) - exponent) % 2 == 0:
-            axes.text(r, -0.03, _number(10.0**exponent), va="top", **small)
-    for degrees in range(-90, 91, 30):
-        x, y = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
-        axes.plot([0.0, x], [0.0, y], **rule)
-        if 0 < degrees < 90:
-            axes.text(1.07 * x, 1.05 * y, f"{degrees}°", va="center", **small)
-    x, y = math.sin(incidence), math.cos(incidence)
-    axes.plot([0.0, x], [0.0, y], color=_FAINT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=0)
-    arrow = {"arrowstyle": "-|>", "color": _INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", (-1.01 * x, 1.01 * y), (-1.14 * x, 1.14 * y), arrowprops=arrow)
-    label = f"light {math.degrees(incidence):g}°"
-    axes.text(-1.16 * x, 1.16 * y, label, color=_INK, fontsize=8, ha="center", va="bottom")
-    if title:
-        axes.text(-1.0, -0.03, title, color=_INK, fontsize=8, ha="left", va="top")
-
-
-def _line(
-    axes: Any, theta: Floats, values: Floats, limits: tuple[float, float], style: dict[str, Any]
-) -> None:
-    """One lobe."""
-    low, high = limits
-    with np.errstate(divide="ignore", invalid="ignore"):
-        r = np.clip((np.log10(np.maximum(values, 0.0)) - low) / (high - low), 0.0, None)
-    axes.plot(r * np.sin(theta), r * np.cos(theta), zorder=2, **style)
-
-
 def _style(index: int, count: int) -> dict[str, Any]:
     """How the lines of a material look."""
     if count > 1 and index == 0:
@@ -266,8 +214,9 @@ def _style(index: int, count: int) -> dict[str, Any]:
 def _arrange(figure: Any, names: Sequence[str], width: float) -> tuple[list[Place], float]:
     """Where the key's names go, in inches from the upper left, in rows; and the key's height."""
     x, y, places = 0.0, 0.22, []
+    half = int(0.5 * (width - _PIECE) * _KEY_DENSITY)
     for name in names:
-        short = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
+        short = name if len(name) <= 2 * half else f"{name[: half - 1]}…{name[-half:]}"
         text = figure.text(0.0, 0.0, short, fontsize=_KEY_SIZE, parse_math=False)
         step = text.get_window_extent().width / figure.dpi + _PIECE + 0.3
         text.remove()
@@ -287,5 +236,5 @@ def _key(figure: Any, places: Sequence[Place], size: tuple[float, float]) -> Non
             ends = [x / size[0], (x + _PIECE - 0.07) / size[0]]
             figure.add_artist(lines.Line2D(ends, [y, y], **_style(index, len(places))))
             x += _PIECE
-        options = {"color": _INK, "fontsize": _KEY_SIZE, "va": "center_baseline"}
+        options = {"color": INK, "fontsize": _KEY_SIZE, "va": "center_baseline"}
         figure.text(x / size[0], y, name, parse_math=False, **options)
