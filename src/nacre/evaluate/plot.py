@@ -41,8 +41,8 @@ _MARGIN, _FOOTER, _PIECE = 0.2, 0.36, 0.32
 """Inches at both sides, below the panels, and of a line in the key."""
 _NOTE_DENSITY = 17
 """Characters of the note that an inch holds."""
-_KEY_SIZE, _KEY_DENSITY = 9, 10
-"""Points, and characters of a name that an inch holds."""
+_KEY_SIZE = 9
+"""Points of the materials' names."""
 
 Place = tuple[str, float, float]
 
@@ -212,14 +212,22 @@ def _style(index: int, count: int) -> dict[str, Any]:
 
 
 def _arrange(figure: Any, names: Sequence[str], width: float) -> tuple[list[Place], float]:
-    """Where the key's names go, in inches from the upper left, in rows; and the key's height."""
-    x, y, places = 0.0, 0.22, []
-    half = int(0.5 * (width - _PIECE) * _KEY_DENSITY)
-    for name in names:
-        short = name if len(name) <= 2 * half else f"{name[: half - 1]}…{name[-half:]}"
-        text = figure.text(0.0, 0.0, short, fontsize=_KEY_SIZE, parse_math=False)
-        step = text.get_window_extent().width / figure.dpi + _PIECE + 0.3
+    """Where the key's names go, in inches from the upper left, in rows; and the key's height.
+
+    A name that is too long for a row loses its middle.
+    """
+
+    def length(name: str) -> float:
+        text = figure.text(0.0, 0.0, name, fontsize=_KEY_SIZE, parse_math=False)
+        result: float = text.get_window_extent().width / figure.dpi
         text.remove()
+        return result
+
+    x, y, places, room = 0.0, 0.22, [], width - _PIECE
+    for name in names:
+        half = int(0.5 * len(name) * room / max(length(name), room)) - 2
+        short = name if length(name) <= room else f"{name[:half]}…{name[-half:]}"
+        step = length(short) + _PIECE + 0.3
         if x > 0.0 and x + step > width:
             x, y = 0.0, y + 0.2
         places.append((short, _MARGIN + x, y))
