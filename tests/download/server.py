@@ -23,6 +23,7 @@ class Server(ThreadingHTTPServer):
         self.content = content
         self.tag: str | None = '"first"'
         self.date: str | None = None
+        self.kind = "application/octet-stream"
         self.ranges = True
         self.tells_length = True
         self.faults: list[Any] = []
@@ -68,7 +69,8 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header("Content-Length", str(size - start))
         else:
             self.close_connection = True
-        for name, value in (("ETag", server.tag), ("Last-Modified", server.date)):
+        headers = {"ETag": server.tag, "Last-Modified": server.date, "Content-Type": server.kind}
+        for name, value in headers.items():
             if value:
                 self.send_header(name, value)
         self.end_headers()

@@ -137,6 +137,13 @@ def test_not_found_is_not_tried_again(server, transfer, tmp_path):
     assert len(server.requests) == 1
 
 
+def test_a_web_page_is_no_file(server, transfer, tmp_path):
+    server.kind = "text/html; charset=utf-8"
+    with pytest.raises(TransferError, match="is a web page, not a file"):
+        transfer(server.url, tmp_path / "file")
+    assert left(tmp_path) == []
+
+
 @pytest.mark.parametrize("status", [408, 429, 500, 503])
 def test_a_server_in_trouble_is_tried_again(server, content, transfer, tmp_path, status):
     server.faults = [status, status]

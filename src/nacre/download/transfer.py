@@ -132,6 +132,8 @@ class Transfer:
                     f"{urlsplit(url).hostname}: {response.status_code} {response.reason}: "
                     f"{without_credentials(url)}"
                 )
+            if response.headers.get("Content-Type", "").startswith("text/html"):
+                raise TransferError(f"{without_credentials(url)}: is a web page, not a file")
             if response.status_code == 200:
                 start = 0
             total = self._total(response, start)
