@@ -25,6 +25,7 @@ class Server(ThreadingHTTPServer):
         self.date: str | None = None
         self.kind = "application/octet-stream"
         self.ranges = True
+        self.conditions = True
         self.tells_length = True
         self.faults: list[Any] = []
         self.requests: list[tuple[str, dict[str, str]]] = []
@@ -83,7 +84,7 @@ class _Handler(BaseHTTPRequestHandler):
         condition = self.headers.get("If-Range")
         if not self.server.ranges or "Range" not in self.headers:
             return 0
-        if condition is not None and condition not in (self.server.tag, self.server.date):
+        if self.server.conditions and condition not in (None, self.server.tag, self.server.date):
             return 0
         return int(self.headers["Range"].removeprefix("bytes=").removesuffix("-"))
 

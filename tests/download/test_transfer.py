@@ -41,6 +41,12 @@ def test_goes_on_where_the_connection_broke_off(server, content, transfer, tmp_p
     assert [h.get("If-Range") for _, h in server.requests] == [None, condition, condition]
 
 
+def test_a_line_that_keeps_breaking_off(server, transfer, tmp_path):
+    server.faults = [("cut", 10)] * TRIES
+    with pytest.raises(TransferError, match=r"gave up after 5 tries: the connection broke off$"):
+        transfer(server.url, tmp_path / "file")
+
+
 def test_goes_on_in_a_later_run(server, content, transfer, tmp_path):
     server.faults = [("cut", 70_000)] + [503] * (TRIES - 1)
     with pytest.raises(TransferError, match=r"gave up .* 503 .* 65,536 bytes are kept"):
@@ -66,7 +72,9 @@ def test_starts_anew_where_nothing_identifies_the_content(server, content, trans
     assert "Range" not in server.requests[1][1]
 
 
-def test_never_joins_two_versions(server, content, transfer, tmp_path):
+@pytest.mark.parametrize("conditions", [True, False])
+def test_never_joins_two_versions(server, content, transfer, tmp_path, conditions):
+    server.conditions = conditions  # False: a server that overlooks If-Range
     server.faults = [("cut", 100_000)] + [503] * (TRIES - 1)
     with pytest.raises(TransferError):
         transfer(server.url, tmp_path / "file")

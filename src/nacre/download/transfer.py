@@ -136,41 +136,43 @@ class Transfer:
                 raise TransferError(f"{without_credentials(url)}: is a web page, not a file")
             if response.status_code == 200:
                 start = 0
-            total = self._total(response, start)
+            total = self._total(response, url, start)
             if start == 0:
                 self._begin(url, response)
-            self._receive(response, start, total)
+            self._receive(response, url, start, total)
 
-    def _total(self, response: requests.Response, start: int) -> int | None:
+    def _total(self, response: requests.Response, url: str, start: int) -> int | None:
         """Length of the whole file, as far as it is known now."""
         if response.status_code == 206:
             pattern = r"bytes (\d+)-\d+/(\d+|\*)"
             match = re.fullmatch(pattern, response.headers.get("Content-Range", ""))
-            if match is None or int(match[1]) != start:
+            same = _validator(response) in (None, self._validator(url))
+            if match is None or int(match[1]) != start or not same:
                 self._note.unlink(missing_ok=True)
-                raise _BrokenOffError("the server sent another part of the file than was asked for")
+                raise _BrokenOffError("the server sent another part or file than was asked for")
             told = None if match[2] == "*" else int(match[2])
         else:
             length = response.headers.get("Content-Length", "")
             told = int(length) if length.isdecimal() else None
         expected = self.size if self.size is not None else told
         if told != expected and told is not None:
-            raise self._wrong_length(response.url, f"is {told:,} bytes long")
+            raise self._wrong_length(url, f"is {told:,} bytes long")
         if expected is not None and expected > self.limit:
-            raise self._wrong_length(response.url, f"is {expected:,} bytes long")
+            raise self._wrong_length(url, f"is {expected:,} bytes long")
         return expected
 
     def _begin(self, url: str, response: requests.Response) -> None:
         """Empty the part file, and note which content it will hold."""
         self._note.unlink(missing_ok=True)
         self.part.write_bytes(b"")
-        tag = response.headers.get("ETag", "")
-        validator = tag if tag.startswith('"') else response.headers.get("Last-Modified")
+        validator = _validator(response)
         if validator:  # without one, content of two versions could be joined
             note = {"url": without_credentials(url), "validator": validator}
             self._note.write_text(json.dumps(note), encoding="utf-8")
 
-    def _receive(self, response: requests.Response, start: int, total: int | None) -> None:
+    def _receive(
+        self, response: requests.Response, url: str, start: int, total: int | None
+    ) -> None:
         done = start
         bound = total if total is not None else self.limit
         with self.part.open("ab") as file:
@@ -178,7 +180,7 @@ class Transfer:
                 done += len(chunk)
                 if done > bound:
                     self._note.unlink(missing_ok=True)
-                    raise self._wrong_length(response.url, f"goes on after {bound:,} bytes")
+                    raise self._wrong_length(url, f"goes on after {bound:,} bytes")
                 file.write(chunk)
                 if self.progress:
                     self.progress(done, total)
@@ -188,6 +190,12 @@ class Transfer:
     def _wrong_length(self, url: str, problem: str) -> TransferError:
         expected = f"{self.size:,}" if self.size is not None else f"at most {self.limit:,}"
         return TransferError(f"{without_credentials(url)}: {problem}, expected {expected}")
+
+
+def _validator(response: requests.Response) -> str | None:
+    """What identifies the content on the server: a strong entity tag, else its date."""
+    tag = response.headers.get("ETag", "")
+    return tag if tag.startswith('"') else response.headers.get("Last-Modified")
 
 
 def without_credentials(url: str) -> str:
@@ -214,6 +222,8 @@ def _reason(error: requests.RequestException) -> str:
     """What went wrong, without the object addresses and pool names of the library."""
     if isinstance(error, requests.Timeout):
         return "no answer in time"
+    if isinstance(error, requests.exceptions.ChunkedEncodingError):
+        return "the connection broke off"
     root = _root(error)
     inner = root.__cause__ or root.__context__ or root
     text = getattr(inner, "strerror", None) or str(inner)
