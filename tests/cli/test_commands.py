@@ -281,9 +281,10 @@ def test_help_lists_every_command_and_heavy_libraries_stay_out():
         "try: nacre.cli.main(['--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numba', 'torch', 'mitsuba', 'drjit', 'skimage', 'h5py', 'numpy', 'rich'}\n"
+        "heavy.add('matplotlib')\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    for name in ("compare", "convert", "demo", "fit", "info", "measure", "render"):
+    for name in ("compare", "convert", "demo", "fit", "info", "measure", "plot", "render"):
         assert f"  {name} " in done.stdout
     assert done.stdout.splitlines()[-1] == "[]"

@@ -18,8 +18,9 @@ _COMMANDS = {
     "demo": "Run the main job from start to end on a built-in or given material.",
     "download": "Download measured materials from a public database.",
     "fit": "Fit a neural material to each measured file.",
-    "info": "Show what is in a file.",
+    "info": "Show what is in a file, and whether it is physical.",
     "measure": "Measure a Mitsuba BSDF virtually.",
+    "plot": "Draw the lobes of materials over one another.",
     "render": "Render a preview of a material.",
 }
 
