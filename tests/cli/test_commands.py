@@ -214,7 +214,7 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
     [
         (["fit", "table.binary", "-o", "missing/x.safetensors"], "does not exist; create it"),
         (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
-        (["fit", "table.binary", "--hidden", "21,x"], "expected up to 8 widths"),
+        (["fit", "table.binary", "--hidden", "21,x"], "expected whole numbers"),
         (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
         (["fit", "table.binary", "--device", "abacus"], "abacus"),
         (["fit", "table.binary", "table.binary"], "same name"),

@@ -18,7 +18,7 @@ from nacre.brdf import Brdf
 from nacre.files import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic, join, split
 from nacre.geometry import rusinkiewicz_angles as angles
-from nacre.measured import FORMATS, MerlBrdf, merl, merl_array
+from nacre.measured import FORMATS, MerlBrdf, merl, merl_array, utia_image
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
 from tests.variants import require_mitsuba
@@ -26,6 +26,7 @@ from tests.variants import require_mitsuba
 from .support import assert_same_in_drjit, assert_same_in_torch, hemisphere, write
 
 SMALL = (9, 8, 10)
+DATABASE = (90, 90, 180)
 
 
 @dataclass
@@ -206,7 +207,7 @@ def test_tabulated_material_is_close_to_its_source(tabulated: Path) -> None:
 
 def test_nodes_at_and_below_the_horizon_are_invalid() -> None:
     brdf = merl.tabulate(Glossy())
-    wi, wo = node_directions(merl.DIMENSIONS)
+    wi, wo = node_directions(DATABASE)
     lowest = np.minimum(wi[..., 2], wo[..., 2])
     np.testing.assert_array_equal(brdf.mask, lowest > 1e-6)
     assert (np.abs(lowest) < 1e-12).any(), "some nodes lie exactly at the horizon"
@@ -215,7 +216,7 @@ def test_nodes_at_and_below_the_horizon_are_invalid() -> None:
 
 def test_what_the_source_does_not_know_stays_unknown() -> None:
     brdf = merl.tabulate(Glossy(blind=0.3))
-    wi, wo = node_directions(merl.DIMENSIONS)
+    wi, wo = node_directions(DATABASE)
     expected = (wi[..., 2] > 0.3) & (wo[..., 2] > 1e-6)
     edge = np.abs(wi[..., 2] - 0.3) < 1e-9
     np.testing.assert_array_equal(brdf.mask[~edge], expected[~edge])
@@ -278,6 +279,7 @@ def test_formats_are_registered() -> None:
         "Cornell scan",
         "comma-separated samples",
         "UTIA",
+        *(f.name for f in utia_image.FORMATS),
     ]
 
 
