@@ -330,3 +330,63 @@ def test_value_that_is_not_finite_is_refused(tmp_path: Path, value: float) -> No
     table = random_table().astype(float)
     table[1, 2, 3, 4] = value
     assert_refused(write(tmp_path / "bad.binary", merl_bytes(table)), "not finite")
+
+
+# Values of less precision
+
+
+@pytest.mark.parametrize("kind", ["<f4", "<f2"])
+def test_reduced_precision_is_told_by_the_length(tmp_path: Path, kind: str) -> None:
+    table = 100.0 * random_table(invalid=0.1)
+    header = struct.pack("<3i", *SMALL)
+    path = write(tmp_path / "x.binary", header + table.astype(kind).tobytes())
+    brdf = merl.load(path)
+    np.testing.assert_array_equal(brdf.stored, table.astype(kind).astype(np.float32))
+    whole = merl.load(write(path, merl_bytes(table.astype(kind))))
+    np.testing.assert_array_equal(brdf.stored, whole.stored)
+    merl.save(brdf, path)
+    assert path.stat().st_size == 12 + 24 * math.prod(SMALL), "written with float64 as ever"
+
+
+@pytest.mark.parametrize("kind", ["<f4", "<f2"])
+def test_other_lengths_and_infinities_of_reduced_precision_are_refused(
+    tmp_path: Path, kind: str
+) -> None:
+    data = struct.pack("<3i", *SMALL) + random_table().astype(kind).tobytes()
+    path = tmp_path / "x.binary"
+    for length in (len(data) - 1, len(data) + 1, len(data) - 2, len(data) + 4):
+        refused = data[:length] + bytes(max(0, length - len(data)))
+        assert_refused(write(path, refused), "cut short", "17292 or 8652 or 4332")
+    infinite = data[:-4] + np.array([np.inf] * 2, kind).tobytes()[-4:]
+    words = ["not finite"] + ["float16 ends at 65504"] * (kind == "<f2")
+    assert_refused(write(path, infinite), *words)
+
+
+# Resolution
+
+
+def test_a_table_is_tabulated_at_a_resolution(tmp_path: Path) -> None:
+    nodes = merl.Resolution(24, 18, 12)
+    merl.save(Glossy(), tmp_path / "x.binary", nodes)
+    brdf = merl.load(tmp_path / "x.binary")
+    assert brdf.dimensions == (24, 18, 12)
+    wi, wo = node_directions((24, 18, 12))
+    up = (wi[..., 2] > 0.01) & (wo[..., 2] > 0.01)
+    np.testing.assert_allclose(brdf.eval(wi[up], wo[up]), Glossy().eval(wi[up], wo[up]), rtol=2e-3)
+    merl_array.save_npz(brdf, tmp_path / "y.npz", merl.Resolution(6, 5, 4))
+    assert merl_array.load_npz(tmp_path / "y.npz").dimensions == (6, 5, 4)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "words"),
+    [
+        ((0, 90, 180), "1 to 1024"),
+        ((90, 90, 1025), "1 to 1024"),
+        ((-1, 90, 180), "1 to 1024"),
+        ((1024, 1024, 1024), "more than"),
+        ((90, 90, 360), "half a turn"),
+    ],
+)
+def test_resolutions_that_cannot_be_read_are_refused(nodes: tuple[int, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        merl.Resolution(*nodes)

@@ -27,6 +27,7 @@ from nacre.measured.utia_table import SHAPE, UtiaBrdf
 _EDGE = 288
 _SIZE_LIMIT = 1 << 24
 """Bytes of a file: four times what an image of float32 takes without compression."""
+_HEADER_LIMIT = 1 << 16
 _EXR_MAGIC = b"\x76\x2f\x31\x01"
 _EXR_LONG_NAMES = 0x400
 """The one flag of an image in scan lines that is not a plain one."""
@@ -52,14 +53,14 @@ def load_exr(path: PathLike) -> UtiaBrdf:
     """
     data = read_bytes(path, _SIZE_LIMIT)
     try:
-        width, height, channels = _exr_header(data)
-    except (struct.error, ValueError, KeyError) as error:
+        width, height, channels = _exr_header(data[:_HEADER_LIMIT])
+    except (struct.error, ValueError, LookupError) as error:
         raise FormatError(f"{path}: is not an OpenEXR image of one part in scan lines") from error
     _check_size(path, width, height)
     if channels - {"A"} != {"R", "G", "B"}:
         found = ", ".join(sorted(channels)) or "none"
-        raise FormatError(f"{path}: has other channels than R, G, B: {ascii(found)}")
-    values = _pixels(path)
+        raise FormatError(f"{path}: has other channels than R, G, B: {found!a}")
+    values = _pixels(path).astype(np.float32)
     check_finite(values, f"{path}: pixels", "download the file again")
     return _material(values, path)
 
@@ -154,8 +155,8 @@ def _pixels(path: PathLike) -> npt.NDArray[Any]:
     try:
         pixels = np.array(mi.Bitmap(str(path)))
     except (RuntimeError, ValueError, MemoryError) as error:
-        reason = str(error).strip().splitlines()[-1:]
-        raise FormatError(f"{path}: cannot be decoded: {''.join(reason)}") from error
+        reason = str(error).strip().rpartition("\n")[2].removeprefix(']". ')
+        raise FormatError(f"{path}: cannot be decoded: {reason}") from error
     return pixels[..., :3]
 
 
