@@ -151,6 +151,15 @@ def test_other_kinds_of_png_are_refused(tmp_path: Path) -> None:
     refused_png(write(tmp_path / "x.png", grey), "not of three colours")
 
 
+def test_texts_in_a_png_image_are_not_unpacked(tmp_path: Path) -> None:
+    image = np.random.default_rng(5).integers(0, 255, (EDGE, EDGE, 3), np.uint8)
+    data = png_bytes(image)
+    text = struct.pack(">I", 12) + b"zTXt" + b"damaged text" + bytes(4)
+    plain = utia_image.load_png(write(tmp_path / "x.png", data))
+    brdf = utia_image.load_png(write(tmp_path / "x.png", data[:33] + 1000 * text + data[33:]))
+    np.testing.assert_array_equal(brdf.stored, plain.stored)
+
+
 def test_images_cut_short_are_refused(exr: Path, tmp_path: Path) -> None:
     data = exr.read_bytes()
     for length in [*range(1, 500, 7), *range(500, len(data), 99_991), len(data) - 1]:

@@ -88,7 +88,8 @@ def load_png(path: PathLike) -> UtiaBrdf:
     _check_size(path, width, height)
     if color not in _PNG_COLORS or bits not in (8, 16):
         raise FormatError(f"{path}: is not of three colours with 8 or 16 bits; save it as RGB")
-    return _material(srgb_to_linear(_pixels(path) / (2.0**bits - 1.0)), path)
+    pixels = _pixels(path, _critical_chunks(data, path))
+    return _material(srgb_to_linear(pixels / (2.0**bits - 1.0)), path)
 
 
 def save_exr(brdf: Brdf, path: PathLike) -> None:
@@ -149,11 +150,33 @@ def _exr_attributes(data: bytes) -> Iterator[tuple[str, bytes]]:
         offset = start + size
 
 
-def _pixels(path: PathLike) -> npt.NDArray[Any]:
-    """Red, green and blue as stored, shape (288, 288, 3)."""
+def _critical_chunks(data: bytes, path: PathLike) -> bytes:
+    """A PNG image without texts and profiles, which can be a thousand times what they take."""
+    kept, offset, kind = [_PNG_MAGIC], len(_PNG_MAGIC), b""
+    while kind != b"IEND":
+        kind = data[offset + 4 : offset + 8]
+        end = offset + 12 + int.from_bytes(data[offset : offset + 4], "big")
+        if end > len(data):
+            raise FormatError(f"{path}: ends within its pixels; the file is cut short")
+        if kind[:1].isupper():
+            kept.append(data[offset:end])
+        offset = end
+    return b"".join(kept)
+
+
+def _pixels(path: PathLike, whole: bytes | None = None) -> npt.NDArray[Any]:
+    """Red, green and blue as stored, shape (288, 288, 3), of a file or of what stands for it.
+
+    The latter must be whole: Mitsuba does not notice that a stream in memory ends.
+    """
     mi = require("mitsuba", "render")
+    source: Any = str(path)
+    if whole is not None:
+        source = mi.MemoryStream()
+        source.write(whole)
+        source.seek(0)
     try:
-        pixels = np.array(mi.Bitmap(str(path)))
+        pixels = np.array(mi.Bitmap(source))
     except (RuntimeError, ValueError, MemoryError) as error:
         reason = str(error).strip().rpartition("\n")[2].removeprefix(']". ')
         raise FormatError(f"{path}: cannot be decoded: {reason}") from error
