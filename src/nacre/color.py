@@ -1,4 +1,4 @@
-"""Linear Rec. 709 RGB: luminance, tone mapping and the sRGB curve."""
+"""Linear Rec. 709 RGB: luminance and tone mapping."""
 
 from __future__ import annotations
 

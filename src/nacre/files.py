@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -49,8 +49,8 @@ class Format:
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
     isotropic
         Whether only isotropic reflectance can be written.
-    holds
-        What `save` takes: any reflectance, neural materials only, or scattered samples only.
+    neural
+        Whether only neural materials can be written.
     resolution
         Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
@@ -63,7 +63,7 @@ class Format:
     load: Callable[[Path], Any]
     save: Callable[..., None] | None = None
     isotropic: bool = False
-    holds: Literal["any", "neural", "samples"] = "any"
+    neural: bool = False
     resolution: type[Any] | None = None
 
 

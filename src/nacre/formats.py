@@ -125,17 +125,17 @@ def writer(path: PathLike, resolution: Sequence[int] | None = None) -> Callable[
         raise FormatError(f"{path}: resolution {given} ({','.join(names)}): {error}") from error
 
 
-def check_target(path: PathLike, brdf: Brdf, fitted: bool = False) -> None:
+def check_target(path: PathLike, brdf: Brdf) -> None:
     """Raise now what writing a reflectance would raise when the work for it is done.
+
+    The work is to tabulate it, or to fit a network to it.
 
     Parameters
     ----------
     path
         File to write.
     brdf
-        What is to be written, or the network fitted to it if `fitted`.
-    fitted
-        Whether a network is fitted first.
+        What is to be written, or what is fitted by that.
 
     Raises
     ------
@@ -148,8 +148,6 @@ def check_target(path: PathLike, brdf: Brdf, fitted: bool = False) -> None:
         raise FormatError(
             f"{path}: {entry.name} files hold isotropic reflectance only; {name} is anisotropic"
         )
-    if entry.holds == "samples" and fitted:
-        raise FormatError(f"{path}: {entry.name} files hold no network; write .safetensors")
 
 
 def _head(path: Path) -> bytes:

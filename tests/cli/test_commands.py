@@ -246,7 +246,6 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["convert", "table.binary", "x.binary", "--resolution", "9,8,"], "expected whole numbers"),
         (["convert", "table.binary", "x.bsdf", "--resolution", "1,9,9,99,99"], "at most 8192"),
         (["convert", "table.binary", "x.bin", "--resolution", "6,48"], "is fixed"),
-        (["fit", "table.binary", "-o", "x.csv"], "hold no network"),
         (["fit", "turned.bin", "-o", "x.h5"], "hold isotropic reflectance only"),
         (["convert", "absent.binary", "x.bsdf"], "absent.binary: cannot be read"),
         (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),

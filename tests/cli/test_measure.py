@@ -102,7 +102,6 @@ def test_targets_that_cannot_hold_it_are_refused_before_the_work(tmp_path, monke
     for description, target, words in (
         (brushed, "x.h5", "hold isotropic reflectance only; x is anisotropic"),
         (brushed, "x.binary", "hold isotropic reflectance only"),
-        (GREY, "x.csv", "holds scattered samples only"),
         (GREY, "absent/x.bsdf", "does not exist; create it first"),
     ):
         code, text = run("measure", description, "-o", tmp_path / target)

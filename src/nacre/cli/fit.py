@@ -96,7 +96,7 @@ def command(
                 reports[path](stage, done, total, note)
 
             brdf = load(path)
-            check_target(targets[path], brdf, fitted=True)
+            check_target(targets[path], brdf)
             start = time.perf_counter()
             network = fit(brdf, recipe, device=device, progress=report)
             seconds = time.perf_counter() - start

@@ -43,9 +43,8 @@ def command(
     check_outputs([output], [scene] if scene else [])
     brdf = _from_json(description) if description is not None else _from_scene(scene, name)
     brdf.name = output.stem
-    neural = target(output).holds == "neural"
-    check_target(output, brdf, fitted=neural)
-    if neural:
+    check_target(output, brdf)
+    if target(output).neural:
         from nacre.neural import Recipe, fit
 
         recipe = Recipe(epochs=20, seed=seed) if draft else Recipe(seed=seed)

@@ -252,5 +252,5 @@ def _recognise(head: bytes) -> bool:
     return b"theta_" in text or (text.startswith((b"#", b"astm")) and b"# cornell" not in text)
 
 
-FORMAT = Format("comma-separated samples", (".csv",), _recognise, load, save, holds="samples")
+FORMAT = Format("comma-separated samples", (".csv",), _recognise, load, save)
 """Entry of the registry of formats."""

@@ -139,7 +139,7 @@ FORMATS = (
         load_h5,
         save_h5,
         isotropic=True,
-        holds="neural",
+        neural=True,
     ),
     Format(
         "NBRDF network (NumPy)",
