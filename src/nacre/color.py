@@ -28,3 +28,23 @@ def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray
     """
     mapped: npt.NDArray[np.floating] = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
     return mapped
+
+
+def srgb_to_linear(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """Undo the sRGB curve (IEC 61966-2-1).
+
+    Parameters
+    ----------
+    encoded
+        Values in [0, 1] of any shape.
+
+    Returns
+    -------
+    array
+        Linear values in [0, 1].
+    """
+    low = encoded / 12.92
+    linear: npt.NDArray[np.floating] = np.where(
+        encoded <= 0.04045, low, ((encoded + 0.055) / 1.055) ** 2.4
+    )
+    return linear

@@ -47,13 +47,24 @@ class Format:
         Reads a path into a reflectance; raises only :class:`FormatError`.
     save
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
+    isotropic
+        Whether only isotropic reflectance can be written.
+    neural
+        Whether only neural materials can be written.
+    resolution
+        Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
+        fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
+        where the resolution is fixed.
     """
 
     name: str
     extensions: tuple[str, ...]
     recognise: Callable[[bytes], bool] | None
     load: Callable[[Path], Any]
-    save: Callable[[Any, Path], None] | None = None
+    save: Callable[..., None] | None = None
+    isotropic: bool = False
+    neural: bool = False
+    resolution: type[Any] | None = None
 
 
 HEAD = 128

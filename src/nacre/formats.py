@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 from nacre.brdf import Brdf
@@ -76,20 +78,76 @@ def save(brdf: Brdf, path: PathLike) -> None:
     writer(path)(brdf, Path(path))
 
 
-def writer(path: PathLike) -> Callable[[Brdf, Path], None]:
-    """The function that writes what a file name ends in.
+def target(path: PathLike) -> Format:
+    """The format that is written to a file of this name.
 
     Raises
     ------
     FormatError
-        If there is none.
+        If no format with this ending can be written.
     """
     suffix = Path(path).suffix.lower()
     for entry in _formats:
         if suffix in entry.extensions and entry.save is not None:
-            return entry.save
+            return entry
     endings = ", ".join(e for entry in _formats if entry.save for e in entry.extensions)
     raise FormatError(f"{path}: no format to write ends in {suffix!r} (known: {endings})")
+
+
+def writer(path: PathLike, resolution: Sequence[int] | None = None) -> Callable[[Brdf, Path], None]:
+    """The function that writes what a file name ends in.
+
+    Parameters
+    ----------
+    path
+        Name of the file.
+    resolution
+        Numbers of nodes of a table; those that the format has by default where None.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or its tables cannot have this resolution.
+    """
+    entry = target(path)
+    assert entry.save is not None
+    if resolution is None:
+        return entry.save
+    if entry.resolution is None:
+        raise FormatError(f"{path}: resolution: that of {entry.name} files is fixed")
+    names = [field.name for field in fields(entry.resolution)]
+    given = ",".join(map(str, resolution))
+    if len(resolution) != len(names):
+        raise FormatError(f"{path}: resolution: expected {','.join(names)}, got {given}")
+    try:
+        return partial(entry.save, resolution=entry.resolution(*resolution))
+    except ValueError as error:
+        raise FormatError(f"{path}: resolution {given} ({','.join(names)}): {error}") from error
+
+
+def check_target(path: PathLike, brdf: Brdf) -> None:
+    """Raise now what writing a reflectance would raise when the work for it is done.
+
+    The work is to tabulate it, or to fit a network to it.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    brdf
+        What is to be written, or what is fitted by that.
+
+    Raises
+    ------
+    FormatError
+        If the format cannot hold it.
+    """
+    entry = target(path)
+    name = brdf.name or "this material"
+    if entry.isotropic and not brdf.isotropic:
+        raise FormatError(
+            f"{path}: {entry.name} files hold isotropic reflectance only; {name} is anisotropic"
+        )
 
 
 def _head(path: Path) -> bytes:

@@ -38,6 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         Layer(random.normal(0, 0.5, (8, 3)).astype(np.float32), np.full(3, 0.2, np.float32)),
     ]
     nacre.save(NeuralBrdf(layers), folder / "table.binary")
+    nacre.save(NeuralBrdf(layers), folder / "turned.bin")
     done = run("fit", "table.binary", "--epochs", 2, "--samples", 20000, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "675 weights (2,700 bytes)" in done.stdout
@@ -131,6 +132,17 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
 
 
+def test_convert_takes_a_resolution(folder, tmp_path):
+    for name, nodes, grid in (
+        ("x.binary", "9,8,10", "theta_h x theta_d x phi_d: 9 x 8 x 10"),
+        ("x.bsdf", "1,6,10,8,16", "vndf 8 x 16; rgb 10 x 10"),
+    ):
+        source = folder / "table.binary"
+        done = run("convert", source, name, "--resolution", nodes, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert grid in nacre.load(tmp_path / name).describe()["grid"]
+
+
 @pytest.mark.parametrize("given", ["", "file", "folder"])
 def test_demo_runs_the_main_job(folder, tmp_path, given):
     from tests.data import require_data
@@ -214,7 +226,7 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
     [
         (["fit", "table.binary", "-o", "missing/x.safetensors"], "does not exist; create it"),
         (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
-        (["fit", "table.binary", "--hidden", "21,x"], "expected up to 8 widths"),
+        (["fit", "table.binary", "--hidden", "21,x"], "expected whole numbers"),
         (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
         (["fit", "table.binary", "--device", "abacus"], "abacus"),
         (["fit", "table.binary", "table.binary"], "same name"),
@@ -225,6 +237,16 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["convert", "table.binary", "table.binary"], "is the input as well"),
         (["convert", "table.binary", "x.safetensors"], "fit the material first"),
         (["convert", "table.binary", "x.txt"], "no format to write ends in '.txt'"),
+        (["convert", "turned.bin", "x.binary"], "turned is anisotropic"),
+        (
+            ["convert", "table.binary", "x.binary", "--resolution", "9,8"],
+            "expected theta_h,theta_d",
+        ),
+        (["convert", "table.binary", "x.binary", "--resolution", "a"], "expected whole numbers"),
+        (["convert", "table.binary", "x.binary", "--resolution", "9,8,"], "expected whole numbers"),
+        (["convert", "table.binary", "x.bsdf", "--resolution", "1,9,9,99,99"], "at most 8192"),
+        (["convert", "table.binary", "x.bin", "--resolution", "6,48"], "is fixed"),
+        (["fit", "turned.bin", "-o", "x.h5"], "hold isotropic reflectance only"),
         (["convert", "absent.binary", "x.bsdf"], "absent.binary: cannot be read"),
         (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),
         (["render", "table.binary", "--shape", "teapot"], "'teapot' is not one of"),

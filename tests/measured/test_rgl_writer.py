@@ -13,6 +13,7 @@ import pytest
 import nacre
 from nacre.array import Components, namespace
 from nacre.brdf import Brdf
+from nacre.files import FormatError
 from nacre.geometry import dot, half_vector
 from nacre.measured import MerlBrdf, RglBrdf, merl, rgl
 from nacre.measured.microfacets import NormalGrid, polar_nodes
@@ -253,3 +254,32 @@ def test_tables_of_every_symmetry_are_tabulated_anew(tmp_path: Path) -> None:
     assert not table.isotropic
     assert table.tables.reduction == 1
     assert np.isfinite(table.eval(*pairs(1000))).all()
+
+
+@pytest.mark.parametrize(
+    ("nodes", "words"),
+    [
+        ((0, 12, 24, 24, 48), "2 or more"),
+        ((1, 1, 24, 24, 48), "2 or more"),
+        ((1, 12, 1, 24, 48), "2 or more"),
+        ((1, 12, 24, -5, 48), "2 or more"),
+        ((1, 12, 24, 128, 128), "at most 8192"),
+        ((1, 12, 10**6, 24, 48), "numbers"),
+        ((10**9, 12, 24, 24, 48), "numbers"),
+    ],
+)
+def test_resolutions_that_cannot_be_kept_are_refused(nodes: tuple[int, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        Resolution(*nodes)
+
+
+def test_an_anisotropic_material_needs_azimuths(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="at least 4 phi_i"):
+        rgl.save(Glossy(0.5, 0.5, 0.1, 0.3), tmp_path / "x.bsdf", SMALL)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_table_is_tabulated_anew_at_a_resolution(tmp_path: Path) -> None:
+    table = rgl.tabulate(Glossy(0.5, 0.0, 0.5), SMALL)
+    rgl.save(table, tmp_path / "x.bsdf", Resolution(1, 6, 10, 8, 16))
+    assert rgl.load(tmp_path / "x.bsdf").tables.rgb.shape == (1, 6, 3, 10, 10)

@@ -154,3 +154,24 @@ environment_option = click.option(
     type=file_path(),
     help="Latitude-longitude map (.exr, .hdr, .png). Default: the built-in studio.",
 )
+
+
+def numbers(
+    _context: click.Context, _parameter: click.Parameter, value: str | None
+) -> tuple[int, ...] | None:
+    """Whole numbers with commas between them, as an option's callback."""
+    if value is None:
+        return None
+    parts = value.split(",")
+    if len(parts) > 8 or not all(len(p) < 10 and p.isascii() and p.isdigit() for p in parts):
+        raise click.BadParameter("expected whole numbers with commas between them, like 90,90,180")
+    return tuple(map(int, parts))
+
+
+resolution_option = click.option(
+    "--resolution",
+    metavar="N,N,...",
+    callback=numbers,
+    help="Nodes of the table: theta_h,theta_d,phi_d of .binary and .npz; "
+    "phi_i,theta_i,square,azimuths,polars of .bsdf. Default: see docs/formats.md.",
+)

@@ -6,21 +6,24 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import check_outputs, console, file_path
+from nacre.cli.console import check_outputs, console, file_path, resolution_option
 
 
 @click.command("convert")
 @click.argument("source", type=file_path())
 @click.argument("target", type=file_path())
-def command(source: Path, target: Path) -> None:
+@resolution_option
+def command(source: Path, target: Path, resolution: tuple[int, ...] | None) -> None:
     """Write the material in SOURCE to TARGET, in the format that its name ends in.
 
-    Any material becomes an RGL table (.bsdf), any isotropic one a MERL table (.binary). Neural
-    formats take neural materials only: `nacre fit` makes one of a table.
+    Any material becomes an RGL or UTIA table (.bsdf; .bin, .exr), any isotropic one a MERL table
+    (.binary, .npz). Neural formats take neural materials only: `nacre fit` makes one of a table.
     """
-    from nacre.formats import load, save, writer
+    from nacre.formats import check_target, load, writer
 
-    writer(target)
+    write = writer(target, resolution)
     check_outputs([target], [source])
-    save(load(source), target)
+    brdf = load(source)
+    check_target(target, brdf)
+    write(brdf, target)
     console.print(f"{target}: {target.stat().st_size:,} bytes", markup=False)

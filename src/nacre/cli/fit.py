@@ -9,15 +9,12 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import Stages, check_outputs, console, file_path, printable
+from nacre.cli.console import Stages, check_outputs, console, file_path, numbers, printable
 
 
-def _widths(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[int, ...]:
-    try:
-        widths = tuple(int(part) for part in value.split(","))
-    except ValueError:
-        widths = (0,)
-    if len(widths) > 8 or not all(1 <= width <= 1024 for width in widths):
+def _widths(context: click.Context, parameter: click.Parameter, value: str) -> tuple[int, ...]:
+    widths = numbers(context, parameter, value) or ()
+    if not all(1 <= width <= 1024 for width in widths):
         raise click.BadParameter("expected up to 8 widths from 1 to 1024, like 21,21")
     return widths
 
@@ -76,13 +73,13 @@ def command(
     device: str | None,
 ) -> None:
     """Fit a neural material to each measured file."""
-    from nacre.formats import load, save, writer
+    from nacre.formats import check_target, load, save, target
     from nacre.neural import Recipe, fit
     from nacre.parallel import core_count, one_blas_thread
 
     targets = _targets(files, output)
-    for target in targets.values():
-        writer(target)
+    for path in targets.values():
+        target(path)
     check_outputs(targets.values(), files)
     epochs = max(1, epochs // 5) if draft else epochs
     recipe = Recipe(hidden=hidden, epochs=epochs, samples=samples, seed=seed)
@@ -99,6 +96,7 @@ def command(
                 reports[path](stage, done, total, note)
 
             brdf = load(path)
+            check_target(targets[path], brdf)
             start = time.perf_counter()
             network = fit(brdf, recipe, device=device, progress=report)
             seconds = time.perf_counter() - start

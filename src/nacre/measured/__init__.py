@@ -1,7 +1,7 @@
 """Measured reflectance: one module a file format."""
 
 from nacre.files import Format
-from nacre.measured import comma_separated, cornell, merl, merl_array, rgl, utia
+from nacre.measured import comma_separated, cornell, merl, merl_array, rgl, utia, utia_image
 from nacre.measured.merl_table import MerlBrdf
 from nacre.measured.rgl import RglBrdf
 from nacre.measured.scattered import ScatteredBrdf
@@ -14,6 +14,7 @@ FORMATS: tuple[Format, ...] = (
     cornell.FORMAT,
     comma_separated.FORMAT,
     utia.FORMAT,
+    *utia_image.FORMATS,
 )
 """Every format of measured reflectance, the most recognisable first."""
 

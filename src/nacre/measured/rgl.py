@@ -144,16 +144,27 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     path
         File to write.
     resolution
-        Of what is tabulated; see :class:`nacre.measured.rgl_writer.Resolution`.
+        Of the tables; see :class:`nacre.measured.rgl_writer.Resolution`. Where it is given, an
+        :class:`RglBrdf` is tabulated anew.
 
     Raises
     ------
     FormatError
-        If the path cannot be written.
+        If the path cannot be written, or an anisotropic material needs more azimuths.
     """
-    tables = brdf.tables if isinstance(brdf, RglBrdf) else tabulate_tables(brdf, resolution)
+    if isinstance(brdf, RglBrdf) and resolution is None:
+        tables = brdf.tables
+    else:
+        tables = tabulate_tables(brdf, resolution)
     write_tables(tables, path)
 
 
-FORMAT = Format("RGL", (".bsdf",), lambda head: head.startswith(MAGIC), load, save)
+FORMAT = Format(
+    "RGL",
+    (".bsdf",),
+    lambda head: head.startswith(MAGIC),
+    load,
+    save,
+    resolution=Resolution,
+)
 """Entry of the registry of formats."""

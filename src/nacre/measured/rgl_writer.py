@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.color import luminance
-from nacre.files import PathLike
+from nacre.files import FormatError, PathLike
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
 from nacre.measured.microfacets import GRAZING, NormalGrid, azimuth_nodes
@@ -41,6 +41,12 @@ _LEAST_KNOWN = 1e-12
 _LEAST_LUMINANCE = 0.005
 """Luminance added where light can come from, relative to the mean, so that all is sampled."""
 _LARGEST = 1e30
+_LEAST_TURN = 4
+"""Azimuths below which a table does not tell an anisotropic material from an isotropic one."""
+_MOST_NORMALS = 1 << 13
+"""Bound of the half vectors: memory grows with the square of their number."""
+_MOST_VALUES = 1 << 27
+"""Bound of all numbers in a file; it is half a gigabyte then."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +56,19 @@ class Resolution:
     Parameters
     ----------
     phi_i
-        Azimuths of the view over a full turn, both ends included; 1 for an isotropic material.
+        Azimuths of the view over a full turn, both ends included; at least 4 for an anisotropic
+        material, and taken as 1 for an isotropic one.
     theta_i
         Polar angles of the view.
     square
         Points along an edge of the warped square that holds the colour.
     azimuths, polars
-        Of the half vector, for the densities of normals.
+        Of the half vector, for the densities of normals; at most 8192 pairs.
+
+    Raises
+    ------
+    ValueError
+        If a number is too small to interpolate, or the tables are too large to compute or to keep.
     """
 
     phi_i: int
@@ -64,6 +76,15 @@ class Resolution:
     square: int
     azimuths: int
     polars: int
+
+    def __post_init__(self) -> None:
+        if self.phi_i < 1 or min(astuple(self)[1:]) < 2:
+            raise ValueError("numbers of nodes are 2 or more, of phi_i 1 or more")
+        normals = self.azimuths * self.polars
+        if normals > _MOST_NORMALS:
+            raise ValueError(f"azimuths times polars is at most {_MOST_NORMALS}")
+        if self.phi_i * self.theta_i * (4 * self.square**2 + normals) > _MOST_VALUES:
+            raise ValueError(f"a file would hold more than {_MOST_VALUES} numbers")
 
 
 ISOTROPIC = Resolution(1, 40, 72, 32, 128)
@@ -87,8 +108,17 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         Isotropic or not.
     resolution
         :data:`ISOTROPIC` or :data:`ANISOTROPIC` where None.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic and the azimuths of the view too few for it.
     """
     nodes = resolution or (ISOTROPIC if brdf.isotropic else ANISOTROPIC)
+    if not brdf.isotropic and nodes.phi_i < _LEAST_TURN:
+        raise FormatError(
+            f"{brdf.name or 'this material'}: is anisotropic; take at least {_LEAST_TURN} phi_i"
+        )
     phi_i = np.zeros(1) if brdf.isotropic else azimuth_nodes(nodes.phi_i)
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
     theta_i = 0.5 * math.pi * (1.0 - height)

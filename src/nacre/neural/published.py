@@ -138,6 +138,8 @@ FORMATS = (
         lambda head: head.startswith(b"\x89HDF\r\n\x1a\n"),
         load_h5,
         save_h5,
+        isotropic=True,
+        neural=True,
     ),
     Format(
         "NBRDF network (NumPy)",
