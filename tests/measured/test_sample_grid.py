@@ -19,6 +19,7 @@ from tests.reflectances import Glossy
 class Iridescent(Glossy):
     """A spectrum that changes with the half vector."""
 
+    name = "rainbow"
     wavelengths = np.array([400.0, 500.0, 600.0, 700.0])
 
     def eval_bands(self, wi, wo):

@@ -25,7 +25,6 @@ from nacre.measured.sample_columns import (
     ANGLES,
     LINE_LIMIT,
     Columns,
-    Lines,
     read_header,
     read_table,
 )

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.brdf import Brdf, Floats
 from nacre.geometry import from_rusinkiewicz_angles, join
@@ -62,9 +63,9 @@ def directions(isotropic: bool) -> tuple[Floats, Floats]:
     rows = []
     for theta_h in 0.5 * math.pi * np.linspace(0.0, 1.0, half) ** 2:
         for theta_d in np.linspace(0.0, 0.5 * math.pi, difference):
+            steps = _AZIMUTHS * math.sin(theta_h) * math.sin(theta_d)
             if isotropic:
-                steps = math.ceil(_AZIMUTHS * math.sin(theta_h) * math.sin(theta_d))
-                phi_h, phi_d = np.zeros(1), np.linspace(0.0, math.pi, steps + 1)
+                phi_h, phi_d = np.zeros(1), np.linspace(0.0, math.pi, math.ceil(steps) + 1)
             else:
                 phi_h = _full_turn(_AZIMUTHS_TURNING * math.sqrt(math.sin(theta_h)))
                 phi_d = _full_turn(_AZIMUTHS_TURNING * math.sin(theta_d))
@@ -74,8 +75,6 @@ def directions(isotropic: bool) -> tuple[Floats, Floats]:
     return wi[visible], wo[visible]
 
 
-def _full_turn(count: float) -> Floats:
+def _full_turn(count: float) -> npt.NDArray[np.float64]:
     """At least one azimuth, evenly from 0 to 2 pi without its end."""
-    count = max(1, math.ceil(count))
-    azimuths: Floats = np.arange(count) * (2.0 * math.pi / count)
-    return azimuths
+    return np.linspace(0.0, 2.0 * math.pi, max(1, math.ceil(count)), endpoint=False)
