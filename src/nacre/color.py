@@ -17,7 +17,7 @@ def luminance(rgb: Components) -> Array:
 
 
 def xyz_to_rgb(xyz: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-    """Linear Rec. 709 RGB of CIE 1931 XYZ, shape (..., 3); Y = 1 is white (ITU-R BT.709)."""
+    """Linear Rec. 709 RGB of CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
     chromaticities = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
     x, y = chromaticities.T
     red, green, blue, white = np.stack([x / y, np.ones(4), (1.0 - x - y) / y], axis=1)
