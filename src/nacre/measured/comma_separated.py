@@ -124,7 +124,7 @@ def _text(path: PathLike) -> bytes:
     """Content of a file that is UTF-8 throughout."""
     data = read_bytes(path, _SIZE_LIMIT)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
-        raise FormatError(f"{path}: is UTF-16 text, not UTF-8, or no text; save it as UTF-8")
+        raise FormatError(f"{path}: is UTF-16 text, not UTF-8, or something else; save it as UTF-8")
     try:
         data.decode("utf-8")
     except UnicodeDecodeError as error:

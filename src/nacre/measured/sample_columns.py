@@ -108,7 +108,8 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
         if number >= _HEADER_LIMIT:
             break
     raise FormatError(
-        f"{path}: has no line that names columns; expected one like {','.join(ANGLES)},r,g,b"
+        f"{path}: has no line that names columns, or is something else; expected one like "
+        f"{','.join(ANGLES)},r,g,b"
     )
 
 
