@@ -248,6 +248,7 @@ def test_broken_files_are_refused(tmp_path: Path, old: str, new: str, words: str
     [
         (b"", "is empty"),
         (b"# units: degrees\n", "no line that names columns"),
+        (b"VARS\n", "theta_i, phi_i, theta_o, phi_o missing"),
         (PLAIN.encode("utf-16"), "is UTF-16 text, not UTF-8"),
         (PLAIN.encode("utf-16-le"), "is UTF-16 text, not UTF-8"),
         (PLAIN.replace("red", "r\xf6t").encode("latin-1"), "save the file as UTF-8"),

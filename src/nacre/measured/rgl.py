@@ -1,8 +1,8 @@
 """Materials of the EPFL RGL database: adaptively parametrised tables in tensor files.
 
 Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
-Rendering". The colour is tabulated on a square that a density of half vectors warps, see
-:mod:`nacre.measured.adaptive`.
+Rendering". The colour, or the spectrum, is tabulated on a square that a density of half vectors
+warps, see :mod:`nacre.measured.adaptive`.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
     """Names of the columns, bands as numbers, and the factor from each angle to radians."""
     separator = next((mark for mark in ";\t," if mark in line), None)
     cells = _split(line.lower(), separator)
-    while not cells[-1]:
+    while cells and not cells[-1]:
         cells.pop()
     if len(cells) > _COLUMN_LIMIT:
         raise FormatError(f"{path}: {len(cells)} columns, at most {_COLUMN_LIMIT} are read")
