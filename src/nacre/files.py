@@ -55,6 +55,8 @@ class Format:
         Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
         where the resolution is fixed.
+    keeps_bands
+        Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Format:
     isotropic: bool = False
     neural: bool = False
     resolution: type[Any] | None = None
+    keeps_bands: Callable[[Any], bool] = lambda brdf: False
 
 
 HEAD = 128

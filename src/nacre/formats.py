@@ -94,6 +94,17 @@ def target(path: PathLike) -> Format:
     raise FormatError(f"{path}: no format to write ends in {suffix!r} (known: {endings})")
 
 
+def loses_bands(brdf: Brdf, path: PathLike) -> bool:
+    """Whether :func:`save` would write only the colour of a reflectance with spectra.
+
+    Raises
+    ------
+    FormatError
+        If no format with this ending can be written.
+    """
+    return brdf.wavelengths is not None and not target(path).keeps_bands(brdf)
+
+
 def writer(path: PathLike, resolution: Sequence[int] | None = None) -> Callable[[Brdf, Path], None]:
     """The function that writes what a file name ends in.
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import check_outputs, console, file_path, resolution_option
+from nacre.cli.console import check_outputs, console, file_path, resolution_option, status
 
 
 @click.command("convert")
@@ -16,14 +16,18 @@ from nacre.cli.console import check_outputs, console, file_path, resolution_opti
 def command(source: Path, target: Path, resolution: tuple[int, ...] | None) -> None:
     """Write the material in SOURCE to TARGET, in the format that its name ends in.
 
-    Any material becomes an RGL or UTIA table (.bsdf; .bin, .exr), any isotropic one a MERL table
-    (.binary, .npz). Neural formats take neural materials only: `nacre fit` makes one of a table.
+    Any material becomes an RGL or UTIA table (.bsdf; .bin, .exr) or samples (.csv), any isotropic
+    one a MERL table (.binary, .npz). Neural formats take neural materials only: `nacre fit` makes
+    one of a table.
     """
-    from nacre.formats import check_target, load, writer
+    from nacre.formats import check_target, load, loses_bands, writer
 
     write = writer(target, resolution)
     check_outputs([target], [source])
     brdf = load(source)
     check_target(target, brdf)
     write(brdf, target)
+    if brdf.wavelengths is not None and (resolution or loses_bands(brdf, target)):
+        note = f"{target}: holds the colour of {source}, not its wavelengths; .csv keeps them"
+        status.print(f"note: {note}", markup=False)
     console.print(f"{target}: {target.stat().st_size:,} bytes", markup=False)
