@@ -7,13 +7,14 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
+from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
 from nacre.files import HEAD, Format, FormatError, PathLike
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
 
-_formats: list[Format] = [NEURAL, *MEASURED, *PUBLISHED]
+_formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]
 
 
 def formats() -> tuple[Format, ...]:
@@ -64,7 +65,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
     Parameters
     ----------
     brdf
-        A neural material for `.safetensors` and `.h5`; any reflectance for tables.
+        A neural material for `.safetensors` and `.h5`, an analytic one for `.json`; any reflectance
+        for tables.
     path
         File to write; replaced only by a whole new one.
 
