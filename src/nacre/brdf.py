@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
+from nacre.files import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 
 _CHUNK = 1 << 14
@@ -111,6 +112,9 @@ class Brdf(abc.ABC):
     name: str = ""
     """Name of the material, for people."""
 
+    wavelengths: Floats | None = None
+    """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
+
     source: Mapping[str, str] | None = None
     """Where the data came from: "file" and "sha256"; set by :func:`nacre.load`."""
 
@@ -136,9 +140,26 @@ class Brdf(abc.ABC):
         """
         return None
 
+    def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
+        """f_r in 1/sr per band, shape (n, bands), for directions of shape (n, 3).
+
+        What a reflectance with :attr:`wavelengths` gives to :meth:`eval_spectral`; results below
+        the horizon are ignored there, and negative ones clamped.
+
+        Raises
+        ------
+        NacreError
+            If there are no spectra.
+        """
+        raise NacreError(f"{self.name or 'this material'}: is known in RGB only, not by wavelength")
+
     def describe(self) -> dict[str, Any]:
         """Facts about this reflectance in the order they should be shown."""
-        return {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
+        facts = {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
+        if self.wavelengths is None:
+            return facts
+        span = [float(self.wavelengths[0]), float(self.wavelengths[-1])]
+        return facts | {"bands": len(self.wavelengths), "wavelengths nm": span}
 
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """f_r in 1/sr, linear RGB, without the cosine.
@@ -161,6 +182,37 @@ class Brdf(abc.ABC):
             return join(above_horizon(self.eval_components(light, view), light, view))
 
         f: Floats = _in_chunks(values, wi, wo, (3,))
+        return f
+
+    def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
+
+        Between bands f_r is linear in the wavelength. :meth:`eval` is the colour of these spectra.
+
+        Parameters
+        ----------
+        wi, wo
+            Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
+
+        Returns
+        -------
+        array of shape (..., bands)
+            Non-negative; 0 where either direction is at or below the horizon. float64 if an input
+            is, else float32.
+
+        Raises
+        ------
+        NacreError
+            If there are no spectra: :attr:`wavelengths` is None.
+        """
+        wi, wo = _directions(wi, wo)
+
+        def values(wi: Floats, wo: Floats) -> Floats:
+            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+            return np.where(visible[:, None], np.maximum(self.eval_bands(wi, wo), 0.0), 0.0)
+
+        bands = () if self.wavelengths is None else self.wavelengths.shape
+        f: Floats = _in_chunks(values, wi, wo, bands)
         return f
 
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.bool_]:

@@ -47,6 +47,8 @@ class Format:
         Reads a path into a reflectance; raises only :class:`FormatError`.
     save
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
+    keeps_bands
+        Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Format:
     recognise: Callable[[bytes], bool] | None
     load: Callable[[Path], Any]
     save: Callable[[Any, Path], None] | None = None
+    keeps_bands: Callable[[Any], bool] = lambda brdf: False
 
 
 HEAD = 128

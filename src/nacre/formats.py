@@ -86,10 +86,25 @@ def writer(path: PathLike) -> Callable[[Brdf, Path], None]:
     FormatError
         If there is none.
     """
+    return _written(path)[1]
+
+
+def loses_bands(brdf: Brdf, path: PathLike) -> bool:
+    """Whether :func:`save` would write only the colour of a reflectance with spectra.
+
+    Raises
+    ------
+    FormatError
+        If no format with this ending can be written.
+    """
+    return brdf.wavelengths is not None and not _written(path)[0].keeps_bands(brdf)
+
+
+def _written(path: PathLike) -> tuple[Format, Callable[[Brdf, Path], None]]:
     suffix = Path(path).suffix.lower()
     for entry in _formats:
         if suffix in entry.extensions and entry.save is not None:
-            return entry.save
+            return entry, entry.save
     endings = ", ".join(e for entry in _formats if entry.save for e in entry.extensions)
     raise FormatError(f"{path}: no format to write ends in {suffix!r} (known: {endings})")
 

@@ -293,13 +293,6 @@ def test_missing_field_is_named(tmp_path: Path, name: str) -> None:
     assert_refused(path, f"field '{name}'", "is missing")
 
 
-def test_spectral_file_is_refused_with_advice(tmp_path: Path) -> None:
-    fields = material([0.0])
-    fields["spectra"] = fields.pop("rgb")
-    path = write(tmp_path / "made_spec.bsdf", tensor_bytes(fields))
-    assert_refused(path, "field 'spectra'", "_rgb.bsdf")
-
-
 Spoil = Callable[[npt.NDArray[Any]], npt.NDArray[Any]]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import check_outputs, console, file_path
+from nacre.cli.console import check_outputs, console, file_path, status
 
 
 @click.command("convert")
@@ -15,12 +15,16 @@ from nacre.cli.console import check_outputs, console, file_path
 def command(source: Path, target: Path) -> None:
     """Write the material in SOURCE to TARGET, in the format that its name ends in.
 
-    Any material becomes an RGL table (.bsdf), any isotropic one a MERL table (.binary). Neural
-    formats take neural materials only: `nacre fit` makes one of a table.
+    Any material becomes an RGL table (.bsdf) or samples (.csv), any isotropic one a MERL table
+    (.binary). Neural formats take neural materials only: `nacre fit` makes one of a table.
     """
-    from nacre.formats import load, save, writer
+    from nacre.formats import load, loses_bands, save, writer
 
     writer(target)
     check_outputs([target], [source])
-    save(load(source), target)
+    brdf = load(source)
+    save(brdf, target)
+    if loses_bands(brdf, target):
+        note = f"{target}: holds the colour of {source}, not its wavelengths; .csv keeps them"
+        status.print(f"note: {note}", markup=False)
     console.print(f"{target}: {target.stat().st_size:,} bytes", markup=False)

@@ -147,7 +147,8 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
     """
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
-    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "rgb"):
+    colours = ("rgb",) if tables.spectra is None else ("wavelengths", "spectra")
+    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", *colours):
         fields[name] = getattr(tables, name)
     fields["jacobian"] = np.array([tables.jacobian], np.uint8)
     write_tensors(fields | tables.others, path)

@@ -151,8 +151,15 @@ class ScatteredBrdf(LobeSampledBrdf):
         dtype = _require_numpy(self.name, *wi, *wo)
         wi, wo, shape = _flat(wi, wo)
         distance, index, offset = self._near(wi, wo, NEIGHBOURS)
-        f = self._plane(distance, index, offset).astype(dtype).reshape(*shape, 3)
+        f = self._plane(distance, index, offset, self._logs).astype(dtype).reshape(*shape, 3)
         return f[..., 0], f[..., 1], f[..., 2]
+
+    def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
+        """See :class:`nacre.brdf.Brdf`."""
+        if self.spectra is None:
+            return super().eval_bands(wi, wo)
+        logs = np.log1p(np.maximum(self.spectra, 0.0) / _FLOOR)
+        return self._plane(*self._near(split(wi), split(wo), NEIGHBOURS), logs)
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
         """See :class:`nacre.brdf.Brdf`."""
@@ -204,9 +211,15 @@ class ScatteredBrdf(LobeSampledBrdf):
         distance, index = self._tree.query(points, np.arange(1, count + 1))
         return distance, index, self._tree.data[index] - points[:, None]
 
-    def _plane(self, distance: Floats, index: npt.NDArray[np.int64], offset: Floats) -> Floats:
-        """f_r (n, 3) of the weighted plane through the neighbours of each point."""
-        values = self._logs[index]
+    def _plane(
+        self,
+        distance: Floats,
+        index: npt.NDArray[np.int64],
+        offset: Floats,
+        logs: Floats,
+    ) -> Floats:
+        """f_r (n, channels) of the weighted plane through the neighbours of each point."""
+        values = logs[index]
         scale = distance[:, -1:] + 1e-12
         near = distance / scale
         weight = np.maximum(1.0 - near, 1e-3) ** 2 / (near**2 + 1e-6)
