@@ -12,7 +12,8 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.geometry import half_difference, half_vector, split
 from nacre.measured import ScatteredBrdf
-from nacre.measured.scattered import coordinates, from_measurement
+from nacre.measured.cleaning import from_measurement
+from nacre.measured.interpolation import coordinates
 from nacre.neural import Recipe, fit
 from nacre.neural.scattered import hold_out, scattered_samples
 from tests.data import list_data, require_data

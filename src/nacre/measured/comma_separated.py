@@ -21,7 +21,8 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_spherical, join, split, to_spherical
-from nacre.measured.scattered import ScatteredBrdf, from_measurement
+from nacre.measured.cleaning import from_measurement
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
 
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")

@@ -193,9 +193,7 @@ class _Fields:
             raise self.error("wavelengths", f"has shape {values.shape}, expected one list")
         low, high = _NANOMETRES
         if not (np.diff(values) > 0.0).all() or values[0] < low or values[-1] > high:
-            raise self.error(
-                "wavelengths", f"must increase and be nm, from {low:g} to {high:g}"
-            )
+            raise self.error("wavelengths", f"must increase and be nm, from {low:g} to {high:g}")
         return values
 
     def positive(self, name: str, shape: _Shape) -> _Floats:

@@ -79,16 +79,20 @@ def _log(x: Any) -> Any:
 
 
 @_compile_fast  # type: ignore[untyped-decorator]
-def _loss(x: Any, target: Any, cosine: Any, gradient: Any, scale: Any) -> Any:
-    """Sum of |log(1 + (e^x - 1) cos) - target|, and its gradient times `scale`."""
+def _loss(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
+    """Sum of |L((e^x - 1) weight) - target|, and its gradient times `scale`.
+
+    L(u) = sign(u) log(1 + |u|): with a weight above 1, 1 + u can be negative.
+    """
     prefer_wide_vectors()
     total = np.float32(0.0)
     for s in range(x.size):
         e = _exp(x[s])
-        weighted = np.float32(1.0) + (e - np.float32(1.0)) * cosine[s]
-        residual = _log(weighted) - target[s]
+        u = (e - np.float32(1.0)) * weight[s]
+        size = np.float32(1.0) + abs(u)
+        residual = math.copysign(_log(size), u) - target[s]
         total += abs(residual)
-        gradient[s] = (scale if residual > 0 else -scale) * cosine[s] * e / weighted
+        gradient[s] = (scale if residual > 0 else -scale) * weight[s] * e / size
     return total
 
 
