@@ -22,11 +22,11 @@ Progress = Callable[[str, int, int, str], None]
 """Called as `progress(stage, done, total, note)`."""
 Vector = npt.NDArray[np.float64]
 
-SAMPLES = 20_000
+SAMPLES = 40_000
 """Samples drawn of a reflectance: a model has a dozen parameters, not hundreds."""
 STARTS = 16
 
-_ROUNDS = ((1_000, 12), (4_000, 15), (None, 40))
+_ROUNDS = ((2_000, 15), (5_000, 20), (None, 40))
 """Samples and iterations of each round; a quarter of the starts go on to the next."""
 
 

@@ -138,9 +138,13 @@ class AnalyticBrdf(LobeSampledBrdf):
         """See :class:`nacre.brdf.Brdf`; parameters enter a Dr.Jit kernel as literals."""
         return self.formula(self.values, wi, wo)
 
+    def summary(self) -> str:
+        """The model and its parameters in one line, rounded."""
+        return ", ".join([self.model, *(f"{k} {_shown(v)}" for k, v in self.values.items())])
+
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        values = {k: list(v) if isinstance(v, tuple) else v for k, v in self.values.items()}
+        values = {k: _shown(v) for k, v in self.values.items()}
         source = self.metadata.get("source", {})
         facts = {
             "fitted to": source.get("file"),
@@ -148,6 +152,12 @@ class AnalyticBrdf(LobeSampledBrdf):
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
         return super().describe() | values | {k: v for k, v in facts.items() if v is not None}
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(f'{v:.4g}' for v in value)})"
+    return f"{value:.4g}"
 
 
 DIFFUSE = Parameter("diffuse", 0.0, 10.0, (0.01, 0.5), colour=True)

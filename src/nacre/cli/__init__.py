@@ -16,7 +16,7 @@ _COMMANDS = {
     "compare": "Compare two materials in numbers and one picture.",
     "convert": "Write a material in another format.",
     "demo": "Run the main job from start to end on a built-in or given material.",
-    "fit": "Fit a neural material to each measured file.",
+    "fit": "Fit a neural material or an analytic model to each file.",
     "info": "Show what is in a file.",
     "measure": "Measure a Mitsuba BSDF virtually.",
     "render": "Render a preview of a material.",
