@@ -91,8 +91,16 @@ class Scattered(Protocol):
         """Every sample."""
         ...
 
-    def subset(self, chosen: npt.NDArray[Any]) -> Brdf:
+    def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
         """The same kind of reflectance from the samples at an array of indices only."""
+        ...
+
+    def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
+        ...
+
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """See :meth:`Brdf.eval`."""
         ...
 
 

@@ -61,6 +61,21 @@ def _analytic_settings(context: click.Context, gain: float | None) -> dict[str, 
     return {key: value for key, value in settings.items() if value is not None}
 
 
+def _validation(quality: dict[str, Any]) -> str:
+    """A line on the held-out samples of a scan; empty for any other material."""
+    if "held_out_samples" not in quality:
+        return ""
+    errors = (
+        f"median {100 * quality[f'{who}_median_error']:.1f} %, "
+        f"mean {100 * quality[f'{who}_mean_error']:.1f} %"
+        for who in ("held_out", "nearest_sample")
+    )
+    return (
+        f"\n  relative error at {quality['held_out_samples']} held-out samples: {next(errors)} "
+        f"(of the nearest sample: {next(errors)})"
+    )
+
+
 @click.command("fit")
 @click.argument("files", nargs=-1, required=True, type=file_path())
 @click.option(
@@ -159,9 +174,10 @@ def command(
             network = fit(brdf, recipe, device=device, progress=report)
             seconds = time.perf_counter() - start
             save(network, targets[path])
-            loss = network.metadata["quality"]["held_out_loss"]
+            quality = network.metadata["quality"]
             size = f"{network.weight_count} weights ({4 * network.weight_count:,} bytes)"
-            return f"{targets[path]}: {size}, held-out loss {loss:.5f}, {seconds:.1f} s"
+            line = f"{targets[path]}: {size}, held-out loss {quality['held_out_loss']:.5f}"
+            return f"{line}, {seconds:.1f} s{_validation(quality)}"
 
         results = [pool.submit(run, path) for path in files]
         try:

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf, Floats
+from nacre.brdf import Brdf, DirectionSamples, Floats
 from nacre.geometry import split
 from nacre.neural.nbrdf import network_inputs
 from nacre.parallel import thread_map
 from nacre.sampling import draw_samples
-
-Rows: TypeAlias = tuple[Floats, Floats, Floats]
-"""Network inputs (n, k), f_r (n, 3) in 1/sr and cos theta_i (n, 1) of n samples."""
 
 BLOCK = 16
 """Samples that stay together when the order of training is shuffled."""
@@ -32,7 +28,8 @@ class Samples:
     ----------
     blocks
         Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every
-        network input, of log(1 + f cos theta_i) for red, green and blue, and of cos theta_i.
+        network input, of log(1 + f cos theta_i) for red, green and blue, and of cos theta_i. Any
+        weight may take the place of the cosine, as it does for scans.
     inputs
         Number of network inputs.
     """
@@ -83,32 +80,24 @@ def aligned(count: int) -> npt.NDArray[np.float32]:
 def draw(
     brdf: Brdf, count: int, seed: int, progress: Callable[[int, int], None] | None = None
 ) -> Samples:
-    """Samples as :func:`draw_rows` draws them, ready to train on."""
-    inputs, rgb, cosine = draw_rows(brdf, count, seed, progress)
-    return Samples.pack(inputs, rgb, cosine[:, 0])
-
-
-def draw_rows(
-    brdf: Brdf,
-    count: int,
-    seed: int,
-    progress: Callable[[int, int], None] | None = None,
-    everywhere: bool = False,
-) -> Rows:
-    """Network inputs of samples uniform in the Rusinkiewicz angles.
+    """Samples uniform in the Rusinkiewicz angles, ready to train on.
 
     See :func:`nacre.sampling.draw_samples`, which has the parameters and the errors.
     """
-    samples = draw_samples(brdf, count, seed, progress, everywhere)
+    samples = draw_samples(brdf, count, seed, progress)
     inputs = np.empty((count, 6), np.float32)
 
     def fill(start: int) -> None:
         part = slice(start, start + _CHUNK)
-        wi, wo = split(samples.wi[part]), split(samples.wo[part])
-        inputs[part] = np.stack(
-            np.broadcast_arrays(*network_inputs(wi, wo, brdf.isotropic)), axis=-1
-        )
+        chunk = DirectionSamples(samples.wi[part], samples.wo[part], samples.rgb[part])
+        inputs[part] = direction_inputs(chunk, brdf.isotropic)
 
     for _ in thread_map(fill, range(0, count, _CHUNK)):
         pass
-    return inputs, samples.rgb, samples.wi[:, 2:]
+    return Samples.pack(inputs, samples.rgb, samples.cosine)
+
+
+def direction_inputs(samples: DirectionSamples, isotropic: bool) -> Floats:
+    """Network inputs of samples, shape (n, 6)."""
+    inputs = network_inputs(split(samples.wi), split(samples.wo), isotropic)
+    return np.stack(np.broadcast_arrays(*inputs), axis=-1)

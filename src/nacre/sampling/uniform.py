@@ -21,7 +21,6 @@ def draw_samples(
     count: int,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
-    everywhere: bool = False,
 ) -> DirectionSamples:
     """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
 
@@ -39,8 +38,6 @@ def draw_samples(
         The same seed gives the same samples.
     progress
         Called with the number of samples drawn and `count`.
-    everywhere
-        Keep samples that are not valid.
 
     Returns
     -------
@@ -58,7 +55,7 @@ def draw_samples(
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), everywhere), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k)), wave):
             kept = min(len(part), count - filled)
             for whole, piece in ((wi, part.wi), (wo, part.wo), (rgb, part.rgb)):
                 whole[filled : filled + kept] = piece[:kept]
@@ -69,7 +66,7 @@ def draw_samples(
     return DirectionSamples(wi, wo, rgb)
 
 
-def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> DirectionSamples:
+def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> DirectionSamples:
     random = np.random.default_rng(seed)
     u = random.random((4, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
@@ -77,8 +74,7 @@ def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> Directio
     wi, wo = uniform_rusinkiewicz(u)
     visible = (wi[2] > 0) & (wo[2] > 0)
     wi, wo = (join(w)[visible] for w in (wi, wo))
-    if not everywhere:
-        known = brdf.valid(wi, wo)
-        wi, wo = wi[known], wo[known]
+    known = brdf.valid(wi, wo)
+    wi, wo = wi[known], wo[known]
     rgb = brdf.eval(wi, wo)
     return DirectionSamples(wi, wo, rgb)[np.isfinite(rgb).all(axis=1)]
