@@ -34,8 +34,8 @@ class Neighbours(NamedTuple):
 
     distance: Floats
     """Shape (n, k)."""
-    index: npt.NDArray[np.int64]
-    """Of the samples, shape (n, k)."""
+    sample: npt.NDArray[np.int64]
+    """Index of the sample, shape (n, k)."""
     offset: Floats
     """From the point to the sample, shape (n, k, coordinates)."""
 
@@ -87,7 +87,7 @@ def interpolate(near: Neighbours, logs: Floats) -> Floats:
     logs
         :func:`logarithms` of all samples, shape (samples, channels).
     """
-    values = logs[near.index]
+    values = logs[near.sample]
     scale = near.distance[:, -1:] + 1e-12
     distance = near.distance / scale
     weight = np.maximum(1.0 - distance, 1e-3) ** 2 / (distance**2 + 1e-6)

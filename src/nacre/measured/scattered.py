@@ -121,7 +121,7 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
-        return self._tree.near(split(wi), split(wo), 1).index[:, 0]
+        return self._tree.near(split(wi), split(wo), 1).sample[:, 0]
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`.

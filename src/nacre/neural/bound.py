@@ -24,6 +24,6 @@ def bounded(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:
         The bound of red, green and blue in 1/sr, shape (3,).
     """
     *hidden, last = layers
-    cap = np.log1p(np.asarray(highest, np.float64))
+    cap = np.log1p(np.asarray(highest, np.float32))
     below = Layer(-last.weights, cap - last.biases)
-    return [*hidden, below, Layer(-np.eye(len(cap)), cap)]
+    return [*hidden, below, Layer(-np.eye(len(cap), dtype=np.float32), cap)]

@@ -77,7 +77,8 @@ def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tup
     near = scan.samples[random.integers(0, len(scan.samples), own)]
     towards = light(mirror)
     reflected = towards * [-1.0, -1.0, 1.0]
-    spread = np.exp(random.uniform(*np.log(_MIRROR_SPREAD), (mirror, 1)))
+    narrow, wide = np.log(_MIRROR_SPREAD)
+    spread = np.exp(random.uniform(narrow, wide, (mirror, 1)))
     pairs = [
         (_around(near.wi, _SPREAD, random), _around(near.wo, _SPREAD, random)),
         (towards, _around(reflected, spread, random)),

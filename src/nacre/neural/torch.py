@@ -102,7 +102,7 @@ class TorchTrainer:
             x = torch.relu(x) if index else x
             x = torch.addmm(self._parameters[index + 1], x, self._parameters[index])
         weighted = (torch.exp(x) - 1.0) * weight
-        # With a weight above 1, 1 + weighted can be negative: the logarithm goes on below 0 as above.
+        # As in the kernel: with a weight above 1, 1 + weighted can be negative.
         sign = torch.where((weight > 1.0) & (weighted < 0.0), -1.0, 1.0)
         return (sign * torch.log(1.0 + sign * weighted) - target).abs().mean()
 
