@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 
 import nacre
 from nacre.neural import Layer, NeuralBrdf
+from tests.scans import Gloss, scan
 
 TIMEOUT = 240
 
@@ -64,6 +66,16 @@ def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
     assert nacre.load(tmp_path / "a.safetensors").sizes == (6, 8, 3)
+
+
+def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):
+    nacre.save(scan(Gloss(), 100), tmp_path / "scan.csv")
+    done = run("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    error = r"median \d+\.\d %, mean \d+\.\d %"
+    line = rf"at 20 held-out samples: {error} \(of the nearest sample: {error}\)"
+    assert re.search(line, " ".join(done.stdout.split()))
+    assert "held out median error" in run("info", "scan.safetensors", cwd=tmp_path).stdout
 
 
 def test_several_files_fit_into_a_folder(folder, tmp_path):
