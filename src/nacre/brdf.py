@@ -195,7 +195,8 @@ class Brdf(abc.ABC):
     def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
 
-        Between bands f_r is linear in the wavelength. :meth:`eval` is the colour of these spectra.
+        Between bands f_r is linear in the wavelength. :meth:`eval` is the colour of these spectra,
+        but for what interpolating colours in place of spectra changes.
 
         Parameters
         ----------

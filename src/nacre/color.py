@@ -1,4 +1,4 @@
-"""Linear Rec. 709 RGB: luminance and tone mapping."""
+"""Linear Rec. 709 RGB: luminance, CIE XYZ and tone mapping."""
 
 from __future__ import annotations
 
@@ -14,6 +14,17 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 def luminance(rgb: Components) -> Array:
     """Luminance of colour components."""
     return LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
+
+
+def xyz_to_rgb(xyz: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    """Linear Rec. 709 RGB of CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
+    chromaticities = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
+    x, y = chromaticities.T
+    red, green, blue, white = np.stack([x / y, np.ones(4), (1.0 - x - y) / y], axis=1)
+    primaries = np.stack([red, green, blue], axis=1)
+    to_xyz = primaries * np.linalg.solve(primaries, white)
+    rgb: npt.NDArray[np.float64] = np.asarray(xyz, np.float64) @ np.linalg.inv(to_xyz).T
+    return rgb
 
 
 def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray[np.floating]:

@@ -130,7 +130,7 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     wi = np.array([0.0, 0.0, 1.0])
     expected = nacre.load(folder / "table.safetensors").eval(wi, wi)
     source = folder / "table.safetensors"
-    for name in ("x.h5", "x.bsdf", "x.binary"):
+    for name in ("x.h5", "x.bsdf", "x.binary", "x.csv"):
         done = run("convert", source, name, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert done.stdout == f"{name}: {(tmp_path / name).stat().st_size:,} bytes\n"

@@ -18,24 +18,22 @@ from nacre.measured.spectra import to_rgb
 from nacre.measured.tensor_file import read_tensors
 from tests.data import require_data
 from tests.measured import support
-from tests.measured.support import hemisphere, material, relative_error, tensor_bytes, write
+from tests.measured.support import (
+    BANDS,
+    hemisphere,
+    material,
+    relative_error,
+    spectral,
+    tensor_bytes,
+    write,
+)
 from tests.variants import require_mitsuba
 
 pytest.importorskip("colour")
 
-Fields = dict[str, npt.NDArray[Any]]
-BANDS = np.array([380, 395, 430, 460, 500, 520, 555, 600, 610, 655, 700, 780], np.float32)
 FULL_TURN = np.linspace(-np.pi, np.pi, 9)
 QUARTER = np.linspace(-np.pi, -np.pi / 2.0, 5)
 assert_refused = functools.partial(support.assert_refused, rgl.load)
-
-
-def spectral(fields: Fields) -> Fields:
-    """The fields of an RGB file with smooth spectra in place of its colours."""
-    fields = dict(fields)
-    humps = np.exp(-(((BANDS[:, None] - np.array([620.0, 540.0, 450.0])) / 45.0) ** 2))
-    spectra = np.einsum("ptcnm,bc->ptbnm", fields.pop("rgb"), humps + 0.02)
-    return fields | {"wavelengths": BANDS, "spectra": spectra.astype(np.float32)}
 
 
 def made(tmp_path: Path, **changes: npt.NDArray[Any]) -> Path:

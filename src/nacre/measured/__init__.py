@@ -12,7 +12,7 @@ FORMATS: tuple[Format, ...] = (
     merl.FORMAT,
     *merl_array.FORMATS,
     cornell.FORMAT,
-    comma_separated.FORMAT,
+    *comma_separated.FORMATS,
     utia.FORMAT,
 )
 """Every format of measured reflectance, the most recognisable first."""
