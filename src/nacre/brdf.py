@@ -82,6 +82,7 @@ class DirectionSamples:
 class Scattered(Protocol):
     """A reflectance known at scattered samples, which a fit takes as they are."""
 
+    name: str
     isotropic: bool
     mirrored: bool
     """Whether f_r is unchanged when both directions are mirrored in a plane with the normal."""

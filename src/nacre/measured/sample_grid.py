@@ -2,7 +2,7 @@
 
 Directions are a grid in the Rusinkiewicz angles (Rusinkiewicz 1998, "A New Change of Variables for
 Efficient BRDF Representation"), even in the coordinates that
-:func:`nacre.measured.scattered.coordinates` interpolates in: dense near the mirror direction, and
+:func:`nacre.measured.interpolation.coordinates` interpolates in: dense near the mirror direction, and
 with fewer azimuths where they matter less.
 """
 

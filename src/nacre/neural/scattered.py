@@ -62,6 +62,9 @@ def scattered_samples(
     NacreError
         If the scan has too few samples.
     """
+    if len(scan.samples) < LEAST:
+        few = f"{len(scan.samples)} samples are too few to fit a network to"
+        raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {LEAST}")
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part = scan.subset(kept)
     own = _with_mirrored(part.samples, scan.mirrored)
@@ -94,11 +97,11 @@ def hold_out(
     Raises
     ------
     NacreError
-        If there are fewer than :data:`LEAST`.
+        If none would be left to train on.
     """
     held = max(1, round(share * count))
-    if count < LEAST or held >= count:
-        raise NacreError(f"{count} samples are too few to fit a network to, at least {LEAST}")
+    if held >= count:
+        raise NacreError(f"{held} of {count} samples are held out, which leaves none to train on")
     order = np.random.default_rng((seed, 3)).permutation(count)
     return np.sort(order[held:]), np.sort(order[:held])
 
