@@ -47,13 +47,16 @@ class Format:
         Reads a path into a reflectance; raises only :class:`FormatError`.
     save
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
+    several
+        Whether a file holds several materials: `load` then takes the name of one as well, or None.
     """
 
     name: str
     extensions: tuple[str, ...]
     recognise: Callable[[bytes], bool] | None
-    load: Callable[[Path], Any]
+    load: Callable[..., Any]
     save: Callable[[Any, Path], None] | None = None
+    several: bool = False
 
 
 HEAD = 128

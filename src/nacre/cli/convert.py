@@ -12,15 +12,16 @@ from nacre.cli.console import check_outputs, console, file_path
 @click.command("convert")
 @click.argument("source", type=file_path())
 @click.argument("target", type=file_path())
-def command(source: Path, target: Path) -> None:
+@click.option("--material", help="Which one, of a table that holds several.")
+def command(source: Path, target: Path, material: str | None) -> None:
     """Write the material in SOURCE to TARGET, in the format that its name ends in.
 
     Any material becomes an RGL table (.bsdf), any isotropic one a MERL table (.binary). Neural
-    formats take neural materials only: `nacre fit` makes one of a table.
+    and analytic formats take only such materials: `nacre fit` makes one of a table.
     """
     from nacre.formats import load, save, writer
 
     writer(target)
     check_outputs([target], [source])
-    save(load(source), target)
+    save(load(source, material), target)
     console.print(f"{target}: {target.stat().st_size:,} bytes", markup=False)
