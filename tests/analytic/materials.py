@@ -35,7 +35,7 @@ EXAMPLES: dict[str, AnalyticBrdf] = {
             **SHINY,
             **grey(alpha=0.05, p=0.7, normal_reflectance=0.2, slope=0.05, normalisation=8.0),
             "lambda": (2.0, 2.0, 2.0),
-            **grey(c=0.02, k=6.0, theta_0=0.1),
+            **grey(log_c=-4.0, k=6.0, theta_0=0.1),
         },
     }.items()
 }

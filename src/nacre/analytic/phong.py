@@ -8,7 +8,7 @@ from nacre.analytic.model import DIFFUSE, SCALE, AnalyticBrdf, Parameter, Values
 from nacre.array import Array, Components, namespace
 from nacre.geometry import half_vector
 
-EXPONENT = Parameter("exponent", 0.0, 1e5, (2.0, 2000.0))
+EXPONENT = Parameter("exponent", 0.0, 1e6, (2.0, 2000.0))
 
 
 def power(base: Array, exponent: Array) -> Array:

@@ -11,6 +11,7 @@ from nacre.analytic.fresnel import schlick
 from nacre.analytic.model import DIFFUSE, SCALE, AnalyticBrdf, Parameter, Values, lambertian
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, to_spherical
+from nacre.sampling.lobes import expm1
 
 
 def _colour(name: str, low: float, high: float, start: tuple[float, float]) -> Parameter:
@@ -22,7 +23,8 @@ class Sgd(AnalyticBrdf):
 
     - D = normalisation exp(-x) / (x^p pi cos(theta_h)^4) with x = alpha + tan(theta_h)^2 / alpha;
     - F = Schlick's of `normal_reflectance`, less `slope` cos theta_d;
-    - G = G1(wi) G1(wo), where G1 = 1 + lambda (1 - exp(c max(theta - theta_0, 0)^k)).
+    - G = G1(wi) G1(wo), where G1 = 1 + lambda (1 - exp(c max(theta - theta_0, 0)^k)), and
+      `log_c` is the natural logarithm of c, which runs over a hundred orders of magnitude.
 
     The paper derives the normalisation and G1's parameters from alpha and p. Here they are
     parameters like others, as in the published table; a fit moves the product of specular and
@@ -35,11 +37,11 @@ class Sgd(AnalyticBrdf):
         SCALE,
         _colour("alpha", 1e-6, 10.0, (0.005, 0.3)),
         _colour("p", -5.0, 10.0, (0.2, 1.2)),
-        _colour("normal_reflectance", 0.0, 1.0, (0.02, 0.5)),
+        _colour("normal_reflectance", 0.0, 10.0, (0.02, 0.5)),
         _colour("slope", -10.0, 10.0, (-0.2, 0.2)),
         _colour("normalisation", 0.0, 1e12, (1.0, 100.0)),
-        _colour("lambda", 0.0, 1e4, (1.0, 5.0)),
-        _colour("c", 0.0, 1e4, (1e-4, 0.1)),
+        _colour("lambda", 0.0, 1e8, (1.0, 5.0)),
+        _colour("log_c", -50.0, 300.0, (-9.0, -2.0)),
         _colour("k", 0.0, 1e3, (3.0, 15.0)),
         _colour("theta_0", -10.0, 2.0, (-0.3, 0.5)),
     )
@@ -71,5 +73,5 @@ def _visible(own: Values, theta: Array) -> Array:
     """G1, kept between 0 and 1."""
     xp = namespace(theta)
     bent = xp.maximum(theta - own["theta_0"], 1e-6)
-    powered = own["c"] * xp.exp(own["k"] * xp.log(bent))
-    return xp.maximum(1.0 + own["lambda"] * (1.0 - xp.exp(xp.minimum(powered, 50.0))), 0.0)
+    powered = xp.exp(xp.minimum(own["log_c"] + own["k"] * xp.log(bent), 4.0))
+    return xp.maximum(1.0 - own["lambda"] * expm1(powered), 0.0)

@@ -8,6 +8,7 @@ What the parameters mean is said there, in the headers of the models of each pap
 from __future__ import annotations
 
 import ast
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ _LOBE = {"albedo": "specular"}
 _ROUGH = _LOBE | {"roughness": "roughness"}
 _SHARP = _LOBE | {"sharpness": "exponent"}
 _ABC = {"A": "specular", "B": "b", "C": "c", "eta": "index"}
-_SGD = {"alpha": "alpha", "p": "p", "K": "normalisation", "Lambda": "lambda", "c": "c", "k": "k"}
+_SGD = {"alpha": "alpha", "p": "p", "K": "normalisation", "Lambda": "lambda", "k": "k"}
 
 _MODELS: dict[str, tuple[str, dict[str, str]]] = {
     "NganBlinnPhong": ("blinn-phong", _SHARP),
@@ -92,10 +93,11 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
         raise FormatError(f"{where}: model {kind!r} is not one of {', '.join(_MODELS)}")
     model, names_here = _MODELS[kind]
     if kind == "Bagher":
-        fresnel = given.pop("eta", None)
-        if not isinstance(fresnel, list) or len(fresnel) != 2:
-            raise FormatError(f"{where}: eta is not two rows of three numbers")
-        given["normal_reflectance"], given["slope"] = fresnel
+        try:
+            given["normal_reflectance"], given["slope"] = given.pop("eta")
+            given["log_c"] = [math.log(c) for c in given.pop("c")]
+        except (KeyError, TypeError, ValueError) as error:
+            raise FormatError(f"{where}: eta or c is not as this model has it") from error
     values = {names_here.get(key, key): value for key, value in given.items()}
     try:
         return MODELS[model](name=material, diffuse=diffuse, **values)
@@ -126,4 +128,10 @@ def _parse(formula: str, where: str) -> tuple[Any, str, dict[str, Any]]:
     raise FormatError(f"{where}: is not Aggregate(Lambertian(albedo = ...), Model(...))")
 
 
-FORMAT = Format("table of fits", (".fit",), None, load, several=True)
+FORMAT = Format(
+    "table of fits",
+    (".fit",),
+    lambda head: b"BSDF fits" in head or b"Aggregate(" in head,
+    load,
+    several=True,
+)

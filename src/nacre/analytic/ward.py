@@ -8,7 +8,7 @@ from nacre.analytic.model import DIFFUSE, SCALE, AnalyticBrdf, Parameter, Values
 from nacre.array import Array, Components, namespace
 from nacre.geometry import half_vector
 
-ROUGHNESS = Parameter("roughness", 1e-3, 2.0, (0.02, 0.6))
+ROUGHNESS = Parameter("roughness", 1e-3, 5.0, (0.02, 0.6))
 
 
 def gaussian(h: Components, roughness: Array) -> Array:
