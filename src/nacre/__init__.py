@@ -43,7 +43,16 @@ __all__ = [
 
 __getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
-    submodules=["analytic", "evaluate", "formats", "geometry", "measured", "neural", "render", "sampling"],
+    submodules=[
+        "analytic",
+        "evaluate",
+        "formats",
+        "geometry",
+        "measured",
+        "neural",
+        "render",
+        "sampling",
+    ],
     submod_attrs={
         "brdf": ["Brdf", "CosineSampler", "Sampler"],
         "files": ["FormatError", "MissingExtraError", "NacreError"],

@@ -12,7 +12,7 @@ class Lambert(AnalyticBrdf):
 
     model = "lambert"
     parameters = (DIFFUSE,)
-    sampler: Sampler = CosineSampler()  # type: ignore[assignment]  # exact, nothing to fit
+    sampler: Sampler = CosineSampler()
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:

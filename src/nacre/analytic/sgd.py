@@ -1,5 +1,5 @@
-"""The shifted gamma distribution of Bagher, Soler and Holzschuch 2012, "Accurate Fitting of Measured
-Reflectances Using a Shifted Gamma Micro-facet Distribution".
+"""The shifted gamma distribution of Bagher, Soler and Holzschuch 2012, "Accurate Fitting of
+Measured Reflectances Using a Shifted Gamma Micro-facet Distribution".
 """
 
 from __future__ import annotations

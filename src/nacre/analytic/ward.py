@@ -46,6 +46,4 @@ class WardDuer(AnalyticBrdf):
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         """See :class:`AnalyticBrdf`."""
         a, cosines = values["roughness"], namespace(*wi, *wo).maximum(wi[2] * wo[2], 1e-12)
-        return coated(
-            values, gaussian(half_vector(wi, wo), a) / (4.0 * math.pi * a * a * cosines)
-        )
+        return coated(values, gaussian(half_vector(wi, wo), a) / (4.0 * math.pi * a * a * cosines))
