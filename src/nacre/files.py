@@ -49,14 +49,17 @@ class Format:
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
     keeps_bands
         Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
+    several
+        Whether a file holds several materials: `load` then takes the name of one as well, or None.
     """
 
     name: str
     extensions: tuple[str, ...]
     recognise: Callable[[bytes], bool] | None
-    load: Callable[[Path], Any]
+    load: Callable[..., Any]
     save: Callable[[Any, Path], None] | None = None
     keeps_bands: Callable[[Any], bool] = lambda brdf: False
+    several: bool = False
 
 
 HEAD = 128

@@ -68,11 +68,12 @@ def load(path: Path) -> AnalyticBrdf:
         raise FormatError(f"{path}: parameters: {error}") from error
 
 
-def _field(path: Path, content: Any, name: str, kind: type) -> Any:
+def _field(path: Path, content: Any, name: str, kind: type[str] | type[dict[str, Any]]) -> Any:
     value = content.get(name) if isinstance(content, dict) else None
     if not isinstance(value, kind):
-        kinds = {str: "a string", dict: "an object"}
-        raise FormatError(f"{path}: field {name!r} is not {kinds[kind]}")
+        raise FormatError(
+            f"{path}: field {name!r} is not {'a string' if kind is str else 'an object'}"
+        )
     return value
 
 

@@ -136,7 +136,9 @@ class _Problem:
         """Differences of logarithms, shape (3, n)."""
         rgb = self.formula(self.values(free), self.wi, self.wo)  # type: ignore[arg-type]
         cosine = self.gain * self.wi[2]
-        return np.stack([np.log1p(cosine * np.maximum(c, 0.0)) for c in rgb]) - self.targets
+        logs: Vector = np.stack([np.log1p(cosine * np.maximum(c, 0.0)) for c in rgb])
+        logs -= self.targets
+        return logs
 
     def jacobian(self, free: Vector, residuals: Vector) -> Vector:
         """Derivatives of the residuals, shape (sizes, 3, n), by differences.
@@ -155,7 +157,8 @@ class _Problem:
             else:
                 rows[start] = change
             start += p.size
-        return np.nan_to_num(rows, copy=False, posinf=0.0, neginf=0.0)
+        rows[~np.isfinite(rows)] = 0.0
+        return rows
 
 
 def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tuple[Vector, float]:

@@ -164,7 +164,24 @@ DIFFUSE = Parameter("diffuse", 0.0, 10.0, (0.01, 0.5), colour=True)
 """Albedo of the Lambertian part that most models have."""
 
 
-def lambertian(values: Values) -> tuple[Array, Array, Array]:
+def lambertian(values: Values) -> Components:
     """f_r of the Lambertian part, in 1/sr."""
     red, green, blue = (albedo / math.pi for albedo in values[DIFFUSE.name])
+    return red, green, blue
+
+
+SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), colour=True)
+"""Colour that scales the lobe of models whose Fresnel term has none."""
+
+NORMAL_REFLECTANCE = Parameter("normal_reflectance", 0.0, 1.0, (0.05, 0.9))
+"""F0 of Schlick's Fresnel term."""
+
+INDEX = Parameter("index", 1.0, 1e3, (1.2, 3.0))
+"""Refractive index of a dielectric's Fresnel term."""
+
+
+def coated(values: Values, lobe: Array) -> Components:
+    """The Lambertian part and a lobe that `specular` colours."""
+    base = lambertian(values)
+    red, green, blue = (d + s * lobe for d, s in zip(base, values["specular"], strict=True))
     return red, green, blue

@@ -1,4 +1,6 @@
-"""Importance sampling: lobe mixtures with exact densities, their fit to a material, and samples of one."""
+"""Importance sampling: lobe mixtures with exact densities, and their fit to a material. Samples of
+a material.
+"""
 
 from nacre.sampling.fit import fit_lobes
 from nacre.sampling.fitted import LobeSampledBrdf

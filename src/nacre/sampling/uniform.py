@@ -77,4 +77,5 @@ def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> DirectionSamples:
     known = brdf.valid(wi, wo)
     wi, wo = wi[known], wo[known]
     rgb = brdf.eval(wi, wo)
-    return DirectionSamples(wi, wo, rgb)[np.isfinite(rgb).all(axis=1)]
+    finite = np.isfinite(rgb).all(axis=1)
+    return DirectionSamples(wi[finite], wo[finite], rgb[finite])
