@@ -19,6 +19,7 @@ from nacre.measured.merl import tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture, fit_lobes
+from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
 from tests.measured.support import hemisphere, material, spectral, tensor_bytes
 from tests.variants import require_mitsuba
@@ -72,6 +73,8 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
 MAKERS["spectral RGL table"] = spectral_table
 MAKERS["isotropic scattered samples"] = lambda _: scan(network(True))
 MAKERS["anisotropic scattered samples"] = lambda _: scan(network(False))
+for _name, _example in EXAMPLES.items():
+    MAKERS[_name] = lambda _, example=_example: example
 for _name in list_data("rgl", "*.bsdf"):
     MAKERS[_name] = lambda _, name=_name: real("rgl", name)
 for _name in list_data("cornell", "*.brdf"):

@@ -82,6 +82,7 @@ class DirectionSamples:
 class Scattered(Protocol):
     """A reflectance known at scattered samples, which a fit takes as they are."""
 
+    name: str
     isotropic: bool
     mirrored: bool
     """Whether f_r is unchanged when both directions are mirrored in a plane with the normal."""
@@ -91,8 +92,16 @@ class Scattered(Protocol):
         """Every sample."""
         ...
 
-    def subset(self, chosen: npt.NDArray[Any]) -> Brdf:
+    def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
         """The same kind of reflectance from the samples at an array of indices only."""
+        ...
+
+    def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
+        ...
+
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """See :meth:`Brdf.eval`."""
         ...
 
 

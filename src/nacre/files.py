@@ -49,25 +49,28 @@ class Format:
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
     isotropic
         Whether only isotropic reflectance can be written.
-    neural
-        Whether only neural materials can be written.
+    holds
+        "neural" or "analytic" where only such materials can be written, else empty.
     resolution
         Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
         where the resolution is fixed.
     keeps_bands
         Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
+    several
+        Whether a file holds several materials: `load` then takes the name of one as well, or None.
     """
 
     name: str
     extensions: tuple[str, ...]
     recognise: Callable[[bytes], bool] | None
-    load: Callable[[Path], Any]
+    load: Callable[..., Any]
     save: Callable[..., None] | None = None
     isotropic: bool = False
-    neural: bool = False
+    holds: str = ""
     resolution: type[Any] | None = None
     keeps_bands: Callable[[Any], bool] = lambda brdf: False
+    several: bool = False
 
 
 HEAD = 128

@@ -9,13 +9,14 @@ from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
+from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
 from nacre.files import HEAD, Format, FormatError, PathLike
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
 
-_formats: list[Format] = [NEURAL, *MEASURED, *PUBLISHED]
+_formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]
 
 
 def formats() -> tuple[Format, ...]:
@@ -28,7 +29,7 @@ def register(entry: Format) -> None:
     _formats.insert(0, entry)
 
 
-def load(path: PathLike) -> Brdf:
+def load(path: PathLike, material: str | None = None) -> Brdf:
     """Read a reflectance from any known file.
 
     The reader is picked by content; the file name decides only between readers that both
@@ -37,12 +38,14 @@ def load(path: PathLike) -> Brdf:
     Parameters
     ----------
     path
-        A measured table or a neural material.
+        A measured table, or a neural or analytic material.
+    material
+        Name of a material, for files that hold several.
 
     Raises
     ------
     FormatError
-        If the file is absent, of no known format, or damaged.
+        If the file is absent, of no known format, or damaged, or if it has no such material.
     """
     path = Path(path)
     head = _head(path)
@@ -54,7 +57,10 @@ def load(path: PathLike) -> Brdf:
         endings = ", ".join(e for entry in _formats for e in entry.extensions)
         raise FormatError(f"{path}: content is of no known format (known: {endings})")
     named = [entry for entry in known if suffix in entry.extensions]
-    brdf: Brdf = (named or known)[0].load(path)
+    entry = (named or known)[0]
+    if material is not None and not entry.several:
+        raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
+    brdf: Brdf = entry.load(path, material) if entry.several else entry.load(path)
     brdf.source = {"file": path.name, "sha256": _digest(path)}
     brdf.name = brdf.name or path.stem
     return brdf
@@ -66,7 +72,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
     Parameters
     ----------
     brdf
-        A neural material for `.safetensors` and `.h5`; any reflectance for tables.
+        A neural material for `.safetensors` and `.h5`, an analytic one for `.json`; any reflectance
+        for tables.
     path
         File to write; replaced only by a whole new one.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 
 import nacre
 from nacre.neural import Layer, NeuralBrdf
+from tests.scans import Gloss, scan
 
 TIMEOUT = 240
 
@@ -65,6 +67,16 @@ def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
     assert nacre.load(tmp_path / "a.safetensors").sizes == (6, 8, 3)
+
+
+def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):
+    nacre.save(scan(Gloss(), 100), tmp_path / "scan.csv")
+    done = run("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    error = r"median \d+\.\d %, mean \d+\.\d %"
+    line = rf"at 20 held-out samples: {error} \(of the nearest sample: {error}\)"
+    assert re.search(line, " ".join(done.stdout.split()))
+    assert "held out median error" in run("info", "scan.safetensors", cwd=tmp_path).stdout
 
 
 def test_several_files_fit_into_a_folder(folder, tmp_path):
@@ -310,3 +322,49 @@ def test_help_lists_every_command_and_heavy_libraries_stay_out():
     for name in ("compare", "convert", "demo", "fit", "info", "measure", "plot", "render"):
         assert f"  {name} " in done.stdout
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
+    done = run("fit", folder / "table.binary", "--model", "ggx", "--gain", 4, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "table.json: ggx, diffuse" in done.stdout
+    material = nacre.load(tmp_path / "table.json")
+    assert material.metadata["fit"]["gain"] == 4
+    assert material.metadata["source"]["file"] == "table.binary"
+    done = run("info", "table.json", cwd=tmp_path)
+    assert "roughness" in done.stdout
+    done = run("convert", "table.json", "table.binary", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--model", "gxx"], "'gxx' is not one of nbrdf, lambert"),
+        (["--model", "ggx", "--draft"], "--draft is for networks"),
+        (["--model", "ggx", "--device", "cpu"], "--device is for networks"),
+        (["--model", "ggx", "-o", "x.safetensors"], "do not hold analytic models"),
+        (["--gain", "2"], "--gain is for analytic models"),
+        (["-o", "x.json"], "do not hold networks"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(folder, tmp_path, options, message):
+    done = run("fit", folder / "table.binary", *options, cwd=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_convert_takes_one_material_of_a_table(tmp_path):
+    lines = (
+        f"{name} = Aggregate(Lambertian(albedo = [0.1, 0.2, 0.3]), "
+        "NganWard(albedo = [0.3, 0.2, 0.1], roughness = 0.25))"
+        for name in ("brass", "steel")
+    )
+    (tmp_path / "ward.fit").write_text("\n".join(lines))
+    done = run("convert", "ward.fit", "x.json", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "choose one of brass, steel" in done.stderr
+    done = run("convert", "ward.fit", "x.json", "--material", "steel", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert nacre.load(tmp_path / "x.json").name == "steel"

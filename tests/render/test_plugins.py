@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.measured.merl import tabulate
 from tests.data import require_data
+from tests.render.chi_square import chi_square
 
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
 
@@ -77,35 +76,6 @@ def test02_weight_is_eval_over_pdf(rgb: Any, directions: Pairs, name: str) -> No
     dark = (directions[1][:, 2] <= 0) | (np.array(sample.wo)[2] <= 0)
     assert not pdf[dark].any()
     assert not np.array(weight).T[dark].any()
-
-
-def chi_square(mi: Any, brdf: Brdf, degrees: float, distort: Callable[[Any, Any], Any]) -> Any:
-    """Chi-square test of `sample` against `pdf`, changed by `distort(pdf, wo)`.
-
-    Not Mitsuba's BSDFAdapter: it drops samples where the reflectance is 0, which a clamped network
-    may be above the horizon.
-    """
-    import drjit as dr
-
-    bsdf, context = nacre.render.bsdf(brdf), mi.BSDFContext()
-    angle = math.radians(degrees)
-
-    def seen(count: int) -> Any:
-        si = dr.zeros(mi.SurfaceInteraction3f, count)
-        si.wi = mi.Vector3f(0.8 * math.sin(angle), 0.6 * math.sin(angle), math.cos(angle))
-        return si
-
-    def sample(u: Any) -> tuple[Any, Any]:
-        drawn, _ = bsdf.sample(context, seen(dr.width(u)), u[0], mi.Point2f(u[1], u[2]))
-        return drawn.wo, dr.select(drawn.pdf > 0, mi.Float(1.0), 0.0)
-
-    def density(wo: Any) -> Any:
-        return distort(bsdf.pdf(context, seen(dr.width(wo)), wo), wo)
-
-    # 64 steps a cell resolve a lobe of exponent 50000 off the pole: a tenth of a degree of azimuth.
-    return mi.chi2.ChiSquareTest(
-        mi.chi2.SphericalDomain(), sample, density, 3, sample_count=400_000, res=101, ires=64
-    )
 
 
 LOBES = [

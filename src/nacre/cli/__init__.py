@@ -17,7 +17,7 @@ _COMMANDS = {
     "convert": "Write a material in another format.",
     "demo": "Run the main job from start to end on a built-in or given material.",
     "download": "Download measured materials from a public database.",
-    "fit": "Fit a neural material to each measured file.",
+    "fit": "Fit a neural material or an analytic model to each file.",
     "info": "Show what is in a file, and whether it is physical.",
     "measure": "Measure a Mitsuba BSDF virtually.",
     "plot": "Draw the lobes of materials over one another.",

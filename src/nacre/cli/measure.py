@@ -44,7 +44,7 @@ def command(
     brdf = _from_json(description) if description is not None else _from_scene(scene, name)
     brdf.name = output.stem
     check_target(output, brdf)
-    if target(output).neural:
+    if target(output).holds == "neural":
         from nacre.neural import Recipe, fit
 
         recipe = Recipe(epochs=20, seed=seed) if draft else Recipe(seed=seed)

@@ -21,6 +21,7 @@ from nacre.brdf import Brdf
 from nacre.color import xyz_to_rgb
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_spherical, join, split, to_spherical
+from nacre.measured.cleaning import from_measurement
 from nacre.measured.sample_columns import (
     ANGLES,
     LINE_LIMIT,
@@ -29,7 +30,7 @@ from nacre.measured.sample_columns import (
     read_table,
 )
 from nacre.measured.sample_grid import tabulate
-from nacre.measured.scattered import ScatteredBrdf, from_measurement
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28

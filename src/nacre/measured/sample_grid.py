@@ -1,9 +1,9 @@
 """Any reflectance as scattered samples, at directions that suit interpolation between them.
 
 Directions are a grid in the Rusinkiewicz angles (Rusinkiewicz 1998, "A New Change of Variables for
-Efficient BRDF Representation"), even in the coordinates that
-:func:`nacre.measured.scattered.coordinates` interpolates in: dense near the mirror direction, and
-with fewer azimuths where they matter less.
+Efficient BRDF Representation"), even in the coordinates of
+:func:`nacre.measured.interpolation.coordinates`: dense near the mirror direction, and with fewer
+azimuths where they matter less.
 """
 
 from __future__ import annotations

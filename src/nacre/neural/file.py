@@ -152,5 +152,5 @@ FORMAT = Format(
     _recognise,
     lambda path: load(Path(path)),
     save,
-    neural=True,
+    holds="neural",
 )

@@ -79,16 +79,23 @@ def _log(x: Any) -> Any:
 
 
 @_compile_fast  # type: ignore[untyped-decorator]
-def _loss(x: Any, target: Any, cosine: Any, gradient: Any, scale: Any) -> Any:
-    """Sum of |log(1 + (e^x - 1) cos) - target|, and its gradient times `scale`."""
+def _loss(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
+    """Sum of |log(1 + (e^x - 1) weight) - target|, and its gradient times `scale`.
+
+    With a weight above 1, 1 + u can be negative: there the logarithm goes on below u = 0 as it does
+    above, as -log(1 - u).
+    """
     prefer_wide_vectors()
     total = np.float32(0.0)
+    one = np.float32(1.0)
     for s in range(x.size):
         e = _exp(x[s])
-        weighted = np.float32(1.0) + (e - np.float32(1.0)) * cosine[s]
-        residual = _log(weighted) - target[s]
+        weighted = (e - one) * weight[s]
+        sign = -one if weight[s] > one and weighted < np.float32(0.0) else one
+        size = one + sign * weighted
+        residual = sign * _log(size) - target[s]
         total += abs(residual)
-        gradient[s] = (scale if residual > 0 else -scale) * cosine[s] * e / weighted
+        gradient[s] = (scale if residual > 0 else -scale) * weight[s] * e / size
     return total
 
 

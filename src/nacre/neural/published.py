@@ -139,7 +139,7 @@ FORMATS = (
         load_h5,
         save_h5,
         isotropic=True,
-        neural=True,
+        holds="neural",
     ),
     Format(
         "NBRDF network (NumPy)",

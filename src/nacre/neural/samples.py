@@ -4,26 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf, Floats
-from nacre.files import NacreError
-from nacre.geometry import join, split, uniform_rusinkiewicz
+from nacre.brdf import Brdf, DirectionSamples, Floats
+from nacre.geometry import split
 from nacre.neural.nbrdf import network_inputs
 from nacre.parallel import thread_map
-
-Rows: TypeAlias = tuple[Floats, Floats, Floats]
-"""Network inputs (n, k), f_r (n, 3) in 1/sr and cos theta_i (n, 1) of n samples."""
+from nacre.sampling import draw_samples
 
 BLOCK = 16
 """Samples that stay together when the order of training is shuffled."""
 
 _CHUNK = 1 << 15
-_HOPELESS = 64
-"""Chunks without enough valid samples after which drawing gives up."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +28,8 @@ class Samples:
     ----------
     blocks
         Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every
-        network input, of log(1 + f cos theta_i) for red, green and blue, and of cos theta_i.
+        network input, of log(1 + f cos theta_i) for red, green and blue, and of cos theta_i. Any
+        weight may take the place of the cosine, as it does for scans.
     inputs
         Number of network inputs.
     """
@@ -85,72 +80,24 @@ def aligned(count: int) -> npt.NDArray[np.float32]:
 def draw(
     brdf: Brdf, count: int, seed: int, progress: Callable[[int, int], None] | None = None
 ) -> Samples:
-    """Samples as :func:`draw_rows` draws them, ready to train on."""
-    inputs, rgb, cosine = draw_rows(brdf, count, seed, progress)
-    return Samples.pack(inputs, rgb, cosine[:, 0])
+    """Samples uniform in the Rusinkiewicz angles, ready to train on.
 
-
-def draw_rows(
-    brdf: Brdf,
-    count: int,
-    seed: int,
-    progress: Callable[[int, int], None] | None = None,
-    everywhere: bool = False,
-) -> Rows:
-    """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
-
-    theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an anisotropic
-    reflectance, else 0. Pairs with a direction below the horizon, and samples that are not valid
-    or not finite, are dropped and replaced, so that `count` remain.
-
-    Parameters
-    ----------
-    brdf
-        Reflectance to sample.
-    count
-        Number of samples.
-    seed
-        The same seed gives the same samples.
-    progress
-        Called with the number of samples drawn and `count`.
-    everywhere
-        Keep samples that are not valid.
-
-    Raises
-    ------
-    NacreError
-        If hardly any sample is valid.
+    See :func:`nacre.sampling.draw_samples`, which has the parameters and the errors.
     """
-    inputs, rgb, cosine = (np.empty((count, n), np.float32) for n in (6, 3, 1))
-    filled = chunk = 0
-    while filled < count:
-        if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
-            raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
-        wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), everywhere), wave):
-            kept = min(len(part[0]), count - filled)
-            for whole, piece in zip((inputs, rgb, cosine), part, strict=True):
-                whole[filled : filled + kept] = piece[:kept]
-            filled += kept
-            if progress:
-                progress(filled, count)
-        chunk = wave.stop
-    return inputs, rgb, cosine
+    samples = draw_samples(brdf, count, seed, progress)
+    inputs = np.empty((count, 6), np.float32)
+
+    def fill(start: int) -> None:
+        part = slice(start, start + _CHUNK)
+        chunk = DirectionSamples(samples.wi[part], samples.wo[part], samples.rgb[part])
+        inputs[part] = direction_inputs(chunk, brdf.isotropic)
+
+    for _ in thread_map(fill, range(0, count, _CHUNK)):
+        pass
+    return Samples.pack(inputs, samples.rgb, samples.cosine)
 
 
-def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> Rows:
-    random = np.random.default_rng(seed)
-    u = random.random((4, _CHUNK), dtype=np.float32)
-    if brdf.isotropic:
-        u[1] = 0.0
-    wi, wo = uniform_rusinkiewicz(u)
-    visible = (wi[2] > 0) & (wo[2] > 0)
-    wi, wo = (join(w)[visible] for w in (wi, wo))
-    if not everywhere:
-        known = brdf.valid(wi, wo)
-        wi, wo = wi[known], wo[known]
-    rgb = brdf.eval(wi, wo)
-    finite = np.isfinite(rgb).all(axis=1)
-    wi, wo, rgb = wi[finite], wo[finite], rgb[finite]
-    x = np.stack(np.broadcast_arrays(*network_inputs(split(wi), split(wo), brdf.isotropic)), -1)
-    return x, rgb, wi[:, 2:]
+def direction_inputs(samples: DirectionSamples, isotropic: bool) -> Floats:
+    """Network inputs of samples, shape (n, 6)."""
+    inputs = network_inputs(split(samples.wi), split(samples.wo), isotropic)
+    return np.stack(np.broadcast_arrays(*inputs), axis=-1)

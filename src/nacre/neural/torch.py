@@ -97,11 +97,14 @@ class TorchTrainer:
 
     def _mean_loss(self, blocks: Tensor) -> Tensor:
         rows = blocks.transpose(1, 2).reshape(-1, blocks.shape[1])
-        x, target, cosine = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
+        x, target, weight = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
         for index in range(0, len(self._parameters), 2):
             x = torch.relu(x) if index else x
             x = torch.addmm(self._parameters[index + 1], x, self._parameters[index])
-        return (torch.log(1.0 + (torch.exp(x) - 1.0) * cosine) - target).abs().mean()
+        weighted = (torch.exp(x) - 1.0) * weight
+        # As in the kernel: with a weight above 1, 1 + weighted can be negative.
+        sign = torch.where((weight > 1.0) & (weighted < 0.0), -1.0, 1.0)
+        return (sign * torch.log(1.0 + sign * weighted) - target).abs().mean()
 
     def _gradient(self, blocks: Tensor) -> tuple[Tensor, Sequence[Tensor]]:
         loss = self._mean_loss(blocks)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -13,9 +13,15 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.files import NacreError
+from nacre.neural.bound import bounded
 from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.scattered import SCATTERED_SAMPLES, scattered_samples
+from nacre.neural.scattered import (
+    SCATTERED_SAMPLES,
+    highest,
+    scattered_samples,
+    validation_errors,
+)
 from nacre.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 
@@ -53,17 +59,19 @@ class Recipe:
     Parameters
     ----------
     hidden
-        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights.
+        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
+        of a scan has one more, of three units: see :func:`nacre.neural.bound.bounded`.
     epochs
         Passes over the training samples; 20 make a draft.
     samples
         Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if anisotropic. Of a
         scan with scattered samples: training samples, filling between them included; None for
-        128,000, or 640,000 if anisotropic.
+        320,000, or 1,600,000 if anisotropic.
     batch
-        Samples an optimiser step, a multiple of 16.
+        Samples an optimiser step, a multiple of 16; a scan takes half as many.
     learning_rate
-        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero.
+        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
+        half of it for a scan.
     held_out
         Share of the samples that is never trained on; of a scan, share of its own samples.
     seed
@@ -135,12 +143,17 @@ def fit(
 
     Notes
     -----
-    The loss is equation 1 of the NBRDF paper. The output is not clamped while training: a ReLU
+    The loss is equation 1 of the NBRDF paper; that of scans differs, see
+    :mod:`nacre.neural.scattered`, which also says how they are kept from rising towards the
+    horizon. The output is not clamped while training: a ReLU
     there kills colour channels for good.
     """
     recipe = recipe or Recipe()
     factor = 1 if brdf.isotropic else ANISOTROPIC_FACTOR
     scan = brdf.scattered()
+    if scan is not None:
+        half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
+        recipe = replace(recipe, batch=half, learning_rate=0.5 * recipe.learning_rate)
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
     trainer = _trainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch, device)
@@ -148,22 +161,28 @@ def fit(
     def sampled(done: int, total: int) -> None:
         report("sampling", done, total, "")
 
+    chosen = recipe.held_out, recipe.seed
     if scan is None:
         training, held_out = draw(brdf, count, recipe.seed, sampled).split(recipe.held_out)
     else:
-        training, held_out = scattered_samples(scan, count, recipe.held_out, recipe.seed, sampled)
-    losses = train(trainer, training, held_out, recipe, progress)
-    if not math.isfinite(sum(losses.values())):
+        training, held_out = scattered_samples(scan, count, *chosen, sampled)
+    quality = train(trainer, training, held_out, recipe, progress)
+    if not math.isfinite(sum(quality.values())):
         raise NacreError(
             f"{brdf.name or 'reflectance'}: training diverged; lower the learning rate"
         )
-    network = NeuralBrdf(trainer.layers(), isotropic=brdf.isotropic, name=brdf.name)
+    layers = trainer.layers()
+    if scan is not None:
+        layers = bounded(layers, highest(scan, *chosen))
+    network = NeuralBrdf(layers, isotropic=brdf.isotropic, name=brdf.name)
+    if scan is not None:
+        quality |= validation_errors(scan, network, *chosen)
     report("sampling lobes", 0, 1, "")
     with one_blas_thread():
         network.sampler = fit_lobes(network)
     report("sampling lobes", 1, 1, "")
     settings = asdict(recipe) | {"hidden": list(recipe.hidden), "samples": count}
-    network.metadata = {"fit": settings, "quality": losses}
+    network.metadata = {"fit": settings, "quality": quality}
     if brdf.source:
         network.metadata["source"] = dict(brdf.source)
     return network
