@@ -2,7 +2,7 @@
 
 from nacre.analytic import file, tables
 from nacre.analytic.catalogue import MODELS
-from nacre.analytic.fit import fit
+from nacre.analytic.fitting import fit
 from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.analytic.model import AnalyticBrdf, Parameter
 from nacre.files import Format
