@@ -1,0 +1,68 @@
+"""The process that atheris runs in: one reader, until its time is over or it dies."""
+
+from __future__ import annotations
+
+import argparse
+import resource
+from pathlib import Path
+from random import Random
+
+import atheris
+
+with atheris.instrument_imports(include=["nacre", "zipfile", "json", "numpy.lib", "csv"]):
+    from nacre.formats import formats
+    from tests.fuzz.target import target
+
+from tests.specimens import SPECIMENS, mutated
+
+MEMORY_LIMIT = 2 << 30
+"""Bytes of address space that the process may take beyond what it has at the start."""
+_LONGEST = 1 << 15
+_REBUILT, _PATCHED = 0.3, 0.4
+
+
+def main() -> None:
+    """Fuzz one reader; does not return."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("format")
+    parser.add_argument("output", type=Path)
+    parser.add_argument("seconds", type=int)
+    arguments = parser.parse_args()
+    entry = next(e for e in formats() if e.name == arguments.format)
+    specimen = SPECIMENS[entry.name]
+    corpus = arguments.output / "corpus"
+    corpus.mkdir(exist_ok=True)
+    for index, content in enumerate(specimen.files()):
+        (corpus / f"seed-{index}").write_bytes(content[:_LONGEST])
+
+    def mutate(data: bytes, size: int, seed: int) -> bytes:
+        random = Random(seed)
+        choice = random.random()
+        if choice < _REBUILT:
+            return specimen.rebuild(data, random)
+        if choice < _REBUILT + _PATCHED:
+            return mutated(data, random)
+        return bytes(atheris.Mutate(data, size))
+
+    with target(entry, specimen, arguments.output) as test:
+        for content in specimen.files():
+            test(content)  # whatever is imported late is imported before memory is limited
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_LIMIT, hard))
+        flags = [
+            "fuzz",
+            str(corpus),
+            f"-artifact_prefix={arguments.output}/crash-",
+            f"-max_total_time={arguments.seconds}",
+            f"-max_len={_LONGEST}",
+            "-timeout=60",
+            "-rss_limit_mb=4096",
+            "-print_final_stats=1",
+        ]
+        atheris.Setup(flags, test, custom_mutator=mutate)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
