@@ -83,7 +83,7 @@ def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) ->
 
 def check_values(brdf: Brdf) -> None:
     """Values are finite and of the right shape, and facts can be shown and stored."""
-    json.dumps(brdf.describe())
+    json.dumps(brdf.describe(), ensure_ascii=False).encode()
     assert isinstance(brdf.name, str)
     for dtype in (np.float32, np.float64):
         wi, wo = WI.astype(dtype), WO.astype(dtype)

@@ -491,6 +491,7 @@ SPECIMENS: dict[str, Specimen] = {
         sized=lambda count: map(npz_bytes, _shapes(_table(), count)),
         valued=lambda value: [npz_bytes(npy_bytes(_table(value)))],
         rebuild=_npz_rebuilt,
+        memory=256 << 20,  # a whole table may pack into a small archive
     ),
     "MERL array (.npy)": Specimen(
         "paint.npy",

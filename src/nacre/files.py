@@ -16,7 +16,13 @@ PathLike: TypeAlias = str | os.PathLike[str]
 
 
 class NacreError(Exception):
-    """Something a user can mend; the message is one line that says how."""
+    """Something a user can mend; the message is one line that says how.
+
+    Characters that cannot be printed, of which a damaged file may have any, are escaped.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__("".join(c if c.isprintable() else repr(c)[1:-1] for c in message))
 
 
 class FormatError(NacreError, ValueError):

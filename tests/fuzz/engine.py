@@ -45,8 +45,6 @@ def main() -> None:
         return bytes(atheris.Mutate(data, size))
 
     with target(entry, specimen, arguments.output) as test:
-        for content in specimen.files():
-            test(content)  # whatever is imported late is imported before memory is limited
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_LIMIT, hard))

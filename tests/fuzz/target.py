@@ -61,6 +61,12 @@ class Target:
         self._seen: set[str] = set()
         self.figures = Figures()
 
+    def warm_up(self) -> None:
+        """Read whole files, so that what is imported late is not counted as memory of a file."""
+        for content in self._specimen.files():
+            self._path.write_bytes(content)
+            self._entry.load(self._path)
+
     def check(self, data: bytes) -> None:
         """Try one input.
 
@@ -112,8 +118,10 @@ def target(entry: Format, specimen: Specimen, output: Path) -> Iterator[Target]:
         tempfile.TemporaryDirectory(dir=where) as folder,
         mock.patch("nacre.neural.published.fit_lobes", lambda _: CosineSampler()),
     ):
+        test = Target(entry, specimen, output, Path(folder))
+        test.warm_up()
         tracemalloc.start()
         try:
-            yield Target(entry, specimen, output, Path(folder))
+            yield test
         finally:
             tracemalloc.stop()

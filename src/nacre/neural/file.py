@@ -12,7 +12,7 @@ from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
-from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
 
 VERSION = 1
@@ -104,12 +104,14 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
             raise ValueError(f"field {key!r} is not a table")
+    json.dumps(metadata, allow_nan=False, ensure_ascii=False).encode()  # it can be written again
     layers = []
     for index in range(1, len(header["sizes"])):
         parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
-        if not all(p.dtype == np.float32 and np.isfinite(p).all() for p in parts):
-            raise ValueError(f"layer {index} does not hold finite float32 numbers")
+        if not all(p.dtype == np.float32 for p in parts):
+            raise ValueError(f"layer {index} does not hold float32 numbers")
         layers.append(Layer(*parts))
+    check_weights(layers)
     network = NeuralBrdf(
         layers,
         isotropic=header["parametrisation"] == _PARAMETRISATION[True],
