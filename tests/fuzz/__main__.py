@@ -34,7 +34,8 @@ def chosen(words: list[str]) -> list[Format]:
     """Formats whose name holds a word, or that end in it; all if there is none."""
 
     def fits(entry: Format, word: str) -> bool:
-        return word.lower() in entry.name.lower() or word.lower() in entry.extensions
+        word = word.lower()
+        return word in entry.name.lower() or f".{word.removeprefix('.')}" in entry.extensions
 
     exact = [e for e in formats() if e.name.lower() in map(str.lower, words)]
     rest = [w for w in words if w.lower() not in {e.name.lower() for e in exact}]

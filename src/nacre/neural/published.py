@@ -152,11 +152,16 @@ def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32
         raise FormatError(f"{where}: holds {dataset.dtype}, expected floating-point numbers")
     if dataset.nbytes > min(limit, dataset.id.get_storage_size()):
         raise FormatError(f"{where}: holds less than its shape says")
-    return np.asarray(dataset[()], np.float32)
+    return _float32(dataset[()])
 
 
 def _read_npy(path: Path) -> npt.NDArray[np.float32]:
-    return np.ascontiguousarray(parse_npy(read_bytes(path, _LIMIT), str(path)), np.float32)
+    return _float32(parse_npy(read_bytes(path, _LIMIT), str(path)))
+
+
+def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    with np.errstate(over="ignore"):  # what is infinite then is refused with the rest
+        return np.ascontiguousarray(values, np.float32)
 
 
 def _network(layers: list[Layer], name: str) -> NeuralBrdf:
