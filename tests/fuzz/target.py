@@ -49,41 +49,42 @@ class Target:
     """
 
     def __init__(self, entry: Format, specimen: Specimen, output: Path, folder: Path) -> None:
-        self._entry = entry
-        self._specimen = specimen
+        self.entry = entry
+        self.specimen = specimen
         self._output = output
         (folder / "again").mkdir()
         (folder / "read").mkdir()
-        self._path = folder / "read" / specimen.name
+        self.path = folder / "read" / specimen.name
         self._again = folder / "again" / specimen.name
         for name, content in specimen.companions.items():
-            self._path.with_name(name).write_bytes(content)
+            self.path.with_name(name).write_bytes(content)
         self._seen: set[str] = set()
         self.figures = Figures()
 
     def warm_up(self) -> None:
         """Read whole files, so that what is imported late is not counted as memory of a file."""
-        for content in self._specimen.files():
-            self._path.write_bytes(content)
-            self._entry.load(self._path)
+        for content in self.specimen.files():
+            self.path.write_bytes(content)
+            self.entry.load(self.path)
 
-    def check(self, data: bytes) -> None:
-        """Try one input.
+    def check(self, data: bytes) -> bool:
+        """Try one input; whether it was read.
 
         Raises
         ------
         Exception
             Whatever a reader must not do.
         """
-        self._path.write_bytes(data)
+        self.path.write_bytes(data)
         start = time.process_time()
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            loaded, peak = check_reading(self._entry, self._specimen, self._path, self._again)
+            loaded, peak = check_reading(self.entry, self.specimen, self.path, self._again)
         seconds = time.process_time() - start
         assert seconds < TIME_LIMIT, f"took {seconds:.1f} s"
         self.figures.loaded += loaded
         self.figures.peak = max(self.figures.peak, peak)
+        return loaded
 
     def __call__(self, data: bytes) -> None:
         """Try one input; keep it if it fails where none has before, and go on."""
