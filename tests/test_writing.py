@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import resource
 import signal
 import subprocess
@@ -201,7 +202,7 @@ def networks(draw: Callable, isotropic: bool | None = None) -> NeuralBrdf:
     layers = [
         Layer(draw(arrays(np.float32, (a, b), elements=weights)),
               draw(arrays(np.float32, b, elements=weights)))
-        for a, b in zip(sizes[:-1], sizes[1:], strict=True)
+        for a, b in itertools.pairwise(sizes)
     ]  # fmt: skip
     lobes = st.builds(BlinnPhongMixture, st.floats(0.0, 1.0), st.floats(1.0, 1e3))
     if isotropic is None:

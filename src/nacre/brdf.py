@@ -219,7 +219,8 @@ class Brdf(abc.ABC):
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
     """Clamp colours to be non-negative, and to 0 where a direction is at or below the horizon.
 
-    What overflows is clamped to the largest float32. What :meth:`Brdf.eval` does, for components of any array library.
+    What overflows is clamped to the largest float32. What :meth:`Brdf.eval` does, for components
+    of any array library.
     """
     xp = namespace(*wi, *wo)
     visible = (wi[2] > 0.0) & (wo[2] > 0.0)

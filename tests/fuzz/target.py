@@ -112,12 +112,12 @@ class Target:
 def target(entry: Format, specimen: Specimen, output: Path) -> Iterator[Target]:
     """A target with a working folder in memory, tracing allocations.
 
-    Lobes are not fitted to networks meanwhile: it takes longer than all the rest, and reads nothing.
+    Lobes are not fitted to networks meanwhile: that takes longer than all the rest.
     """
     where = _SHARED_MEMORY if _SHARED_MEMORY.is_dir() else None
     with (
         tempfile.TemporaryDirectory(dir=where) as folder,
-        mock.patch("nacre.neural.published.fit_lobes", lambda _: CosineSampler()),
+        mock.patch("nacre.neural.published.fit_lobes", return_value=CosineSampler()),
     ):
         test = Target(entry, specimen, output, Path(folder))
         test.warm_up()

@@ -197,7 +197,7 @@ SPECIMENS = {
         lambda: [_FC],
         header=140,
         sized=lambda count: promised_shapes(_weights()["weights_1"], count),
-        valued=lambda value: [npy_bytes(np.full((6, 4), value, "<f4"))],
+        valued=lambda value: [npy_bytes(np.full((6, 4), value))],
         rebuild=npy_rebuilt(2),
         companions={
             "paint_b1.npy": npy_bytes(_weights()["biases_1"]),
