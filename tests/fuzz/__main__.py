@@ -52,7 +52,7 @@ def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
     for old in [*output.glob("failure-*"), *output.glob("crash-*")]:
         old.unlink()
     end = time.monotonic() + seconds
-    executed, resident, coverage, figures = 0, 0, ("0", "0"), Figures()
+    executed, resident, deaths, coverage, figures = 0, 0, 0, ("0", "0"), Figures()
     with (output / "log.txt").open("w") as log:
         while (left := int(end - time.monotonic())) > 0 or not executed:
             (output / "figures.json").unlink(missing_ok=True)
@@ -67,6 +67,7 @@ def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
                 check=False,
             )
             log.write(process.stderr)
+            deaths += process.returncode != 0
             statistics = dict(_STATISTIC.findall(process.stderr))
             resident = max(resident, int(statistics.get("peak_rss_mb", 0)))
             coverage = ([*_COVERAGE.findall(process.stderr), coverage])[-2:][0]
@@ -83,7 +84,9 @@ def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
         f"peak {figures.peak / 2**20:6.1f} MiB allocated, {resident:4} MiB resident"
     )
     kept = [f"    python -m tests.fuzz {entry.name!r} --input {path}" for path in failures]
-    return "\n".join([line, *kept]), bool(failures)
+    if deaths:
+        kept.append(f"    the process died {deaths} times, see {output}/log.txt")
+    return "\n".join([line, *kept]), bool(kept)
 
 
 def main() -> None:

@@ -7,14 +7,6 @@ import resource
 from pathlib import Path
 from random import Random
 
-import atheris
-
-with atheris.instrument_imports(include=["nacre", "zipfile", "json", "numpy.lib", "csv"]):
-    from nacre.formats import formats
-    from tests.fuzz.target import target
-
-from tests.specimens import SPECIMENS, mutated
-
 MEMORY_LIMIT = 2 << 30
 """Bytes of address space that the process may take beyond what it has at the start."""
 _LONGEST = 1 << 15
@@ -23,6 +15,12 @@ _REBUILT, _PATCHED = 0.3, 0.4
 
 def main() -> None:
     """Fuzz one reader; does not return."""
+    import atheris
+
+    with atheris.instrument_imports(include=["nacre", "zipfile", "json", "numpy.lib"]):
+        from nacre.formats import formats
+        from tests.fuzz.target import target
+        from tests.specimens import SPECIMENS, mutated
     parser = argparse.ArgumentParser()
     parser.add_argument("format")
     parser.add_argument("output", type=Path)

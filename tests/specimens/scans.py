@@ -37,8 +37,8 @@ def _text_rebuilt(data: bytes, random: Random) -> bytes:
         if random.random() < 0.2:
             lines.insert(random.randrange(len(lines)), random.choice(lines))
         if random.random() < 0.1:
-            del lines[random.randrange(len(lines))]
-    return b"\n".join(lines or [b""])
+            lines[random.randrange(len(lines)) :] = [b""]
+    return b"\n".join(lines)
 
 
 SPECIMENS = {

@@ -185,7 +185,7 @@ def _columns(
         raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
     twice = [name for name in names if names.count(name) > 1]
     if twice:
-        raise FormatError(f"{path}: columns: {twice[0]!r} appears twice")
+        raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
     values = [name for name in names if name not in ANGLES]
     if sorted(values) == ["b", "g", "r"] or values == ["f"]:
         return names, scales
@@ -207,7 +207,7 @@ def _scale(path: PathLike, name: str, unit: str | None) -> float:
             "add a line '# units: degrees'"
         )
     if unit.strip().lower() not in _UNITS:
-        raise FormatError(f"{path}: column {name}: unit {unit!r}, expected degrees or radians")
+        raise FormatError(f"{path}: column {name}: unit {unit[:40]!r}, expected degrees or radians")
     return _UNITS[unit.strip().lower()]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
 from nacre.measured.merl import tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.npy import MAGIC, parse_npy
@@ -54,7 +54,7 @@ def load_npz(path: PathLike) -> MerlBrdf:
                         f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
                     )
                 member = next(iter(members.values()))
-            where = f"{path}: array '{member.filename.removesuffix('.npy')}'"
+            where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
             if member.file_size > max(_WHOLE, _RATIO * len(data)):
                 raise FormatError(f"{where}: is larger than any table that packs into this file")
             if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
@@ -66,8 +66,7 @@ def load_npz(path: PathLike) -> MerlBrdf:
     except FormatError:
         raise
     except Exception as error:  # the archive's decoders meet damage in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{path}: is not a whole .npz archive: {reason}") from error
+        raise FormatError(f"{path}: is not a whole .npz archive: {reason(error)}") from error
     return _table(content, where, Path(path).stem)
 
 

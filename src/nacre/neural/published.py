@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
 from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.npy import MAGIC, parse_npy
 from nacre.sampling import fit_lobes
@@ -49,10 +49,9 @@ def load_h5(path: PathLike) -> NeuralBrdf:
     except FormatError:
         raise
     except ValueError as error:
-        raise FormatError(f"{path}: is not an NBRDF network: {error}") from error
+        raise FormatError(f"{path}: is not an NBRDF network: {reason(error)}") from error
     except Exception as error:  # HDF5 meets damage in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{path}: is not a whole Keras weight file: {reason}") from error
+        raise FormatError(f"{path}: is not a whole Keras weight file: {reason(error)}") from error
 
 
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
@@ -106,7 +105,7 @@ def load_npy(path: PathLike) -> NeuralBrdf:
     except FormatError:
         raise
     except (ValueError, IndexError) as error:
-        raise FormatError(f"{path}: is not an NBRDF network: {error}") from error
+        raise FormatError(f"{path}: is not an NBRDF network: {reason(error)}") from error
 
 
 def _check_heaps(data: bytes) -> None:
@@ -144,7 +143,7 @@ def _names(group: Any, key: str, limit: int) -> list[str]:
 
 
 def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32]:
-    where = f"{path}: dataset {dataset.name}"
+    where = f"{path}: dataset {dataset.name[:80]}"
     # Only numbers that lie in this file as they are: others unpack to any size or are elsewhere.
     if dataset.chunks is not None or dataset.is_virtual or dataset.external:
         raise FormatError(f"{where}: is not stored whole and plain; save the weights with Keras")
