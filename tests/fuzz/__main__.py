@@ -105,6 +105,8 @@ def main() -> None:
     if arguments.input:
         if len(entries) != 1:
             parser.error("--input needs exactly one format")
+        if not arguments.input.is_file():
+            parser.error(f"--input: {arguments.input} is not a file")
         with target(entries[0], SPECIMENS[entries[0].name], arguments.output) as test:
             test.check(arguments.input.read_bytes())
         print("no failure")
