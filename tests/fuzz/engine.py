@@ -9,7 +9,8 @@ from random import Random
 
 MEMORY_LIMIT = 2 << 30
 """Bytes of address space that the process may take beyond what it has at the start."""
-_LONGEST = 1 << 15
+_SHORTEST_LIMIT = 1 << 15
+"""Inputs may be at least this long; longer where whole files are."""
 _REBUILT, _PATCHED = 0.3, 0.4
 
 
@@ -30,16 +31,18 @@ def main() -> None:
     specimen = SPECIMENS[entry.name]
     corpus = arguments.output / "corpus"
     corpus.mkdir(exist_ok=True)
-    for index, content in enumerate(specimen.files()):
-        (corpus / f"seed-{index}").write_bytes(content[:_LONGEST])
+    files = specimen.files()
+    longest = max(_SHORTEST_LIMIT, *(len(content) + 64 for content in files))
+    for index, content in enumerate(files):
+        (corpus / f"seed-{index}").write_bytes(content)
 
     def mutate(data: bytes, size: int, seed: int) -> bytes:
         random = Random(seed)
         choice = random.random()
         if choice < _REBUILT:
-            return specimen.rebuild(data, random)
+            return specimen.rebuild(data, random)[:size]
         if choice < _REBUILT + _PATCHED:
-            return mutated(data, random)
+            return mutated(data, random)[:size]
         return bytes(atheris.Mutate(data, size))
 
     with target(entry, specimen, arguments.output) as test:
@@ -51,7 +54,7 @@ def main() -> None:
             str(corpus),
             f"-artifact_prefix={arguments.output}/crash-",
             f"-max_total_time={arguments.seconds}",
-            f"-max_len={_LONGEST}",
+            f"-max_len={longest}",
             "-timeout=60",
             "-rss_limit_mb=4096",
             "-print_final_stats=1",

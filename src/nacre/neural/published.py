@@ -159,7 +159,9 @@ def _read_npy(path: Path) -> npt.NDArray[np.float32]:
 
 
 def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    with np.errstate(over="ignore"):  # what is infinite then is refused with the rest
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # what is not finite is refused with the rest
         return np.ascontiguousarray(values, np.float32)
 
 
