@@ -226,3 +226,13 @@ def test_drjit_gives_what_numpy_gives(brdf):
     expected = brdf.eval(wi, wo)
     error = np.abs(values - expected) / np.maximum(expected, 0.01 * expected.mean())
     assert np.quantile(error, 0.999) < 2e-3
+
+
+def test_what_overflows_is_clamped():
+    bright = NeuralBrdf([Layer(np.zeros((6, 3)), np.array([1.0, 90.0, 1e30]))])
+    wi, wo = pairs(10)
+    for dtype in (np.float32, np.float64):
+        values = bright.eval(wi.astype(dtype), wo)
+        assert values.dtype == dtype
+        np.testing.assert_allclose(values[:, 0], math.e - 1.0, rtol=1e-6)
+        assert (values[:, 2] == np.finfo(np.float32).max).all()

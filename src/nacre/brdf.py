@@ -18,6 +18,9 @@ from nacre.geometry import cosine_hemisphere, join, split
 _CHUNK = 1 << 14
 """Pairs evaluated at a time: intermediate arrays stay in the cache."""
 
+_LARGEST = float(np.finfo(np.float32).max)
+"""Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
+
 Floats = npt.NDArray[np.floating]
 
 
@@ -278,11 +281,14 @@ class Brdf(abc.ABC):
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
     """Clamp colours to be non-negative, and to 0 where a direction is at or below the horizon.
 
-    What :meth:`Brdf.eval` does, for components of any array library.
+    What overflows is clamped to the largest float32. What :meth:`Brdf.eval` does, for components
+    of any array library.
     """
     xp = namespace(*wi, *wo)
     visible = (wi[2] > 0.0) & (wo[2] > 0.0)
-    red, green, blue = (xp.where(visible, xp.maximum(c, 0.0), 0.0) for c in rgb)
+    red, green, blue = (
+        xp.where(visible, xp.minimum(xp.maximum(c, 0.0), _LARGEST), 0.0) for c in rgb
+    )
     return red, green, blue
 
 

@@ -16,7 +16,18 @@ PathLike: TypeAlias = str | os.PathLike[str]
 
 
 class NacreError(Exception):
-    """Something a user can mend; the message is one line that says how."""
+    """Something a user can mend; the message is one line that says how.
+
+    Characters that cannot be printed, of which a damaged file may have any, are escaped.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__("".join(c if c.isprintable() else repr(c)[1:-1] for c in message))
+
+
+def reason(error: Exception) -> str:
+    """What a library says went wrong, on one short line."""
+    return str(error).partition("\n")[0][:200]
 
 
 class FormatError(NacreError, ValueError):
@@ -93,8 +104,9 @@ def require(module: str, extra: str) -> ModuleType:
             f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
         ) from error
     except Exception as error:  # a library of the system that is missing shows in many ways
-        reason = str(error.__context__ or error).partition("\n")[0]
-        raise MissingExtraError(f"{package} is installed but does not load: {reason}") from error
+        cause = error.__context__ if isinstance(error.__context__, Exception) else error
+        message = f"{package} is installed but does not load: {reason(cause)}"
+        raise MissingExtraError(message) from error
 
 
 def read_bytes(path: PathLike, limit: int) -> bytes:

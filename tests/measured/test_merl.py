@@ -309,14 +309,6 @@ def test_file_cut_short_or_too_long_is_refused(tmp_path: Path) -> None:
     assert_refused(write(path, data + b"\0"), "trailing bytes")
 
 
-def test_what_is_not_a_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "absent.binary"
-    assert_refused(path, "cannot be read")
-    assert_refused(tmp_path, "is a directory")
-    assert_refused(write(path, b""), "is empty")
-    assert_refused(write(path, b"<html>not found</html>"), "header")
-
-
 @pytest.mark.parametrize("size", [0, -1, -(2**31), 2**31 - 1, 1025])
 @pytest.mark.parametrize("axis", range(3))
 def test_absurd_dimension_is_refused(tmp_path: Path, size: int, axis: int) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
 from nacre.measured.merl import Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.raw import LARGEST, check_finite
@@ -26,6 +26,8 @@ from nacre.npy import MAGIC, parse_npy
 _KEY = "f_r"
 _LIMIT = 1 << 30
 _NODE_LIMIT = 1024
+_WHOLE, _RATIO = 1 << 26, 8
+"""Bytes that an array may unpack to from an archive of any size, and from each of its bytes."""
 _SHAPE = re.compile(rb"'shape': \((?:\d+, ){3}\d+\)")
 
 
@@ -53,16 +55,20 @@ def load_npz(path: PathLike) -> MerlBrdf:
                         f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
                     )
                 member = next(iter(members.values()))
-            if member.file_size > _LIMIT:
-                raise FormatError(f"{path}: array '{member.filename}': is larger than any table")
-            content = archive.read(member)
+            where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
+            if member.file_size > max(_WHOLE, _RATIO * len(data)):
+                raise FormatError(f"{where}: is larger than any table that packs into this file")
+            if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                raise FormatError(f"{where}: is packed in an unusual way; use numpy.savez")
+            with archive.open(member) as packed:  # read() would unpack more than was promised
+                content = packed.read(member.file_size)
+                if len(content) < member.file_size or packed.read(1):
+                    raise FormatError(f"{where}: is of another length than the archive says")
     except FormatError:
         raise
     except Exception as error:  # the archive's decoders meet damage in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{path}: is not a whole .npz archive: {reason}") from error
-    name = member.filename.removesuffix(".npy")
-    return _table(content, f"{path}: array '{name}'", Path(path).stem)
+        raise FormatError(f"{path}: is not a whole .npz archive: {reason(error)}") from error
+    return _table(content, where, Path(path).stem)
 
 
 def load_npy(path: PathLike) -> MerlBrdf:

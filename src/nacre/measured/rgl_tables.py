@@ -156,7 +156,7 @@ class _Fields:
 
     def _get(self, name: str) -> npt.NDArray[Any]:
         if name not in self.tensors:
-            raise self.error(name, f"is missing, found {', '.join(self.tensors)}")
+            raise self.error(name, f"is missing, found {', '.join(self.tensors)[:200]}")
         return self.tensors[name]
 
     def floats(self, name: str, shape: _Shape) -> _Floats:

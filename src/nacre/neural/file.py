@@ -11,8 +11,8 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
-from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
 
 VERSION = 1
@@ -82,15 +82,15 @@ def load(path: PathLike) -> NeuralBrdf:
         size = int.from_bytes(data[:8], "little")
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
     except SafetensorError as error:
-        raise FormatError(f"{path}: is not a whole safetensors file: {error}") from error
+        raise FormatError(f"{path}: is not a whole safetensors file: {reason(error)}") from error
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is a safetensors file, but not a nacre material") from error
     try:
         return _from_header(header, tensors)
     except KeyError as error:
-        raise FormatError(f"{path}: field {error} is missing") from error
+        raise FormatError(f"{path}: field {reason(error)} is missing") from error
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise FormatError(f"{path}: {str(error)[:200]}") from error
+        raise FormatError(f"{path}: {reason(error)}") from error
 
 
 def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]]) -> NeuralBrdf:
@@ -104,12 +104,14 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
             raise ValueError(f"field {key!r} is not a table")
+    json.dumps(metadata, allow_nan=False, ensure_ascii=False).encode()  # it can be written again
     layers = []
     for index in range(1, len(header["sizes"])):
         parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
-        if not all(p.dtype == np.float32 and np.isfinite(p).all() for p in parts):
-            raise ValueError(f"layer {index} does not hold finite float32 numbers")
+        if not all(p.dtype == np.float32 for p in parts):
+            raise ValueError(f"layer {index} does not hold float32 numbers")
         layers.append(Layer(*parts))
+    check_weights(layers)
     network = NeuralBrdf(
         layers,
         isotropic=header["parametrisation"] == _PARAMETRISATION[True],

@@ -18,6 +18,7 @@ from nacre.geometry import half_difference, isotropic
 
 INPUTS = 6
 OUTPUTS = 3
+_LARGEST_SUM = 1e37
 HIDDEN = (21, 21)
 """Hidden layer sizes of the paper: 675 weights."""
 
@@ -55,6 +56,26 @@ class Layer:
         shape = self.weights.shape
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
             raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
+
+
+def check_weights(layers: Sequence[Layer]) -> None:
+    """Refuse weights with which a network could give something that is not a number.
+
+    Raises
+    ------
+    ValueError
+        If a weight is not finite, or sums of products could overflow float32.
+    """
+    bound = np.ones(INPUTS)  # of the inputs, which are parts of unit vectors
+    with np.errstate(over="ignore", invalid="ignore"):
+        for layer in layers:
+            weights, biases = (np.abs(a.astype(np.float64)) for a in (layer.weights, layer.biases))
+            if not (np.isfinite(weights).all() and np.isfinite(biases).all()):
+                raise ValueError("weights are not finite")
+            if len(bound) == len(weights):
+                bound = bound @ weights + biases
+            if not bound.max() < _LARGEST_SUM:
+                raise ValueError("weights are so large that sums of them overflow")
 
 
 @dataclass(eq=False)
