@@ -4,55 +4,27 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 import nacre
-from nacre.array import Components, namespace
+from nacre.array import Components
 from nacre.brdf import Brdf
-from nacre.geometry import dot, half_vector
 from nacre.measured import MerlBrdf, RglBrdf, merl, rgl
 from nacre.measured.microfacets import NormalGrid, polar_nodes
 from nacre.measured.rgl_writer import Resolution
 from nacre.measured.tensor_file import read_tensors, write_tensors
+from tests.reflectances import Glossy
 from tests.variants import require_mitsuba
 
 from ..data import list_data, require_data
-from .support import assert_chi_square, hemisphere, material, tensor_bytes, write
+from .support import assert_chi_square, hemisphere, material, relative_error, tensor_bytes, write
 
 SMALL = Resolution(1, 12, 24, 24, 48)
 SMALL_TURN = Resolution(13, 8, 16, 24, 32)
 REAL = list_data("rgl", "*.bsdf") or ["satin_rosaline_rgb.bsdf"]
-
-
-class Glossy(Brdf):
-    """Lambert and a GGX lobe (Walter et al. 2007) with the Smith term of uncorrelated heights."""
-
-    def __init__(self, diffuse: float, specular: float, rough: float, across: float = 0.0) -> None:
-        self.diffuse, self.specular = diffuse, specular
-        self.rough = rough, across or rough
-        self.isotropic = across in (0.0, rough)
-
-    def distribution(self, m: Any) -> Any:
-        a, b = self.rough
-        length = (m[0] / a) ** 2 + (m[1] / b) ** 2 + m[2] * m[2]
-        return 1.0 / (math.pi * a * b * length * length)
-
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        xp = namespace(*wi, *wo)
-        h = half_vector(wi, wo)
-
-        def seen(w: Components) -> Any:  # G1 / cos
-            slope = (self.rough[0] * w[0]) ** 2 + (self.rough[1] * w[1]) ** 2
-            return 2.0 / (w[2] + xp.sqrt(slope + w[2] * w[2]))
-
-        fresnel = self.specular + (1.0 - self.specular) * (1.0 - dot(wi, h)) ** 5
-        lobe = self.distribution(h) * seen(wi) * seen(wo) / 4.0 if self.specular else 0.0
-        f = self.diffuse / math.pi + fresnel * lobe
-        return f, 0.5 * f, 0.1 * f + 0.0 * wi[2]
 
 
 class Constant(Brdf):
@@ -69,13 +41,6 @@ class Constant(Brdf):
 def pairs(count: int = 20_000) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     rng = np.random.default_rng(3)
     return hemisphere(rng, count), hemisphere(rng, count)
-
-
-def errors(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """|ours - theirs| over the larger of |theirs| and 1 % of the mean of |theirs|."""
-    size = np.abs(theirs)
-    error: npt.NDArray[Any] = np.abs(ours - theirs) / np.maximum(size, 0.01 * size.mean())
-    return error
 
 
 MATERIALS = {
@@ -102,7 +67,7 @@ def test_a_table_evaluates_like_its_source(written: tuple[Brdf, float, float, Pa
     assert isinstance(table, RglBrdf)
     assert table.isotropic == brdf.isotropic
     wi, wo = pairs()
-    error = errors(table.eval(wi, wo) * wi[:, 2:], brdf.eval(wi, wo) * wi[:, 2:])
+    error = relative_error(table.eval(wi, wo) * wi[:, 2:], brdf.eval(wi, wo) * wi[:, 2:])
     assert np.median(error) < median
     assert np.quantile(error, 0.95) < high
     assert table.valid(wi, wo).mean() > 0.99
@@ -120,13 +85,13 @@ def test_mitsuba_evaluates_a_table_like_its_source(
     si = dr.zeros(mi.SurfaceInteraction3f, len(wo))
     si.wi = mi.Vector3f(np.ascontiguousarray(wo.T))
     value = np.array(theirs.eval(mi.BSDFContext(), si, mi.Vector3f(np.ascontiguousarray(wi.T)))).T
-    error = errors(np.maximum(value, 0.0), brdf.eval(wi, wo) * wi[:, 2:])
+    error = relative_error(np.maximum(value, 0.0), brdf.eval(wi, wo) * wi[:, 2:])
     assert np.median(error) < median
     assert np.quantile(error, 0.95) < high
     assert (value < -0.01 * np.abs(value).mean()).mean() < 5e-3
     density = np.array(theirs.pdf(mi.BSDFContext(), si, mi.Vector3f(np.ascontiguousarray(wi.T))))
     ours = nacre.load(path).pdf(wi, wo)
-    assert np.quantile(errors(ours, density), 0.99) < 1e-3
+    assert np.quantile(relative_error(ours, density), 0.99) < 1e-3
 
 
 def test_a_table_samples_what_it_reflects(written: tuple[Brdf, float, float, Path]) -> None:
@@ -229,7 +194,7 @@ def test_a_published_network_becomes_a_table(name: str, tmp_path: Path) -> None:
     table = nacre.load(tmp_path / "x.bsdf")
     assert table.name == network.name
     wi, wo = pairs()
-    error = errors(table.eval(wi, wo) * wi[:, 2:], network.eval(wi, wo) * wi[:, 2:])
+    error = relative_error(table.eval(wi, wo) * wi[:, 2:], network.eval(wi, wo) * wi[:, 2:])
     assert np.median(error) < 0.02
     assert np.quantile(error, 0.95) < (0.4 if name == "chrome.h5" else 0.1)
 
