@@ -22,8 +22,9 @@ from nacre.color import luminance
 from nacre.files import PathLike
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
-from nacre.measured.microfacets import GRAZING, NormalGrid, azimuth_nodes
+from nacre.measured.microfacets import GRAZING, NormalGrid
 from nacre.measured.rgl_tables import RglTables
+from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
 
@@ -72,6 +73,9 @@ ISOTROPIC = Resolution(1, 40, 72, 32, 128)
 ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
 """Default for anisotropic materials."""
 
+SYMMETRIC = Resolution(65, 24, 48, 64, 64)
+"""Default for anisotropic materials that half a turn and mirroring leave unchanged."""
+
 
 def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTables:
     """Tables of any reflectance.
@@ -88,8 +92,9 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     resolution
         :data:`ISOTROPIC` or :data:`ANISOTROPIC` where None.
     """
-    nodes = resolution or (ISOTROPIC if brdf.isotropic else ANISOTROPIC)
-    phi_i = np.zeros(1) if brdf.isotropic else azimuth_nodes(nodes.phi_i)
+    parts = 1 if brdf.isotropic else symmetry(brdf)
+    nodes = resolution or _default(brdf, parts)
+    phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
     theta_i = 0.5 * math.pi * (1.0 - height)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
@@ -151,6 +156,18 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
         fields[name] = getattr(tables, name)
     fields["jacobian"] = np.array([tables.jacobian], np.uint8)
     write_tensors(fields | tables.others, path)
+
+
+def _default(brdf: Brdf, parts: int) -> Resolution:
+    if brdf.isotropic:
+        return ISOTROPIC
+    return SYMMETRIC if parts == 4 else ANISOTROPIC
+
+
+def _azimuths(count: int, parts: int) -> npt.NDArray[np.floating]:
+    """Even azimuths from -pi over a part of a full turn, which `count` of them would span."""
+    end = (2.0 / parts - 1.0) * math.pi
+    return np.linspace(-math.pi, end, max(math.ceil((count - 1) / parts), 2) + 1)
 
 
 def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floating]:
