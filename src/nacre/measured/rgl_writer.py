@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Components
-from nacre.brdf import Brdf
+from nacre.brdf import Brdf, Floats
 from nacre.color import luminance
 from nacre.files import PathLike
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
@@ -37,6 +37,8 @@ _UNIFORM = 0.15
 which divides the colour, nowhere near 0."""
 _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
+_LOW = 1e-3
+"""Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
 _LEAST_KNOWN = 1e-12
 """Colour of a point that is known to be black; 0 would say that nothing is known."""
 _LEAST_LUMINANCE = 0.005
@@ -118,7 +120,7 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         wo = from_spherical(min(float(theta), GRAZING), float(phi))
         wi = reflect(wo, half)
         up = wi[0], wi[1], np.abs(wi[2])
-        values, known = _signed(brdf, wi, up, wo)
+        values, known = _continued(brdf, wi, up, wo)
         sigma = area_grid.eval(unit_elevation(theta), unit_azimuth(phi), whole)
         theta_h, phi_h = to_spherical(half_vector(up, wo))
         density = ndf_grid.eval(unit_elevation(theta_h), unit_azimuth(phi_h), whole)
@@ -177,16 +179,30 @@ def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floati
     return facing
 
 
-def _signed(
+def _continued(
     brdf: Brdf, wi: Components, up: Components, wo: Components
 ) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
-    """f_r cos, of `up` and negative below the horizon, and where it is known above."""
-    light, view = join(up), join(wo)
+    """f_r cos, below the horizon on the line through the horizon and `up`; where it is known."""
+    light = join(up)
+    view = np.broadcast_to(join(wo), light.shape)
     f_r = brdf.eval(light, view)
     finite = np.isfinite(f_r).all(axis=-1)
-    kept: npt.NDArray[np.bool_] = finite & (wi[2] > -_RIM)
-    values = np.where(kept[..., None], f_r, 0.0) * np.asarray(wi[2])[..., None]
+    values = np.where(finite[..., None], f_r, 0.0) * light[..., 2:]
+    rim = finite & (wi[2] <= 0.0) & (wi[2] > -_RIM)
+    edge = 2.0 * _grazing(brdf, light[rim], view[rim], _LOW)
+    edge -= _grazing(brdf, light[rim], view[rim], 2.0 * _LOW)
+    values[rim] = 2.0 * edge - values[rim]
+    values[wi[2] <= -_RIM] = 0.0
     return values, finite & (wi[2] > 0.0) & brdf.valid(light, view)
+
+
+def _grazing(brdf: Brdf, light: Floats, view: Floats, cosine: float) -> Floats:
+    """f_r cos where the light is lowered to a cosine, shape (n, 3); 0 where it is not finite."""
+    low = light.copy()
+    low[:, :2] *= math.sqrt(1.0 - cosine * cosine) / np.linalg.norm(low[:, :2], axis=1)[:, None]
+    low[:, 2] = cosine
+    values = cosine * brdf.eval(low, view)
+    return np.where(np.isfinite(values), values, 0.0)
 
 
 def _to_sample(
