@@ -38,6 +38,14 @@ class Constant(Brdf):
         return f, f, f
 
 
+class Horizontal(Brdf):
+    """f_r cos is 1 / pi up to the horizon."""
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        f = 1.0 / (math.pi * wi[2]) + 0.0 * wo[2]
+        return f, f, f
+
+
 def pairs(count: int = 20_000) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     rng = np.random.default_rng(3)
     return hemisphere(rng, count), hemisphere(rng, count)
@@ -210,11 +218,27 @@ def test_unknown_samples_of_a_merl_table_stay_unknown(tmp_path: Path) -> None:
     assert table.valid(wi, wo)[angle > math.radians(70)].mean() < 0.2
 
 
-def test_tables_of_every_symmetry_are_tabulated_anew(tmp_path: Path) -> None:
-    """A table of half a turn becomes one of a full turn."""
-    path = write(tmp_path / "half.bsdf", tensor_bytes(material(np.linspace(-np.pi, 0.0, 8))))
+@pytest.mark.parametrize(("end", "reduction"), [(-0.5 * np.pi, 4), (0.0, 2), (np.pi, 1)])
+def test_tables_of_every_symmetry_are_tabulated_anew(
+    tmp_path: Path, end: float, reduction: int
+) -> None:
+    path = write(tmp_path / "part.bsdf", tensor_bytes(material(np.linspace(-np.pi, end, 8))))
     source = nacre.load(path)
     table = RglBrdf(rgl.tabulate(source, SMALL_TURN).tables)
     assert not table.isotropic
-    assert table.tables.reduction == 1
-    assert np.isfinite(table.eval(*pairs(1000))).all()
+    assert table.tables.reduction == reduction
+    wi, wo = pairs()
+    error = relative_error(table.eval(wi, wo) * wi[:, 2:], source.eval(wi, wo) * wi[:, 2:])
+    assert np.median(error) < 0.2, "random tables, few nodes"
+
+
+def test_light_at_the_horizon_is_kept() -> None:
+    """Real tables hold f_r cos that does not vanish there."""
+    source = Horizontal()
+    table = rgl.tabulate(source)
+    wi, wo = pairs()
+    low = (wi[:, 2] < 0.05) & (wo[:, 2] > 0.1)
+    assert low.sum() > 500
+    error = np.abs(table.eval(wi, wo)[low] / source.eval(wi, wo)[low] - 1.0)
+    assert np.median(error) < 0.03
+    assert np.quantile(error, 0.95) < 0.3
