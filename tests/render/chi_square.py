@@ -38,7 +38,8 @@ def chi_square(
     def density(wo: Any) -> Any:
         return distort(bsdf.pdf(context, seen(dr.width(wo)), wo), wo)
 
-    # 64 steps along an edge of a cell resolve a lobe of exponent 50000 off the pole: a tenth of a degree of azimuth.
+    # 64 steps along an edge of a cell resolve a lobe of exponent 50000 off the pole: a tenth of a
+    # degree of azimuth.
     return mi.chi2.ChiSquareTest(
         mi.chi2.SphericalDomain(), sample, density, 3, sample_count=400_000, res=101, ires=steps
     )

@@ -53,7 +53,8 @@ class Resolution:
     Parameters
     ----------
     phi_i
-        Azimuths of the view over a full turn, both ends included; 1 for an isotropic material.
+        Azimuths of the view over a full turn, both ends included; 1 for an isotropic material. The
+        table of a symmetric material holds a half or a quarter of them.
     theta_i
         Polar angles of the view.
     square
@@ -82,17 +83,17 @@ SYMMETRIC = Resolution(65, 24, 48, 64, 64)
 def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTables:
     """Tables of any reflectance.
 
-    The table's interpolation needs values a little below the horizon: there it holds those of the
-    direction mirrored up, negated, so that f_r cos goes through 0 at the horizon. Farther down, and
+    The table's interpolation needs values a little below the horizon: there it holds f_r cos on the
+    line through its values at the horizon and at the direction mirrored up. Farther down, and
     where f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it
-    is not finite.
+    is not finite. Azimuths span the part of a full turn that the material's symmetry leaves.
 
     Parameters
     ----------
     brdf
         Isotropic or not.
     resolution
-        :data:`ISOTROPIC` or :data:`ANISOTROPIC` where None.
+        :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC` where None.
     """
     parts = 1 if brdf.isotropic else symmetry(brdf)
     nodes = resolution or _default(brdf, parts)
@@ -186,7 +187,7 @@ def _continued(
     light = join(up)
     view = np.broadcast_to(join(wo), light.shape)
     f_r = brdf.eval(light, view)
-    finite = np.isfinite(f_r).all(axis=-1)
+    finite: npt.NDArray[np.bool_] = np.isfinite(f_r).all(axis=-1)
     values = np.where(finite[..., None], f_r, 0.0) * light[..., 2:]
     rim = finite & (wi[2] <= 0.0) & (wi[2] > -_RIM)
     edge = 2.0 * _grazing(brdf, light[rim], view[rim], _LOW)
