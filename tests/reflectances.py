@@ -48,3 +48,11 @@ class Glossy(Brdf):
         lobe = self.distribution(h) * seen(wi) * seen(wo) / 4.0 if self.specular else 0.0
         f = self.diffuse / math.pi + fresnel * lobe
         return f, 0.5 * f, 0.1 * f + 0.0 * wi[2]
+
+
+class Turned(Glossy):
+    """A lobe whose axes lie 30 degrees off x and y: half a turn changes nothing, mirrors do."""
+
+    def distribution(self, m: Any) -> Any:
+        c, s = 0.75**0.5, 0.5
+        return super().distribution((c * m[0] + s * m[1], c * m[1] - s * m[0], m[2]))

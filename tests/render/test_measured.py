@@ -16,18 +16,10 @@ from nacre.geometry import half_vector
 from nacre.measured import RglBrdf, rgl
 from nacre.measured.rgl_writer import ISOTROPIC, Resolution
 from tests.measured.support import hemisphere, relative_error
-from tests.reflectances import Glossy
+from tests.reflectances import Glossy, Turned
 
 from .chi_square import chi_square
 from .reflectances import interaction
-
-
-class Turned(Glossy):
-    """A lobe whose axes lie 30 degrees off x and y: half a turn changes nothing, mirrors do."""
-
-    def distribution(self, m: Any) -> Any:
-        c, s = 0.75**0.5, 0.5
-        return super().distribution((c * m[0] + s * m[1], c * m[1] - s * m[0], m[2]))
 
 
 class Slanted(Glossy):

@@ -187,7 +187,7 @@ def _continued(
     light = join(up)
     view = np.broadcast_to(join(wo), light.shape)
     f_r = brdf.eval(light, view)
-    finite: npt.NDArray[np.bool_] = np.isfinite(f_r).all(axis=-1)
+    finite = np.asarray(np.isfinite(f_r).all(axis=-1))
     values = np.where(finite[..., None], f_r, 0.0) * light[..., 2:]
     rim = finite & (wi[2] <= 0.0) & (wi[2] > -_RIM)
     edge = 2.0 * _grazing(brdf, light[rim], view[rim], _LOW)
