@@ -10,8 +10,8 @@ a floor under the environment), same number of samples. Columns of the printed t
 - PSNR without the noise: the mean product of the differences of two independent pairs of
   renderings, in place of the mean square of one (noise averages out of it), with the bound that
   two standard errors leave where the estimate is not above them;
-- PSNR of the deterministic sphere (:mod:`nacre.render.sphere`, no noise) under the environment and
-  under the directional light, both tables read by nacre;
+- PSNR and FLIP of the deterministic sphere (:mod:`nacre.render.sphere`, no noise) under the
+  environment and under the directional light, both tables read by nacre;
 - size of the `.bsdf`, and seconds that `nacre convert` took.
 
 The contact sheet shows source | written | FLIP error, the latter on a scale from 0 to 0.1.
@@ -94,7 +94,7 @@ def round_trip(network: Path, folder: Path, size: int, spp: int) -> tuple[tuple[
         f"{noise.psnr:.1f} dB",
         f"{noise.flip:.4f}",
         without_noise(shown[2] - shown[0], shown[3] - shown[1]),
-        *(f"{light.errors.psnr:.1f} dB" for light in spheres),
+        *(f"{light.errors.psnr:.1f} dB, {light.errors.flip:.4f}" for light in spheres),
         f"{written.stat().st_size / 1e6:.1f} MB",
         f"{seconds:.1f} s",
     )
