@@ -55,7 +55,7 @@ MATERIALS = {
     "diffuse": (Glossy(0.5, 0.0, 0.5), 0.001, 0.03),
     "glossy": (Glossy(0.2, 0.05, 0.3), 0.001, 0.03),
     "sharp": (Glossy(0.1, 0.5, 0.03), 0.002, 0.06),
-    "anisotropic": (Glossy(0.1, 0.3, 0.15, 0.5), 0.02, 0.15),
+    "anisotropic": (Glossy(0.1, 0.3, 0.15, 0.5), 0.01, 0.11),
 }
 
 
