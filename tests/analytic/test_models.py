@@ -10,6 +10,7 @@ import pytest
 from nacre.analytic import MODELS
 from nacre.analytic.fresnel import dielectric
 from nacre.geometry import split
+from nacre.render import bsdf
 from tests.analytic.materials import EXAMPLES
 from tests.measured.support import hemisphere
 from tests.render.chi_square import chi_square
@@ -87,7 +88,7 @@ CHI_SQUARE = [(n, 60.0) for n in MODELS] + [
 @pytest.mark.parametrize(("name", "degrees"), CHI_SQUARE)
 def test_samples_follow_the_density(name, degrees):
     mi = require_mitsuba()
-    test = chi_square(mi, EXAMPLES[name], degrees, lambda pdf, wo: pdf)
+    test = chi_square(mi, bsdf(EXAMPLES[name]), degrees)
     assert test.run(test_count=len(CHI_SQUARE), quiet=True), test.messages
 
 

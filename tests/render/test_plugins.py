@@ -17,8 +17,8 @@ from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.measured.merl import tabulate
 from tests.data import require_data
-from tests.render.chi_square import chi_square
 
+from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
 
 Pairs = tuple[np.ndarray, np.ndarray]
@@ -92,7 +92,7 @@ def test03_samples_follow_the_density(
 ) -> None:
     brdf = reflectance(name)
     brdf.sampler = nacre.sampling.BlinnPhongMixture(specular, exponent)
-    test = chi_square(rgb, brdf, degrees, lambda pdf, wo: pdf)
+    test = chi_square(rgb, nacre.render.bsdf(brdf), degrees)
     assert test.run(test_count=3 * len(LOBES), quiet=True), test.messages
 
 
@@ -103,7 +103,7 @@ def test03_samples_follow_the_density(
 def test04_samples_of_real_materials_follow_the_density(
     rgb: Any, name: str, degrees: float
 ) -> None:
-    test = chi_square(rgb, reflectance(name), degrees, lambda pdf, wo: pdf)
+    test = chi_square(rgb, nacre.render.bsdf(reflectance(name)), degrees)
     assert test.run(test_count=15, quiet=True), test.messages
 
 
@@ -111,7 +111,7 @@ def test04_samples_of_real_materials_follow_the_density(
 def test05_a_density_that_is_off_is_found(rgb: Any, specular: float, exponent: float) -> None:
     brdf = network(1, specular, exponent)
     for distort in (lambda pdf, wo: 1.03 * pdf, lambda pdf, wo: pdf * (1.0 + 0.1 * wo.x)):
-        assert not chi_square(rgb, brdf, 45.0, distort).run(quiet=True)
+        assert not chi_square(rgb, nacre.render.bsdf(brdf), 45.0, distort).run(quiet=True)
 
 
 def test06_white_furnace(rgb: Any) -> None:

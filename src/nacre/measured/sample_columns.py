@@ -213,8 +213,9 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
             f"{path}: columns: beside the angles there must be r, g, b, or x, y, z, or f, or "
             f"wavelengths in nm; found {found}"
         )
-    if len({float(name) for name in values}) < len(values) or min(map(float, values)) <= 0.0:
-        raise FormatError(f"{path}: columns: wavelengths must be positive and differ")
+    bands = {float(name) for name in values}
+    if len(bands) < len(values) or not all(1.0 <= band <= 1e6 for band in bands):
+        raise FormatError(f"{path}: columns: wavelengths must differ and be 1 to 1,000,000 nm")
     return columns
 
 
