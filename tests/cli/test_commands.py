@@ -343,9 +343,9 @@ def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
         (["--model", "gxx"], "'gxx' is not one of nbrdf, lambert"),
         (["--model", "ggx", "--draft"], "--draft is for networks"),
         (["--model", "ggx", "--device", "cpu"], "--device is for networks"),
-        (["--model", "ggx", "-o", "x.safetensors"], "do not hold analytic models"),
+        (["--model", "ggx", "-o", "x.safetensors"], "do not hold analytic materials"),
         (["--gain", "2"], "--gain is for analytic models"),
-        (["-o", "x.json"], "do not hold networks"),
+        (["-o", "x.json"], "do not hold neural materials"),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(folder, tmp_path, options, message):

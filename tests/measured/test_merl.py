@@ -18,7 +18,14 @@ from nacre.brdf import Brdf
 from nacre.files import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic, join, split
 from nacre.geometry import rusinkiewicz_angles as angles
-from nacre.measured import FORMATS, MerlBrdf, merl, merl_array, utia_image
+from nacre.measured import (
+    FORMATS,
+    MerlBrdf,
+    comma_separated,
+    merl,
+    merl_array,
+    utia_image,
+)
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
 from tests.variants import require_mitsuba
@@ -277,7 +284,7 @@ def test_formats_are_registered() -> None:
         "MERL",
         *(f.name for f in merl_array.FORMATS),
         "Cornell scan",
-        "comma-separated samples",
+        *(f.name for f in comma_separated.FORMATS),
         "UTIA",
         *(f.name for f in utia_image.FORMATS),
     ]
