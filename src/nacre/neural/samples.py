@@ -12,7 +12,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf, Floats
 from nacre.files import NacreError
 from nacre.geometry import join, split, uniform_rusinkiewicz
-from nacre.neural.nbrdf import network_inputs
+from nacre.neural.inputs import PAPER, input_count, network_inputs
 from nacre.parallel import thread_map
 
 Rows: TypeAlias = tuple[Floats, Floats, Floats]
@@ -37,10 +37,14 @@ class Samples:
         network input, of log(1 + f cos theta_i) for red, green and blue, and of cos theta_i.
     inputs
         Number of network inputs.
+    gain
+        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|, at least 1. Targets and cosines
+        are stored with it.
     """
 
     blocks: npt.NDArray[np.float32]
     inputs: int
+    gain: float = 1.0
 
     @property
     def rows(self) -> int:
@@ -53,26 +57,30 @@ class Samples:
         return len(self.blocks) // (self.rows * BLOCK)
 
     @classmethod
-    def pack(cls, inputs: npt.ArrayLike, rgb: npt.ArrayLike, cosine: npt.ArrayLike) -> Samples:
+    def pack(
+        cls, inputs: npt.ArrayLike, rgb: npt.ArrayLike, cosine: npt.ArrayLike, gain: float = 1.0
+    ) -> Samples:
         """Samples from network inputs (n, k), reflectances (n, 3) in 1/sr and cosines (n,).
 
-        The last block is filled up by repeating samples from the start.
+        With a gain k the loss is that of k f cos theta_i: cosines are stored times k. The last block is filled up by repeating samples from the start.
         """
         x, f, cos = (np.asarray(a, np.float32) for a in (inputs, rgb, cosine))
+        cos = np.float32(gain) * cos
         targets = np.log1p(np.maximum(f, 0.0) * cos[:, None])
         rows = np.concatenate([x, targets, cos[:, None]], axis=1)
         padded = np.take(rows, np.arange(-(-len(rows) // BLOCK) * BLOCK) % len(rows), axis=0)
         blocks = aligned(padded.size)
         shaped = blocks.reshape(-1, rows.shape[1], BLOCK)
         shaped[:] = padded.reshape(-1, BLOCK, rows.shape[1]).transpose(0, 2, 1)
-        return cls(blocks, x.shape[1])
+        return cls(blocks, x.shape[1], gain)
 
     def split(self, share: float) -> tuple[Samples, Samples]:
         """The first blocks, and the last `share` of them (at least one)."""
         held = max(1, round(share * self.block_count))
         cut = len(self.blocks) - held * self.rows * BLOCK
         # Blocks are a multiple of 64 bytes, so both parts stay aligned.
-        return Samples(self.blocks[:cut], self.inputs), Samples(self.blocks[cut:], self.inputs)
+        parts = self.blocks[:cut], self.blocks[cut:]
+        return Samples(parts[0], self.inputs, self.gain), Samples(parts[1], self.inputs, self.gain)
 
 
 def aligned(count: int) -> npt.NDArray[np.float32]:
@@ -83,11 +91,16 @@ def aligned(count: int) -> npt.NDArray[np.float32]:
 
 
 def draw(
-    brdf: Brdf, count: int, seed: int, progress: Callable[[int, int], None] | None = None
+    brdf: Brdf,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+    inputs: str = PAPER,
+    gain: float = 1.0,
 ) -> Samples:
     """Samples as :func:`draw_rows` draws them, ready to train on."""
-    inputs, rgb, cosine = draw_rows(brdf, count, seed, progress)
-    return Samples.pack(inputs, rgb, cosine[:, 0])
+    values, rgb, cosine = draw_rows(brdf, count, seed, progress, inputs=inputs)
+    return Samples.pack(values, rgb, cosine[:, 0], gain)
 
 
 def draw_rows(
@@ -96,6 +109,7 @@ def draw_rows(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
     everywhere: bool = False,
+    inputs: str = PAPER,
 ) -> Rows:
     """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
 
@@ -121,24 +135,25 @@ def draw_rows(
     NacreError
         If hardly any sample is valid.
     """
-    inputs, rgb, cosine = (np.empty((count, n), np.float32) for n in (6, 3, 1))
+    widths = (input_count(inputs, brdf.isotropic), 3, 1)
+    values, rgb, cosine = (np.empty((count, n), np.float32) for n in widths)
     filled = chunk = 0
     while filled < count:
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), everywhere), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), everywhere, inputs), wave):
             kept = min(len(part[0]), count - filled)
-            for whole, piece in zip((inputs, rgb, cosine), part, strict=True):
+            for whole, piece in zip((values, rgb, cosine), part, strict=True):
                 whole[filled : filled + kept] = piece[:kept]
             filled += kept
             if progress:
                 progress(filled, count)
         chunk = wave.stop
-    return inputs, rgb, cosine
+    return values, rgb, cosine
 
 
-def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> Rows:
+def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool, inputs: str) -> Rows:
     random = np.random.default_rng(seed)
     u = random.random((4, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
@@ -152,5 +167,5 @@ def _draw_chunk(brdf: Brdf, seed: tuple[int, int], everywhere: bool) -> Rows:
     rgb = brdf.eval(wi, wo)
     finite = np.isfinite(rgb).all(axis=1)
     wi, wo, rgb = wi[finite], wo[finite], rgb[finite]
-    x = np.stack(np.broadcast_arrays(*network_inputs(split(wi), split(wo), brdf.isotropic)), -1)
-    return x, rgb, wi[:, 2:]
+    values = network_inputs(split(wi), split(wo), brdf.isotropic, inputs)
+    return np.stack(np.broadcast_arrays(*values), -1), rgb, wi[:, 2:]

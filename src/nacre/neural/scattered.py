@@ -18,7 +18,7 @@ import numpy.typing as npt
 from nacre.brdf import DirectionSamples, Floats, Scattered
 from nacre.files import NacreError
 from nacre.geometry import split
-from nacre.neural.nbrdf import network_inputs
+from nacre.neural.inputs import network_inputs
 from nacre.neural.samples import BLOCK, Rows, Samples, draw_rows
 
 SCATTERED_SAMPLES = 128_000

@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.files import NacreError
-from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
+from nacre.neural.inputs import PAPER, input_count
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import SCATTERED_SAMPLES, scattered_samples
 from nacre.parallel import one_blas_thread
@@ -77,6 +78,8 @@ class Recipe:
     learning_rate: float = 1e-2
     held_out: float = 0.2
     seed: int = 0
+    inputs: str = PAPER
+    gain: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in (
@@ -143,13 +146,15 @@ def fit(
     scan = brdf.scattered()
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
-    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch, device)
+    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, input_count(recipe.inputs, brdf.isotropic)), recipe.batch, device)
 
     def sampled(done: int, total: int) -> None:
         report("sampling", done, total, "")
 
     if scan is None:
-        training, held_out = draw(brdf, count, recipe.seed, sampled).split(recipe.held_out)
+        training, held_out = draw(
+            brdf, count, recipe.seed, sampled, recipe.inputs, recipe.gain
+        ).split(recipe.held_out)
     else:
         training, held_out = scattered_samples(scan, count, recipe.held_out, recipe.seed, sampled)
     losses = train(trainer, training, held_out, recipe, progress)
@@ -157,7 +162,7 @@ def fit(
         raise NacreError(
             f"{brdf.name or 'reflectance'}: training diverged; lower the learning rate"
         )
-    network = NeuralBrdf(trainer.layers(), isotropic=brdf.isotropic, name=brdf.name)
+    network = NeuralBrdf(trainer.layers(), isotropic=brdf.isotropic, name=brdf.name, inputs=recipe.inputs)
     report("sampling lobes", 0, 1, "")
     with one_blas_thread():
         network.sampler = fit_lobes(network)
@@ -204,7 +209,7 @@ def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
     return rate.astype(np.float32)
 
 
-def initial_layers(hidden: Sequence[int], seed: int) -> list[Layer]:
+def initial_layers(hidden: Sequence[int], seed: int, inputs: int = 6) -> list[Layer]:
     """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases."""
     random = np.random.default_rng((seed, 2))
     return [
@@ -212,7 +217,7 @@ def initial_layers(hidden: Sequence[int], seed: int) -> list[Layer]:
             random.normal(0.0, math.sqrt(2.0 / rows), (rows, columns)).astype(np.float32),
             np.zeros(columns, np.float32),
         )
-        for rows, columns in itertools.pairwise((INPUTS, *hidden, OUTPUTS))
+        for rows, columns in itertools.pairwise((inputs, *hidden, OUTPUTS))
     ]
 
 
