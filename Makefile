@@ -2,7 +2,7 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench docs setup clean
+.PHONY: demo test lint bench fuzz docs setup clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
@@ -22,6 +22,10 @@ bench: setup  ## Speed tables; takes about a quarter of an hour.
 	$(RUN) -m benchmarks.evaluate
 	$(RUN) -m benchmarks.render --cooperative
 	$(RUN) -m benchmarks.fidelity
+
+fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.
+	@$(RUN) -c 'import atheris' 2>/dev/null || .venv/bin/pip install -q 'atheris>=2.3'
+	$(RUN) -m tests.fuzz $(FORMATS) --seconds $(or $(SECONDS),600)
 
 docs: setup  ## The API reference as HTML in out/docs.
 	EAGER_IMPORT=1 $(RUN) -m pdoc -o out/docs nacre

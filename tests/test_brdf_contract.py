@@ -19,8 +19,9 @@ from nacre.measured.merl import tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture, fit_lobes
+from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
-from tests.measured.support import hemisphere, material, tensor_bytes
+from tests.measured.support import hemisphere, material, spectral, tensor_bytes
 from tests.variants import require_mitsuba
 
 DEGREES = (0.0, 30.0, 60.0, 80.0)
@@ -43,6 +44,13 @@ def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> R
     return RglBrdf(rgl_tables.read_tables(path))
 
 
+def spectral_table(tmp_path_factory: pytest.TempPathFactory) -> RglBrdf:
+    pytest.importorskip("colour")
+    path = tmp_path_factory.mktemp("rgl") / "synthetic_spec.bsdf"
+    path.write_bytes(tensor_bytes(spectral(material([0.0]))))
+    return rgl.load(path)
+
+
 def scan(brdf: Brdf) -> ScatteredBrdf:
     """Samples of a reflectance at random directions."""
     wi, wo = pairs(1000)
@@ -62,8 +70,11 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "isotropic RGL table": lambda t: rgl_table(t, [0.0]),
     "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
 }
+MAKERS["spectral RGL table"] = spectral_table
 MAKERS["isotropic scattered samples"] = lambda _: scan(network(True))
 MAKERS["anisotropic scattered samples"] = lambda _: scan(network(False))
+for _name, _example in EXAMPLES.items():
+    MAKERS[_name] = lambda _, example=_example: example
 for _name in list_data("rgl", "*.bsdf"):
     MAKERS[_name] = lambda _, name=_name: real("rgl", name)
 for _name in list_data("cornell", "*.brdf"):
@@ -94,6 +105,22 @@ def test_values_are_finite_non_negative_colours(brdf):
     assert brdf.eval(wi.astype(np.float64), wo).dtype == np.float64
     raw = brdf.eval_components(tuple(wi.T), tuple(wo.T))
     assert all(component.dtype == np.float32 for component in raw)
+
+
+def test_spectra_are_finite_and_non_negative(brdf):
+    wi, wo = pairs()
+    if brdf.wavelengths is None:
+        with pytest.raises(NacreError, match="RGB only"):
+            brdf.eval_spectral(wi, wo)
+        return
+    spectra = brdf.eval_spectral(wi[:500], wo[:500])
+    assert spectra.shape == (500, len(brdf.wavelengths))
+    assert np.isfinite(spectra).all()
+    assert (spectra >= 0).all()
+    assert (np.diff(brdf.wavelengths) > 0).all()
+    assert (brdf.eval_spectral(wi[:5] * [1, 1, -1], wo[:5]) == 0).all()
+    facts = brdf.describe()
+    assert facts["bands"] == len(brdf.wavelengths)
 
 
 def test_shapes_broadcast_down_to_one_direction(brdf):
@@ -199,3 +226,13 @@ def test_drjit_gives_what_numpy_gives(brdf):
     expected = brdf.eval(wi, wo)
     error = np.abs(values - expected) / np.maximum(expected, 0.01 * expected.mean())
     assert np.quantile(error, 0.999) < 2e-3
+
+
+def test_what_overflows_is_clamped():
+    bright = NeuralBrdf([Layer(np.zeros((6, 3)), np.array([1.0, 90.0, 1e30]))])
+    wi, wo = pairs(10)
+    for dtype in (np.float32, np.float64):
+        values = bright.eval(wi.astype(dtype), wo)
+        assert values.dtype == dtype
+        np.testing.assert_allclose(values[:, 0], math.e - 1.0, rtol=1e-6)
+        assert (values[:, 2] == np.finfo(np.float32).max).all()

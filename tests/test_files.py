@@ -81,3 +81,7 @@ def test_a_broken_extra_says_why(tmp_path, monkeypatch):
 def test_a_missing_extra_names_itself():
     with pytest.raises(MissingExtraError, match=r"pip install 'nacre\[render\]'"):
         require("a_module_that_does_not_exist", "render")
+
+
+def test_messages_are_one_printable_line():
+    assert str(FormatError("a\nb\x1b[2J\ud800 é")) == "a\\nb\\x1b[2J\\ud800 é"

@@ -8,6 +8,7 @@ import pytest
 import nacre
 from nacre import formats
 from nacre.files import Format, FormatError
+from nacre.measured import utia
 from nacre.neural import Layer, NeuralBrdf
 
 
@@ -15,7 +16,9 @@ def grey() -> NeuralBrdf:
     return NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
 
 
-@pytest.mark.parametrize("ending", [".safetensors", ".h5", ".binary", ".bin", ".bsdf", ".npz"])
+@pytest.mark.parametrize(
+    "ending", [".safetensors", ".h5", ".binary", ".bin", ".bsdf", ".npz", ".exr"]
+)
 def test_every_writable_format_round_trips_through_the_registry(tmp_path, ending):
     path = tmp_path / f"grey{ending}"
     nacre.save(grey(), path)
@@ -65,6 +68,36 @@ def test_what_cannot_be_written_is_refused_with_the_choices(tmp_path, name):
     with pytest.raises(FormatError, match=r"known: \.safetensors, \.bsdf, \.binary"):
         nacre.save(grey(), tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "resolution", "words"),
+    [
+        ("x.binary", (90, 90), "expected theta_h,theta_d,phi_d, got 90,90"),
+        (
+            "x.binary",
+            (90, 90, 0),
+            r"resolution 90,90,0 \(theta_h,theta_d,phi_d\): numbers of nodes",
+        ),
+        ("x.bsdf", (1, 2, 3), "expected phi_i,theta_i,square,azimuths,polars, got 1,2,3"),
+        ("x.npz", (1, 2, 3, 4), "expected theta_h"),
+        ("x.bin", (6, 48), "that of UTIA files is fixed"),
+        ("x.h5", (21, 21), "is fixed"),
+    ],
+)
+def test_a_resolution_that_a_format_cannot_have_is_refused(tmp_path, name, resolution, words):
+    with pytest.raises(FormatError, match=words) as caught:
+        formats.writer(tmp_path / name, resolution)
+    assert name in str(caught.value)
+
+
+def test_what_a_format_cannot_hold_is_known_before_the_work(tmp_path):
+    isotropic, anisotropic = grey(), utia.tabulate(grey())
+    for name in ("x.binary", "x.npz", "x.h5"):
+        with pytest.raises(FormatError, match="hold isotropic reflectance only"):
+            formats.check_target(tmp_path / name, anisotropic)
+        formats.check_target(tmp_path / name, isotropic)
+    formats.check_target(tmp_path / "x.bsdf", anisotropic)
 
 
 def test_a_new_format_can_be_registered(tmp_path, monkeypatch):

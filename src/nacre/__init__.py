@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING
 import lazy_loader
 
 if TYPE_CHECKING:
-    from nacre import evaluate, formats, geometry, measured, neural, render, sampling
+    from nacre import (
+        analytic,
+        download,
+        evaluate,
+        formats,
+        geometry,
+        measured,
+        neural,
+        render,
+        sampling,
+    )
     from nacre.brdf import Brdf, CosineSampler, Sampler
     from nacre.files import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
@@ -28,6 +38,8 @@ __all__ = [
     "Recipe",
     "Sampler",
     "__version__",
+    "analytic",
+    "download",
     "evaluate",
     "fit",
     "formats",
@@ -42,7 +54,17 @@ __all__ = [
 
 __getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
-    submodules=["evaluate", "formats", "geometry", "measured", "neural", "render", "sampling"],
+    submodules=[
+        "analytic",
+        "download",
+        "evaluate",
+        "formats",
+        "geometry",
+        "measured",
+        "neural",
+        "render",
+        "sampling",
+    ],
     submod_attrs={
         "brdf": ["Brdf", "CosineSampler", "Sampler"],
         "files": ["FormatError", "MissingExtraError", "NacreError"],

@@ -12,10 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
+from nacre.files import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 
 _CHUNK = 1 << 14
 """Pairs evaluated at a time: intermediate arrays stay in the cache."""
+
+_LARGEST = float(np.finfo(np.float32).max)
+"""Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
 
 Floats = npt.NDArray[np.floating]
 
@@ -81,6 +85,7 @@ class DirectionSamples:
 class Scattered(Protocol):
     """A reflectance known at scattered samples, which a fit takes as they are."""
 
+    name: str
     isotropic: bool
     mirrored: bool
     """Whether f_r is unchanged when both directions are mirrored in a plane with the normal."""
@@ -90,8 +95,16 @@ class Scattered(Protocol):
         """Every sample."""
         ...
 
-    def subset(self, chosen: npt.NDArray[Any]) -> Brdf:
+    def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
         """The same kind of reflectance from the samples at an array of indices only."""
+        ...
+
+    def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
+        ...
+
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """See :meth:`Brdf.eval`."""
         ...
 
 
@@ -110,6 +123,9 @@ class Brdf(abc.ABC):
 
     name: str = ""
     """Name of the material, for people."""
+
+    wavelengths: Floats | None = None
+    """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
 
     source: Mapping[str, str] | None = None
     """Where the data came from: "file" and "sha256"; set by :func:`nacre.load`."""
@@ -136,9 +152,26 @@ class Brdf(abc.ABC):
         """
         return None
 
+    def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
+        """f_r in 1/sr per band, shape (n, bands), for directions of shape (n, 3).
+
+        What a reflectance with :attr:`wavelengths` gives to :meth:`eval_spectral`; results below
+        the horizon are ignored there, and negative ones clamped.
+
+        Raises
+        ------
+        NacreError
+            If there are no spectra.
+        """
+        raise NacreError(f"{self.name or 'this material'}: is known in RGB only, not by wavelength")
+
     def describe(self) -> dict[str, Any]:
         """Facts about this reflectance in the order they should be shown."""
-        return {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
+        facts = {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
+        if self.wavelengths is None:
+            return facts
+        span = [float(self.wavelengths[0]), float(self.wavelengths[-1])]
+        return facts | {"bands": len(self.wavelengths), "wavelengths nm": span}
 
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """f_r in 1/sr, linear RGB, without the cosine.
@@ -161,6 +194,38 @@ class Brdf(abc.ABC):
             return join(above_horizon(self.eval_components(light, view), light, view))
 
         f: Floats = _in_chunks(values, wi, wo, (3,))
+        return f
+
+    def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
+
+        Between bands f_r is linear in the wavelength. :meth:`eval` is the colour of these spectra,
+        but for what interpolating colours in place of spectra changes.
+
+        Parameters
+        ----------
+        wi, wo
+            Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
+
+        Returns
+        -------
+        array of shape (..., bands)
+            Non-negative; 0 where either direction is at or below the horizon. float64 if an input
+            is, else float32.
+
+        Raises
+        ------
+        NacreError
+            If there are no spectra: :attr:`wavelengths` is None.
+        """
+        wi, wo = _directions(wi, wo)
+
+        def values(wi: Floats, wo: Floats) -> Floats:
+            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+            return np.where(visible[:, None], np.maximum(self.eval_bands(wi, wo), 0.0), 0.0)
+
+        bands = () if self.wavelengths is None else self.wavelengths.shape
+        f: Floats = _in_chunks(values, wi, wo, bands)
         return f
 
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -216,11 +281,14 @@ class Brdf(abc.ABC):
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
     """Clamp colours to be non-negative, and to 0 where a direction is at or below the horizon.
 
-    What :meth:`Brdf.eval` does, for components of any array library.
+    What overflows is clamped to the largest float32. What :meth:`Brdf.eval` does, for components
+    of any array library.
     """
     xp = namespace(*wi, *wo)
     visible = (wi[2] > 0.0) & (wo[2] > 0.0)
-    red, green, blue = (xp.where(visible, xp.maximum(c, 0.0), 0.0) for c in rgb)
+    red, green, blue = (
+        xp.where(visible, xp.minimum(xp.maximum(c, 0.0), _LARGEST), 0.0) for c in rgb
+    )
     return red, green, blue
 
 

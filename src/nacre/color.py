@@ -1,4 +1,4 @@
-"""Linear Rec. 709 RGB: luminance and tone mapping."""
+"""Linear Rec. 709 RGB: luminance, CIE XYZ and tone mapping."""
 
 from __future__ import annotations
 
@@ -16,6 +16,17 @@ def luminance(rgb: Components) -> Array:
     return LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
 
 
+def xyz_to_rgb(xyz: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    """Linear Rec. 709 RGB of CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
+    chromaticities = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
+    x, y = chromaticities.T
+    red, green, blue, white = np.stack([x / y, np.ones(4), (1.0 - x - y) / y], axis=1)
+    primaries = np.stack([red, green, blue], axis=1)
+    to_xyz = primaries * np.linalg.solve(primaries, white)
+    rgb: npt.NDArray[np.float64] = np.asarray(xyz, np.float64) @ np.linalg.inv(to_xyz).T
+    return rgb
+
+
 def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray[np.floating]:
     """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2).
 
@@ -28,3 +39,23 @@ def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray
     """
     mapped: npt.NDArray[np.floating] = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
     return mapped
+
+
+def srgb_to_linear(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """Undo the sRGB curve (IEC 61966-2-1).
+
+    Parameters
+    ----------
+    encoded
+        Values in [0, 1] of any shape.
+
+    Returns
+    -------
+    array
+        Linear values in [0, 1].
+    """
+    low = encoded / 12.92
+    linear: npt.NDArray[np.floating] = np.where(
+        encoded <= 0.04045, low, ((encoded + 0.055) / 1.055) ** 2.4
+    )
+    return linear

@@ -16,7 +16,18 @@ PathLike: TypeAlias = str | os.PathLike[str]
 
 
 class NacreError(Exception):
-    """Something a user can mend; the message is one line that says how."""
+    """Something a user can mend; the message is one line that says how.
+
+    Characters that cannot be printed, of which a damaged file may have any, are escaped.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__("".join(c if c.isprintable() else repr(c)[1:-1] for c in message))
+
+
+def reason(error: Exception) -> str:
+    """What a library says went wrong, on one short line."""
+    return str(error).partition("\n")[0][:200]
 
 
 class FormatError(NacreError, ValueError):
@@ -47,13 +58,30 @@ class Format:
         Reads a path into a reflectance; raises only :class:`FormatError`.
     save
         Writes a reflectance to a path, whole or not at all; None for a format we only read.
+    isotropic
+        Whether only isotropic reflectance can be written.
+    holds
+        "neural" or "analytic" where only such materials can be written, else empty.
+    resolution
+        Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
+        fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
+        where the resolution is fixed.
+    keeps_bands
+        Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
+    several
+        Whether a file holds several materials: `load` then takes the name of one as well, or None.
     """
 
     name: str
     extensions: tuple[str, ...]
     recognise: Callable[[bytes], bool] | None
-    load: Callable[[Path], Any]
-    save: Callable[[Any, Path], None] | None = None
+    load: Callable[..., Any]
+    save: Callable[..., None] | None = None
+    isotropic: bool = False
+    holds: str = ""
+    resolution: type[Any] | None = None
+    keeps_bands: Callable[[Any], bool] = lambda brdf: False
+    several: bool = False
 
 
 HEAD = 128
@@ -76,8 +104,9 @@ def require(module: str, extra: str) -> ModuleType:
             f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
         ) from error
     except Exception as error:  # a library of the system that is missing shows in many ways
-        reason = str(error.__context__ or error).partition("\n")[0]
-        raise MissingExtraError(f"{package} is installed but does not load: {reason}") from error
+        cause = error.__context__ if isinstance(error.__context__, Exception) else error
+        message = f"{package} is installed but does not load: {reason(cause)}"
+        raise MissingExtraError(message) from error
 
 
 def read_bytes(path: PathLike, limit: int) -> bytes:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
+from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
 from nacre.files import HEAD, Format, FormatError, PathLike
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
 
-_formats: list[Format] = [NEURAL, *MEASURED, *PUBLISHED]
+_formats: list[Format] = [NEURAL, *MEASURED, *ANALYTIC, *PUBLISHED]
 
 
 def formats() -> tuple[Format, ...]:
@@ -26,7 +29,7 @@ def register(entry: Format) -> None:
     _formats.insert(0, entry)
 
 
-def load(path: PathLike) -> Brdf:
+def load(path: PathLike, material: str | None = None) -> Brdf:
     """Read a reflectance from any known file.
 
     The reader is picked by content; the file name decides only between readers that both
@@ -35,12 +38,14 @@ def load(path: PathLike) -> Brdf:
     Parameters
     ----------
     path
-        A measured table or a neural material.
+        A measured table, or a neural or analytic material.
+    material
+        Name of a material, for files that hold several.
 
     Raises
     ------
     FormatError
-        If the file is absent, of no known format, or damaged.
+        If the file is absent, of no known format, or damaged, or if it has no such material.
     """
     path = Path(path)
     head = _head(path)
@@ -52,7 +57,10 @@ def load(path: PathLike) -> Brdf:
         endings = ", ".join(e for entry in _formats for e in entry.extensions)
         raise FormatError(f"{path}: content is of no known format (known: {endings})")
     named = [entry for entry in known if suffix in entry.extensions]
-    brdf: Brdf = (named or known)[0].load(path)
+    entry = (named or known)[0]
+    if material is not None and not entry.several:
+        raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
+    brdf: Brdf = entry.load(path, material) if entry.several else entry.load(path)
     brdf.source = {"file": path.name, "sha256": _digest(path)}
     brdf.name = brdf.name or path.stem
     return brdf
@@ -64,7 +72,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
     Parameters
     ----------
     brdf
-        A neural material for `.safetensors` and `.h5`; any reflectance for tables.
+        A neural material for `.safetensors` and `.h5`, an analytic one for `.json`; any reflectance
+        for tables.
     path
         File to write; replaced only by a whole new one.
 
@@ -76,20 +85,87 @@ def save(brdf: Brdf, path: PathLike) -> None:
     writer(path)(brdf, Path(path))
 
 
-def writer(path: PathLike) -> Callable[[Brdf, Path], None]:
-    """The function that writes what a file name ends in.
+def target(path: PathLike) -> Format:
+    """The format that is written to a file of this name.
 
     Raises
     ------
     FormatError
-        If there is none.
+        If no format with this ending can be written.
     """
     suffix = Path(path).suffix.lower()
     for entry in _formats:
         if suffix in entry.extensions and entry.save is not None:
-            return entry.save
+            return entry
     endings = ", ".join(e for entry in _formats if entry.save for e in entry.extensions)
     raise FormatError(f"{path}: no format to write ends in {suffix!r} (known: {endings})")
+
+
+def loses_bands(brdf: Brdf, path: PathLike) -> bool:
+    """Whether :func:`save` would write only the colour of a reflectance with spectra.
+
+    Raises
+    ------
+    FormatError
+        If no format with this ending can be written.
+    """
+    return brdf.wavelengths is not None and not target(path).keeps_bands(brdf)
+
+
+def writer(path: PathLike, resolution: Sequence[int] | None = None) -> Callable[[Brdf, Path], None]:
+    """The function that writes what a file name ends in.
+
+    Parameters
+    ----------
+    path
+        Name of the file.
+    resolution
+        Numbers of nodes of a table; those that the format has by default where None.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or its tables cannot have this resolution.
+    """
+    entry = target(path)
+    assert entry.save is not None
+    if resolution is None:
+        return entry.save
+    if entry.resolution is None:
+        raise FormatError(f"{path}: resolution: that of {entry.name} files is fixed")
+    names = [field.name for field in fields(entry.resolution)]
+    given = ",".join(map(str, resolution))
+    if len(resolution) != len(names):
+        raise FormatError(f"{path}: resolution: expected {','.join(names)}, got {given}")
+    try:
+        return partial(entry.save, resolution=entry.resolution(*resolution))
+    except ValueError as error:
+        raise FormatError(f"{path}: resolution {given} ({','.join(names)}): {error}") from error
+
+
+def check_target(path: PathLike, brdf: Brdf) -> None:
+    """Raise now what writing a reflectance would raise when the work for it is done.
+
+    The work is to tabulate it, or to fit a network to it.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    brdf
+        What is to be written, or what is fitted by that.
+
+    Raises
+    ------
+    FormatError
+        If the format cannot hold it.
+    """
+    entry = target(path)
+    name = brdf.name or "this material"
+    if entry.isotropic and not brdf.isotropic:
+        raise FormatError(
+            f"{path}: {entry.name} files hold isotropic reflectance only; {name} is anisotropic"
+        )
 
 
 def _head(path: Path) -> bytes:
@@ -108,5 +184,8 @@ def _head(path: Path) -> bytes:
 
 
 def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error

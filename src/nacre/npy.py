@@ -13,7 +13,7 @@ import numpy as np
 import numpy.lib.format as npy
 import numpy.typing as npt
 
-from nacre.files import FormatError
+from nacre.files import FormatError, reason
 
 MAGIC = npy.MAGIC_PREFIX
 """First bytes of every file."""
@@ -48,8 +48,7 @@ def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
     except FormatError:
         raise
     except Exception as error:  # NumPy's header parser fails in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{where}: is not a whole .npy file: {reason}") from error
+        raise FormatError(f"{where}: is not a whole .npy file: {reason(error)}") from error
     left = len(data) - file.tell()
     if dtype.kind != "f" or min(shape, default=1) < 0 or math.prod(shape) * dtype.itemsize != left:
         raise FormatError(f"{where}: header promises {shape} {dtype}, {left} bytes follow")

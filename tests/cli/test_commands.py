@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 
 import nacre
 from nacre.neural import Layer, NeuralBrdf
+from tests.scans import Gloss, scan
 
 TIMEOUT = 240
 
@@ -38,6 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         Layer(random.normal(0, 0.5, (8, 3)).astype(np.float32), np.full(3, 0.2, np.float32)),
     ]
     nacre.save(NeuralBrdf(layers), folder / "table.binary")
+    nacre.save(NeuralBrdf(layers), folder / "turned.bin")
     done = run("fit", "table.binary", "--epochs", 2, "--samples", 20000, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "675 weights (2,700 bytes)" in done.stdout
@@ -64,6 +67,16 @@ def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
     assert nacre.load(tmp_path / "a.safetensors").sizes == (6, 8, 3)
+
+
+def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):
+    nacre.save(scan(Gloss(), 100), tmp_path / "scan.csv")
+    done = run("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    error = r"median \d+\.\d %, mean \d+\.\d %"
+    line = rf"at 20 held-out samples: {error} \(of the nearest sample: {error}\)"
+    assert re.search(line, " ".join(done.stdout.split()))
+    assert "held out median error" in run("info", "scan.safetensors", cwd=tmp_path).stdout
 
 
 def test_several_files_fit_into_a_folder(folder, tmp_path):
@@ -118,7 +131,7 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     wi = np.array([0.0, 0.0, 1.0])
     expected = nacre.load(folder / "table.safetensors").eval(wi, wi)
     source = folder / "table.safetensors"
-    for name in ("x.h5", "x.bsdf", "x.binary"):
+    for name in ("x.h5", "x.bsdf", "x.binary", "x.csv"):
         done = run("convert", source, name, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert done.stdout == f"{name}: {(tmp_path / name).stat().st_size:,} bytes\n"
@@ -129,6 +142,17 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     found = nacre.load(tmp_path / "y.bsdf").eval(wi, wi)
     np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
+
+
+def test_convert_takes_a_resolution(folder, tmp_path):
+    for name, nodes, grid in (
+        ("x.binary", "9,8,10", "theta_h x theta_d x phi_d: 9 x 8 x 10"),
+        ("x.bsdf", "1,6,10,8,16", "vndf 8 x 16; rgb 10 x 10"),
+    ):
+        source = folder / "table.binary"
+        done = run("convert", source, name, "--resolution", nodes, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
 
 @pytest.mark.parametrize("given", ["", "file", "folder"])
@@ -214,7 +238,7 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
     [
         (["fit", "table.binary", "-o", "missing/x.safetensors"], "does not exist; create it"),
         (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
-        (["fit", "table.binary", "--hidden", "21,x"], "expected up to 8 widths"),
+        (["fit", "table.binary", "--hidden", "21,x"], "expected whole numbers"),
         (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
         (["fit", "table.binary", "--device", "abacus"], "abacus"),
         (["fit", "table.binary", "table.binary"], "same name"),
@@ -225,6 +249,16 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["convert", "table.binary", "table.binary"], "is the input as well"),
         (["convert", "table.binary", "x.safetensors"], "fit the material first"),
         (["convert", "table.binary", "x.txt"], "no format to write ends in '.txt'"),
+        (["convert", "turned.bin", "x.binary"], "turned is anisotropic"),
+        (
+            ["convert", "table.binary", "x.binary", "--resolution", "9,8"],
+            "expected theta_h,theta_d",
+        ),
+        (["convert", "table.binary", "x.binary", "--resolution", "a"], "expected whole numbers"),
+        (["convert", "table.binary", "x.binary", "--resolution", "9,8,"], "expected whole numbers"),
+        (["convert", "table.binary", "x.bsdf", "--resolution", "1,9,9,99,99"], "at most 8192"),
+        (["convert", "table.binary", "x.bin", "--resolution", "6,48"], "is fixed"),
+        (["fit", "turned.bin", "-o", "x.h5"], "hold isotropic reflectance only"),
         (["convert", "absent.binary", "x.bsdf"], "absent.binary: cannot be read"),
         (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),
         (["render", "table.binary", "--shape", "teapot"], "'teapot' is not one of"),
@@ -281,9 +315,56 @@ def test_help_lists_every_command_and_heavy_libraries_stay_out():
         "try: nacre.cli.main(['--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numba', 'torch', 'mitsuba', 'drjit', 'skimage', 'h5py', 'numpy', 'rich'}\n"
+        "heavy.add('matplotlib')\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    for name in ("compare", "convert", "demo", "fit", "info", "measure", "render"):
+    for name in ("compare", "convert", "demo", "fit", "info", "measure", "plot", "render"):
         assert f"  {name} " in done.stdout
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
+    done = run("fit", folder / "table.binary", "--model", "ggx", "--gain", 4, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "table.json: ggx, diffuse" in done.stdout
+    material = nacre.load(tmp_path / "table.json")
+    assert material.metadata["fit"]["gain"] == 4
+    assert material.metadata["source"]["file"] == "table.binary"
+    done = run("info", "table.json", cwd=tmp_path)
+    assert "roughness" in done.stdout
+    done = run("convert", "table.json", "table.binary", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--model", "gxx"], "'gxx' is not one of nbrdf, lambert"),
+        (["--model", "ggx", "--draft"], "--draft is for networks"),
+        (["--model", "ggx", "--device", "cpu"], "--device is for networks"),
+        (["--model", "ggx", "-o", "x.safetensors"], "do not hold analytic materials"),
+        (["--gain", "2"], "--gain is for analytic models"),
+        (["-o", "x.json"], "do not hold neural materials"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(folder, tmp_path, options, message):
+    done = run("fit", folder / "table.binary", *options, cwd=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_convert_takes_one_material_of_a_table(tmp_path):
+    lines = (
+        f"{name} = Aggregate(Lambertian(albedo = [0.1, 0.2, 0.3]), "
+        "NganWard(albedo = [0.3, 0.2, 0.1], roughness = 0.25))"
+        for name in ("brass", "steel")
+    )
+    (tmp_path / "ward.fit").write_text("\n".join(lines))
+    done = run("convert", "ward.fit", "x.json", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "choose one of brass, steel" in done.stderr
+    done = run("convert", "ward.fit", "x.json", "--material", "steel", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert nacre.load(tmp_path / "x.json").name == "steel"

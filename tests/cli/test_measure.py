@@ -95,6 +95,32 @@ def test_what_cannot_be_measured_is_refused_in_one_line(tmp_path, description, w
     assert not list(tmp_path.iterdir())
 
 
+def test_targets_that_cannot_hold_it_are_refused_before_the_work(tmp_path, monkeypatch):
+    brushed = '{"type": "roughconductor", "alpha_u": 0.1, "alpha_v": 0.4}'
+    monkeypatch.setattr("nacre.neural.fit", None)
+    monkeypatch.setattr("nacre.measured.rgl.tabulate_tables", None)
+    for description, target, words in (
+        (brushed, "x.h5", "hold isotropic reflectance only; x is anisotropic"),
+        (brushed, "x.binary", "hold isotropic reflectance only"),
+        (GREY, "absent/x.bsdf", "does not exist; create it first"),
+    ):
+        code, text = run("measure", description, "-o", tmp_path / target)
+        assert code == 2
+        assert words in text
+    code, text = run("measure", GREY, "-o", tmp_path / "x.bsdf", "--resolution", "1,2")
+    assert code == 2
+    assert "expected phi_i,theta_i,square,azimuths,polars" in text
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_table_has_the_resolution_that_is_asked_for(tmp_path):
+    path = tmp_path / "grey.binary"
+    code, text = run("measure", GREY, "-o", path, "--resolution", "12,10,8")
+    assert code == 0, text
+    assert nacre.load(path).dimensions == (12, 10, 8)
+    assert_diffuse(path, 1e-3)
+
+
 def test_one_source_is_wanted(tmp_path):
     for arguments in ([], [GREY, "--scene", "x.xml"]):
         code, text = run("measure", *arguments, "-o", tmp_path / "x.bsdf")

@@ -19,6 +19,9 @@ from nacre.geometry import split
 _CODES = {"u1": 1, "i1": 2, "u2": 3, "i2": 4, "u4": 5, "u8": 7, "i8": 8, "f2": 9, "f4": 10}
 _CODES |= {"i4": 6, "f8": 11}
 
+BANDS = np.array([380, 395, 430, 460, 500, 520, 555, 600, 610, 655, 700, 780], np.float32)
+"""Wavelengths in nm of made spectral files."""
+
 
 def hemisphere(rng: np.random.Generator, count: int) -> npt.NDArray[np.float32]:
     """Uniform directions above the horizon, shape (count, 3)."""
@@ -85,6 +88,14 @@ def material(phi_i: npt.ArrayLike, seed: int = 0, size: int = 12) -> dict[str, n
         for name in ("vndf", "luminance", "rgb"):
             fields[name][:] = fields[name][0]
     return fields
+
+
+def spectral(fields: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """The fields of an RGL material with smooth spectra at :data:`BANDS` in place of colours."""
+    fields = dict(fields)
+    humps = np.exp(-(((BANDS[:, None] - np.array([620.0, 540.0, 450.0])) / 45.0) ** 2))
+    spectra = np.einsum("ptcnm,bc->ptbnm", fields.pop("rgb"), humps + 0.02)
+    return fields | {"wavelengths": BANDS, "spectra": spectra.astype(np.float32)}
 
 
 def relative_error(

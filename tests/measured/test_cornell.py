@@ -11,7 +11,7 @@ import pytest
 
 import nacre
 from nacre.files import FormatError
-from nacre.geometry import from_spherical, join
+from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.measured import cornell
 from nacre.measured.spectra import to_rgb
 from tests.data import list_data, require_data
@@ -54,6 +54,12 @@ def test_real_scans(name: str) -> None:
     assert brdf.wavelengths[[0, -1]].tolist() == [400.0, 700.0]
     facts = brdf.describe()
     assert facts["dropped below the horizon"] == facts["averaged as duplicates"] == 0
+    # The light stands at eight angles of one azimuth: that it may stand at any other is assumed.
+    theta_i, phi_i = to_spherical(split(brdf.samples.wi))
+    assert np.unique(np.degrees(theta_i).round(2)).tolist() == [10, 20, 30, 40, 50, 60, 70, 80]
+    assert np.abs(phi_i).max() < 1e-6
+    through = brdf.eval_spectral(brdf.samples.wi, brdf.samples.wo)
+    np.testing.assert_allclose(through, brdf.spectra, rtol=1e-2, atol=1e-4 * brdf.spectra.max())
     # The highlight is opposite the light.
     brightest = brdf.samples.rgb.sum(axis=1).argmax()
     wi, wo = brdf.samples.wi[brightest], brdf.samples.wo[brightest]

@@ -18,7 +18,14 @@ from nacre.brdf import Brdf
 from nacre.files import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic, join, split
 from nacre.geometry import rusinkiewicz_angles as angles
-from nacre.measured import FORMATS, MerlBrdf, merl, merl_array
+from nacre.measured import (
+    FORMATS,
+    MerlBrdf,
+    comma_separated,
+    merl,
+    merl_array,
+    utia_image,
+)
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
 from tests.variants import require_mitsuba
@@ -26,6 +33,7 @@ from tests.variants import require_mitsuba
 from .support import assert_same_in_drjit, assert_same_in_torch, hemisphere, write
 
 SMALL = (9, 8, 10)
+DATABASE = (90, 90, 180)
 
 
 @dataclass
@@ -206,7 +214,7 @@ def test_tabulated_material_is_close_to_its_source(tabulated: Path) -> None:
 
 def test_nodes_at_and_below_the_horizon_are_invalid() -> None:
     brdf = merl.tabulate(Glossy())
-    wi, wo = node_directions(merl.DIMENSIONS)
+    wi, wo = node_directions(DATABASE)
     lowest = np.minimum(wi[..., 2], wo[..., 2])
     np.testing.assert_array_equal(brdf.mask, lowest > 1e-6)
     assert (np.abs(lowest) < 1e-12).any(), "some nodes lie exactly at the horizon"
@@ -215,7 +223,7 @@ def test_nodes_at_and_below_the_horizon_are_invalid() -> None:
 
 def test_what_the_source_does_not_know_stays_unknown() -> None:
     brdf = merl.tabulate(Glossy(blind=0.3))
-    wi, wo = node_directions(merl.DIMENSIONS)
+    wi, wo = node_directions(DATABASE)
     expected = (wi[..., 2] > 0.3) & (wo[..., 2] > 1e-6)
     edge = np.abs(wi[..., 2] - 0.3) < 1e-9
     np.testing.assert_array_equal(brdf.mask[~edge], expected[~edge])
@@ -276,8 +284,9 @@ def test_formats_are_registered() -> None:
         "MERL",
         *(f.name for f in merl_array.FORMATS),
         "Cornell scan",
-        "comma-separated samples",
+        *(f.name for f in comma_separated.FORMATS),
         "UTIA",
+        *(f.name for f in utia_image.FORMATS),
     ]
 
 
@@ -307,14 +316,6 @@ def test_file_cut_short_or_too_long_is_refused(tmp_path: Path) -> None:
     assert_refused(write(path, data + b"\0"), "trailing bytes")
 
 
-def test_what_is_not_a_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "absent.binary"
-    assert_refused(path, "cannot be read")
-    assert_refused(tmp_path, "is a directory")
-    assert_refused(write(path, b""), "is empty")
-    assert_refused(write(path, b"<html>not found</html>"), "header")
-
-
 @pytest.mark.parametrize("size", [0, -1, -(2**31), 2**31 - 1, 1025])
 @pytest.mark.parametrize("axis", range(3))
 def test_absurd_dimension_is_refused(tmp_path: Path, size: int, axis: int) -> None:
@@ -328,3 +329,63 @@ def test_value_that_is_not_finite_is_refused(tmp_path: Path, value: float) -> No
     table = random_table().astype(float)
     table[1, 2, 3, 4] = value
     assert_refused(write(tmp_path / "bad.binary", merl_bytes(table)), "not finite")
+
+
+# Values of less precision
+
+
+@pytest.mark.parametrize("kind", ["<f4", "<f2"])
+def test_reduced_precision_is_told_by_the_length(tmp_path: Path, kind: str) -> None:
+    table = 100.0 * random_table(invalid=0.1)
+    header = struct.pack("<3i", *SMALL)
+    path = write(tmp_path / "x.binary", header + table.astype(kind).tobytes())
+    brdf = merl.load(path)
+    np.testing.assert_array_equal(brdf.stored, table.astype(kind).astype(np.float32))
+    whole = merl.load(write(path, merl_bytes(table.astype(kind))))
+    np.testing.assert_array_equal(brdf.stored, whole.stored)
+    merl.save(brdf, path)
+    assert path.stat().st_size == 12 + 24 * math.prod(SMALL), "written with float64 as ever"
+
+
+@pytest.mark.parametrize("kind", ["<f4", "<f2"])
+def test_other_lengths_and_infinities_of_reduced_precision_are_refused(
+    tmp_path: Path, kind: str
+) -> None:
+    data = struct.pack("<3i", *SMALL) + random_table().astype(kind).tobytes()
+    path = tmp_path / "x.binary"
+    for length in (len(data) - 1, len(data) + 1, len(data) - 2, len(data) + 4):
+        refused = data[:length] + bytes(max(0, length - len(data)))
+        assert_refused(write(path, refused), "cut short", "17292 or 8652 or 4332")
+    infinite = data[:-4] + np.array([np.inf] * 2, kind).tobytes()[-4:]
+    words = ["not finite"] + ["float16 ends at 65504"] * (kind == "<f2")
+    assert_refused(write(path, infinite), *words)
+
+
+# Resolution
+
+
+def test_a_table_is_tabulated_at_a_resolution(tmp_path: Path) -> None:
+    nodes = merl.Resolution(24, 18, 12)
+    merl.save(Glossy(), tmp_path / "x.binary", nodes)
+    brdf = merl.load(tmp_path / "x.binary")
+    assert brdf.dimensions == (24, 18, 12)
+    wi, wo = node_directions((24, 18, 12))
+    up = (wi[..., 2] > 0.01) & (wo[..., 2] > 0.01)
+    np.testing.assert_allclose(brdf.eval(wi[up], wo[up]), Glossy().eval(wi[up], wo[up]), rtol=2e-3)
+    merl_array.save_npz(brdf, tmp_path / "y.npz", merl.Resolution(6, 5, 4))
+    assert merl_array.load_npz(tmp_path / "y.npz").dimensions == (6, 5, 4)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "words"),
+    [
+        ((0, 90, 180), "1 to 1024"),
+        ((90, 90, 1025), "1 to 1024"),
+        ((-1, 90, 180), "1 to 1024"),
+        ((1024, 1024, 1024), "more than"),
+        ((90, 90, 360), "half a turn"),
+    ],
+)
+def test_resolutions_that_cannot_be_read_are_refused(nodes: tuple[int, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        merl.Resolution(*nodes)

@@ -285,14 +285,6 @@ def test_file_cut_short_or_too_long_is_refused(tmp_path: Path) -> None:
     assert_refused(write(path, data + bytes(SIZE + 1)), "more than")
 
 
-def test_what_is_not_a_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "absent.bin"
-    assert_refused(path, "cannot be read")
-    assert_refused(tmp_path, "is a directory")
-    assert_refused(write(path, b""), "is empty")
-    assert_refused(write(path, b"<html>not found</html>"), "something else")
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
 @pytest.mark.parametrize("place", [0, 41_472, 288 * 288 * 3 - 1])
 def test_value_that_is_not_finite_is_refused(tmp_path: Path, value: float, place: int) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ from nacre.color import luminance
 from nacre.measured.merl import tabulate
 from tests.data import require_data
 
+from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
 
 Pairs = tuple[np.ndarray, np.ndarray]
@@ -79,35 +78,6 @@ def test02_weight_is_eval_over_pdf(rgb: Any, directions: Pairs, name: str) -> No
     assert not np.array(weight).T[dark].any()
 
 
-def chi_square(mi: Any, brdf: Brdf, degrees: float, distort: Callable[[Any, Any], Any]) -> Any:
-    """Chi-square test of `sample` against `pdf`, changed by `distort(pdf, wo)`.
-
-    Not Mitsuba's BSDFAdapter: it drops samples where the reflectance is 0, which a clamped network
-    may be above the horizon.
-    """
-    import drjit as dr
-
-    bsdf, context = nacre.render.bsdf(brdf), mi.BSDFContext()
-    angle = math.radians(degrees)
-
-    def seen(count: int) -> Any:
-        si = dr.zeros(mi.SurfaceInteraction3f, count)
-        si.wi = mi.Vector3f(0.8 * math.sin(angle), 0.6 * math.sin(angle), math.cos(angle))
-        return si
-
-    def sample(u: Any) -> tuple[Any, Any]:
-        drawn, _ = bsdf.sample(context, seen(dr.width(u)), u[0], mi.Point2f(u[1], u[2]))
-        return drawn.wo, dr.select(drawn.pdf > 0, mi.Float(1.0), 0.0)
-
-    def density(wo: Any) -> Any:
-        return distort(bsdf.pdf(context, seen(dr.width(wo)), wo), wo)
-
-    # 64 steps a cell resolve a lobe of exponent 50000 off the pole: a tenth of a degree of azimuth.
-    return mi.chi2.ChiSquareTest(
-        mi.chi2.SphericalDomain(), sample, density, 3, sample_count=400_000, res=101, ires=64
-    )
-
-
 LOBES = [
     *((s, n, a) for s, n in ((0.0, 1.0), (1.0, 1.0), (0.5, 50.0)) for a in (0.0, 45.0, 80.0)),
     *((s, n, a) for s, n in ((1.0, 50.0), (0.5, 2000.0)) for a in (30.0, 80.0)),
@@ -122,7 +92,7 @@ def test03_samples_follow_the_density(
 ) -> None:
     brdf = reflectance(name)
     brdf.sampler = nacre.sampling.BlinnPhongMixture(specular, exponent)
-    test = chi_square(rgb, brdf, degrees, lambda pdf, wo: pdf)
+    test = chi_square(rgb, nacre.render.bsdf(brdf), degrees)
     assert test.run(test_count=3 * len(LOBES), quiet=True), test.messages
 
 
@@ -133,7 +103,7 @@ def test03_samples_follow_the_density(
 def test04_samples_of_real_materials_follow_the_density(
     rgb: Any, name: str, degrees: float
 ) -> None:
-    test = chi_square(rgb, reflectance(name), degrees, lambda pdf, wo: pdf)
+    test = chi_square(rgb, nacre.render.bsdf(reflectance(name)), degrees)
     assert test.run(test_count=15, quiet=True), test.messages
 
 
@@ -141,7 +111,7 @@ def test04_samples_of_real_materials_follow_the_density(
 def test05_a_density_that_is_off_is_found(rgb: Any, specular: float, exponent: float) -> None:
     brdf = network(1, specular, exponent)
     for distort in (lambda pdf, wo: 1.03 * pdf, lambda pdf, wo: pdf * (1.0 + 0.1 * wo.x)):
-        assert not chi_square(rgb, brdf, 45.0, distort).run(quiet=True)
+        assert not chi_square(rgb, nacre.render.bsdf(brdf), 45.0, distort).run(quiet=True)
 
 
 def test06_white_furnace(rgb: Any) -> None:

@@ -116,3 +116,10 @@ def test10_display_values_do_not_go_into_exr(tmp_path: Path):
     with pytest.raises(FormatError, match="a picture ends in one of"):
         write_bytes(np.zeros((2, 2, 3), np.uint8), tmp_path / "a.exr")
     assert not list(tmp_path.iterdir())
+
+
+def test11_a_bsdf_of_mitsuba_is_shown_too() -> None:
+    ours = render_preview(Constant(0.5), "sphere", size=16, spp=64)
+    theirs = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.5}}
+    image = render_preview(theirs, "sphere", size=16, spp=64)
+    assert image.mean() == pytest.approx(ours.mean(), rel=0.02)

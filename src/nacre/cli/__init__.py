@@ -16,9 +16,11 @@ _COMMANDS = {
     "compare": "Compare two materials in numbers and one picture.",
     "convert": "Write a material in another format.",
     "demo": "Run the main job from start to end on a built-in or given material.",
-    "fit": "Fit a neural material to each measured file.",
-    "info": "Show what is in a file.",
+    "download": "Download measured materials from a public database.",
+    "fit": "Fit a neural material or an analytic model to each file.",
+    "info": "Show what is in a file, and whether it is physical.",
     "measure": "Measure a Mitsuba BSDF virtually.",
+    "plot": "Draw the lobes of materials over one another.",
     "render": "Render a preview of a material.",
 }
 

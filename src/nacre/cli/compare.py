@@ -14,6 +14,7 @@ from nacre.cli.console import (
     console,
     environment_option,
     file_path,
+    print_json,
     print_table,
 )
 
@@ -29,8 +30,14 @@ from nacre.cli.console import (
 )
 @environment_option
 @click.option("--size", type=click.IntRange(16, 2048), default=128, help="Pixels of the spheres.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as one JSON object.")
 def command(
-    truth: Path, other: Path, output: Path | None, environment: Path | None, size: int
+    truth: Path,
+    other: Path,
+    output: Path | None,
+    environment: Path | None,
+    size: int,
+    as_json: bool,
 ) -> None:
     """Compare a material with the TRUTH: error figures, and a picture of both with FLIP maps."""
     from nacre.evaluate import compare, picture
@@ -53,6 +60,13 @@ def command(
         )
     comparison = dataclasses.replace(comparison, truth=truth.name, other=other.name)
     write_bytes(picture(comparison), output)
+    if as_json:
+        figures: dict[str, dict[str, float]] = {}
+        for where, measure, value in comparison.rows():
+            figures.setdefault(where, {})[measure] = value
+        names = {"truth": str(truth), "other": str(other), "picture": str(output)}
+        print_json({**names, "figures": figures})
+        return
     for light, rows in itertools.groupby(comparison.rows(), lambda row: row[0]):
         print_table((light, ""), [row[1:] for row in rows])
     console.print(f"{output}: truth | other | FLIP error", markup=False)

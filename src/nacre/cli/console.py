@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,13 +69,33 @@ class StageCallback:
         self._progress.update(self._task, completed=done, total=total, note=note)
 
 
-def print_facts(title: str, facts: Iterable[tuple[str, Any]]) -> None:
-    """Two aligned columns under a title; a line is never broken, so that scripts can read it."""
+def print_facts(
+    title: str, facts: Iterable[tuple[str, Any]], units: Mapping[str, str] | None = None
+) -> None:
+    """Aligned columns under a title: what, its value, and in brackets its unit where there is one.
+
+    A line is never broken, so that scripts can read it.
+    """
     lines = [(key, _text(value)) for key, value in facts]
     width = max(len(key) for key, _ in lines)
     console.print(title, style="bold", markup=False)
     for key, value in lines:
-        console.print(f"  {key:<{width}}  {value}", markup=False)
+        unit = (units or {}).get(key, "")
+        console.print(f"  {key:<{width}}  {value}", markup=False, end="")
+        console.print(f"  [{unit}]" if unit else "", style="dim", markup=False)
+
+
+def print_json(value: Any) -> None:
+    """A value as JSON; what is not finite becomes null, which is all that JSON has for it."""
+    click.echo(json.dumps(_finite(value), indent=2, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def printable(text: str) -> str:
@@ -82,6 +104,8 @@ def printable(text: str) -> str:
 
 
 def _text(value: Any) -> str:
+    if value is None:
+        return "unknown"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
@@ -89,7 +113,8 @@ def _text(value: Any) -> str:
     if isinstance(value, int):
         return f"{value:,}"
     if isinstance(value, list | tuple):
-        between = " to " if all(isinstance(v, float) for v in value) else ", "
+        pair = len(value) == 2 and all(isinstance(v, float) for v in value)
+        between = " to " if pair else ", "
         return between.join(_text(v) for v in value)
     return printable(str(value))
 
@@ -128,4 +153,25 @@ environment_option = click.option(
     "--environment",
     type=file_path(),
     help="Latitude-longitude map (.exr, .hdr, .png). Default: the built-in studio.",
+)
+
+
+def numbers(
+    _context: click.Context, _parameter: click.Parameter, value: str | None
+) -> tuple[int, ...] | None:
+    """Whole numbers with commas between them, as an option's callback."""
+    if value is None:
+        return None
+    parts = value.split(",")
+    if len(parts) > 8 or not all(len(p) < 10 and p.isascii() and p.isdigit() for p in parts):
+        raise click.BadParameter("expected whole numbers with commas between them, like 90,90,180")
+    return tuple(map(int, parts))
+
+
+resolution_option = click.option(
+    "--resolution",
+    metavar="N,N,...",
+    callback=numbers,
+    help="Nodes of the table: theta_h,theta_d,phi_d of .binary and .npz; "
+    "phi_i,theta_i,square,azimuths,polars of .bsdf. Default: see docs/formats.md.",
 )

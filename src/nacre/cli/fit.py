@@ -6,23 +6,25 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
-from nacre.cli.console import Stages, check_outputs, console, file_path, printable
+from nacre.cli.console import Stages, check_outputs, console, file_path, numbers, printable
+
+if TYPE_CHECKING:
+    from nacre.analytic import AnalyticBrdf
 
 
-def _widths(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[int, ...]:
-    try:
-        widths = tuple(int(part) for part in value.split(","))
-    except ValueError:
-        widths = (0,)
-    if len(widths) > 8 or not all(1 <= width <= 1024 for width in widths):
+def _widths(context: click.Context, parameter: click.Parameter, value: str) -> tuple[int, ...]:
+    widths = numbers(context, parameter, value) or ()
+    if not all(1 <= width <= 1024 for width in widths):
         raise click.BadParameter("expected up to 8 widths from 1 to 1024, like 21,21")
     return widths
 
 
-def _targets(files: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
+def _targets(files: tuple[Path, ...], output: Path | None, ending: str) -> dict[Path, Path]:
     """Where each file's material goes; makes the folder that a lone name without ending means."""
     if output and len(files) == 1 and output.suffix and not output.is_dir():
         return {files[0]: output}
@@ -30,10 +32,45 @@ def _targets(files: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
         raise click.BadParameter(f"{output} must be a folder for several files")
     folder = output or Path()
     folder.mkdir(parents=True, exist_ok=True)
-    targets = {path: folder / f"{path.stem}.safetensors" for path in files}
+    targets = {path: folder / f"{path.stem}{ending}" for path in files}
     if len(set(targets.values())) < len(files):
         raise click.BadParameter("two files would be written to the same name")
     return targets
+
+
+def _model(
+    _context: click.Context, _parameter: click.Parameter, value: str
+) -> type[AnalyticBrdf] | None:
+    """The class of an analytic model; None for a network."""
+    from nacre.analytic import MODELS
+
+    if value != "nbrdf" and value not in MODELS:
+        raise click.BadParameter(f"{value!r} is not one of nbrdf, {', '.join(MODELS)}")
+    return MODELS.get(value)
+
+
+def _analytic_settings(context: click.Context, gain: float | None) -> dict[str, Any]:
+    """Settings of an analytic fit; refuses options that only a network has."""
+    for name in ("inputs", "hidden", "epochs", "draft", "device"):
+        if context.get_parameter_source(name) != ParameterSource.DEFAULT:
+            raise click.BadParameter(f"--{name} is for networks, not analytic models")
+    settings = {"gain": gain, "samples": context.params["samples"], "seed": context.params["seed"]}
+    return {key: value for key, value in settings.items() if value is not None}
+
+
+def _validation(quality: dict[str, Any]) -> str:
+    """A line on the held-out samples of a scan; empty for any other material."""
+    if "held_out_samples" not in quality:
+        return ""
+    errors = (
+        f"median {100 * quality[f'{who}_median_error']:.1f} %, "
+        f"mean {100 * quality[f'{who}_mean_error']:.1f} %"
+        for who in ("held_out", "nearest_sample")
+    )
+    return (
+        f"\n  relative error at {quality['held_out_samples']} held-out samples: {next(errors)} "
+        f"(of the nearest sample: {next(errors)})"
+    )
 
 
 @click.command("fit")
@@ -42,7 +79,28 @@ def _targets(files: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
     "-o",
     "--output",
     type=file_path(),
-    help="File to write (.safetensors or .h5), or a folder. Default: MATERIAL.safetensors here.",
+    help="File to write (.safetensors or .h5; .json of an analytic model), or a folder. "
+    "Default: MATERIAL.safetensors or .json here.",
+)
+@click.option(
+    "--model",
+    default="nbrdf",
+    callback=_model,
+    metavar="NAME",
+    help="nbrdf, or an analytic model: ggx, ggx-anisotropic, ... An unknown name lists them all.",
+)
+@click.option(
+    "--gain",
+    type=click.FloatRange(0.0, 1e6, min_open=True),
+    help="Of the loss: more than 1 gives more weight to what is dark. Default: 1, and 32 of a "
+    "network with enhanced inputs.",
+)
+@click.option(
+    "--inputs",
+    default="paper",
+    type=click.Choice(["paper", "enhanced"]),
+    help="What the network sees: the paper's vectors, which its authors' tools read, or stretched "
+    "angles, which come closer at the same size.",
 )
 @click.option(
     "--hidden",
@@ -56,7 +114,8 @@ def _targets(files: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
 @click.option(
     "--samples",
     type=click.IntRange(1000, 100_000_000),
-    help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material.",
+    help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material; 40000 for an "
+    "analytic model.",
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
@@ -64,9 +123,14 @@ def _targets(files: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
     "--device",
     help="Fit in PyTorch on this device (cpu, cuda) in place of the compiled CPU kernel.",
 )
+@click.pass_context
 def command(
+    context: click.Context,
     files: tuple[Path, ...],
     output: Path | None,
+    model: type[AnalyticBrdf] | None,
+    gain: float | None,
+    inputs: str,
     hidden: tuple[int, ...],
     epochs: int,
     draft: bool,
@@ -75,17 +139,25 @@ def command(
     jobs: int | None,
     device: str | None,
 ) -> None:
-    """Fit a neural material to each measured file."""
-    from nacre.formats import load, save, writer
+    """Fit a neural material, or an analytic model, to each measured file."""
+    from nacre import analytic
+    from nacre.formats import check_target, load, save, target
     from nacre.neural import Recipe, fit
     from nacre.parallel import core_count, one_blas_thread
 
-    targets = _targets(files, output)
-    for target in targets.values():
-        writer(target)
+    settings = _analytic_settings(context, gain) if model else {}
+    targets = _targets(files, output, ".json" if model else ".safetensors")
+    for path in targets.values():
+        entry, kind = target(path), "analytic" if model else "neural"
+        if entry.holds not in ("", kind):
+            raise click.BadParameter(f"{path}: {entry.name} files do not hold {kind} materials")
+        if inputs != "paper" and entry.extensions == (".h5", ".hdf5"):
+            raise click.BadParameter(f"{path}: {entry.name} files hold the paper's inputs only")
     check_outputs(targets.values(), files)
     epochs = max(1, epochs // 5) if draft else epochs
-    recipe = Recipe(hidden=hidden, epochs=epochs, samples=samples, seed=seed)
+    recipe = Recipe(
+        hidden=hidden, epochs=epochs, samples=samples, seed=seed, inputs=inputs, gain=gain
+    )
     interrupted = threading.Event()
 
     workers = ThreadPoolExecutor(min(jobs or core_count(), len(files)))
@@ -99,13 +171,21 @@ def command(
                 reports[path](stage, done, total, note)
 
             brdf = load(path)
+            check_target(targets[path], brdf)
             start = time.perf_counter()
+            if model:
+                fitted = analytic.fit(brdf, model, progress=report, **settings)
+                save(fitted, targets[path])
+                seconds = time.perf_counter() - start
+                loss = fitted.metadata["fit"]["loss"]
+                return f"{targets[path]}: {fitted.summary()}, loss {loss:.5f}, {seconds:.1f} s"
             network = fit(brdf, recipe, device=device, progress=report)
             seconds = time.perf_counter() - start
             save(network, targets[path])
-            loss = network.metadata["quality"]["held_out_loss"]
+            quality = network.metadata["quality"]
             size = f"{network.weight_count} weights ({4 * network.weight_count:,} bytes)"
-            return f"{targets[path]}: {size}, held-out loss {loss:.5f}, {seconds:.1f} s"
+            line = f"{targets[path]}: {size}, held-out loss {quality['held_out_loss']:.5f}"
+            return f"{line}, {seconds:.1f} s{_validation(quality)}"
 
         results = [pool.submit(run, path) for path in files]
         try:

@@ -9,10 +9,8 @@ from typing import Any
 import click
 
 from nacre.brdf import Brdf
-from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.console import Stages, check_outputs, console, file_path, resolution_option
 from nacre.files import NacreError
-
-_NEURAL = (".safetensors", ".h5")
 
 
 @click.command("measure")
@@ -20,6 +18,7 @@ _NEURAL = (".safetensors", ".h5")
 @click.option("-o", "--output", type=file_path(), required=True, help="File to write.")
 @click.option("--scene", type=file_path(), help="Mitsuba scene (.xml) in place of BSDF_JSON.")
 @click.option("--bsdf", "name", metavar="ID", help="Which BSDF of the scene; needed if several.")
+@resolution_option
 @click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs, where it fits.")
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same neural file.")
 def command(
@@ -27,29 +26,31 @@ def command(
     output: Path,
     scene: Path | None,
     name: str | None,
+    resolution: tuple[int, ...] | None,
     draft: bool,
     seed: int,
 ) -> None:
-    """Measure a Mitsuba BSDF virtually: an RGL or MERL table, or a neural material fitted to it.
+    """Measure a Mitsuba BSDF virtually: a table, or a neural material fitted to it.
 
     BSDF_JSON is what mitsuba.load_dict takes, as JSON: '{"type": "principled", "roughness": 0.3}'.
     Textures are read at one point.
     """
-    from nacre.formats import save, writer
+    from nacre.formats import check_target, target, writer
 
     if (description is None) == (scene is None):
         raise click.UsageError("expected either BSDF_JSON or --scene")
-    writer(output)
+    write = writer(output, resolution)
     check_outputs([output], [scene] if scene else [])
     brdf = _from_json(description) if description is not None else _from_scene(scene, name)
     brdf.name = output.stem
-    if output.suffix.lower() in _NEURAL:
+    check_target(output, brdf)
+    if target(output).holds == "neural":
         from nacre.neural import Recipe, fit
 
         recipe = Recipe(epochs=20, seed=seed) if draft else Recipe(seed=seed)
         with Stages() as stages:
             brdf = fit(brdf, recipe, progress=stages.add(output.stem))
-    save(brdf, output)
+    write(brdf, output)
     console.print(f"{output}: {output.stat().st_size:,} bytes", markup=False)
 
 

@@ -1,7 +1,7 @@
 """Measured reflectance: one module a file format."""
 
 from nacre.files import Format
-from nacre.measured import comma_separated, cornell, merl, merl_array, rgl, utia
+from nacre.measured import comma_separated, cornell, merl, merl_array, rgl, utia, utia_image
 from nacre.measured.merl_table import MerlBrdf
 from nacre.measured.rgl import RglBrdf
 from nacre.measured.scattered import ScatteredBrdf
@@ -12,8 +12,9 @@ FORMATS: tuple[Format, ...] = (
     merl.FORMAT,
     *merl_array.FORMATS,
     cornell.FORMAT,
-    comma_separated.FORMAT,
+    *comma_separated.FORMATS,
     utia.FORMAT,
+    *utia_image.FORMATS,
 )
 """Every format of measured reflectance, the most recognisable first."""
 

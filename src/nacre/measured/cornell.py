@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from nacre.files import Format, FormatError, PathLike, read_bytes
 from nacre.geometry import from_spherical, join
-from nacre.measured.scattered import ScatteredBrdf, from_measurement
+from nacre.measured.cleaning import from_measurement
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28

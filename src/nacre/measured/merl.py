@@ -3,7 +3,8 @@
 Matusik, Pfister, Brand and McMillan 2003, "A Data-Driven Reflectance Model". A file holds three
 little-endian int32 node counts (theta_h, theta_d, phi_d: 90, 90, 180), then the float64 values of
 red, of green and of blue, phi_d varying fastest. Nielsen, Jensen and Ramamoorthi 2015 published
-theirs in the same layout.
+theirs in the same layout. Files with float32 or float16 in place of float64 are read too: the
+length of a file tells which it is.
 
 Node (i, j, k) stands at theta_h = (i / 90)^2 pi / 2, theta_d = (j / 90) pi / 2 and
 phi_d = (k / 180) pi: the lower corner of the bin to which the database's own reader assigns it. A
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,28 +24,62 @@ from nacre.brdf import Brdf
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.measured.merl_table import SCALES, Interpolation, MerlBrdf
-
-DIMENSIONS = (90, 90, 180)
-"""Nodes in theta_h, theta_d and phi_d of the database's files."""
+from nacre.measured.raw import read_values
 
 INVALID = -1.0
 """Stored value that :func:`save` writes for a sample that is not known."""
 
-_FULL_TURN = (90, 90, 360)
-"""Header of files that others made in this layout without folding phi_d."""
 _HEADER = struct.Struct("<3i")
+_TYPES = ("<f8", "<f4", "<f2")
 _NODE_LIMIT = 1024
 _SIZE_LIMIT = 1 << 30
+_FULL_TURN = (90, 90, 360)
+"""Header of files that others made in this layout without folding phi_d."""
 _HORIZON = 1e-6
 """A node whose directions are not higher than this (cosine) has no reflectance to tabulate."""
 
 
-def tabulate(brdf: Brdf) -> MerlBrdf:
-    """Any isotropic reflectance on the grid of the MERL database.
+@dataclass(frozen=True)
+class Resolution:
+    """Numbers of nodes of a table; a file takes 24 bytes for each of their product.
+
+    Parameters
+    ----------
+    theta_h, theta_d, phi_d
+        Nodes of each angle, 1 to 1024; those of the database by default.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or :func:`load` would not read the table.
+    """
+
+    theta_h: int = 90
+    theta_d: int = 90
+    phi_d: int = 180
+
+    def __post_init__(self) -> None:
+        if not all(1 <= nodes <= _NODE_LIMIT for nodes in astuple(self)):
+            raise ValueError(f"numbers of nodes are 1 to {_NODE_LIMIT}")
+        if _HEADER.size + 24 * math.prod(astuple(self)) > _SIZE_LIMIT:
+            raise ValueError(f"a file would take more than {_SIZE_LIMIT} bytes")
+        if astuple(self) == _FULL_TURN:
+            raise ValueError("360 nodes in phi_d stand for a full turn; take 180 for half a turn")
+
+
+def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
+    """Any isotropic reflectance on a grid like that of the MERL database.
 
     Nodes at or below the horizon, and those where `brdf` is not known or not finite, become
     invalid. The table can hold one value for a pair of directions and its exchange: it takes f_r
     with the difference vector, which points to the light, at phi_d in [0, pi).
+
+    Parameters
+    ----------
+    brdf
+        Isotropic.
+    resolution
+        Of the grid; the database's where None.
 
     Raises
     ------
@@ -52,11 +88,11 @@ def tabulate(brdf: Brdf) -> MerlBrdf:
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MERL holds isotropic reflectance only")
-    n_h, n_d, n_p = DIMENSIONS
+    n_h, n_d, n_p = dimensions = astuple(resolution or Resolution())
     theta_d, phi_d = np.meshgrid(
         np.arange(n_d) / n_d * (math.pi / 2.0), np.arange(n_p) / n_p * math.pi, indexing="ij"
     )
-    stored = np.full((3, *DIMENSIONS), INVALID, np.float32)
+    stored = np.full((3, *dimensions), INVALID, np.float32)
     for i in range(n_h):
         theta_h = np.full_like(theta_d, (i / n_h) ** 2 * (math.pi / 2.0))
         wi, wo = map(join, from_rusinkiewicz_angles(theta_h, 0.0 * theta_h, theta_d, phi_d))
@@ -81,8 +117,8 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
     Raises
     ------
     FormatError
-        If the file cannot be read, its length is not what its header says, or a value is not
-        finite.
+        If the file cannot be read, its length is not what its header says with float64, float32
+        or float16 values, or a value is not finite.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if len(data) < _HEADER.size:
@@ -97,32 +133,40 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
             f"{path}: 360 nodes in phi_d span a full turn of a material that is not reciprocal; "
             "only tables over half a turn are read"
         )
-    size = _HEADER.size + 3 * 8 * math.prod(dimensions)
-    if len(data) != size:
-        problem = "is cut short" if len(data) < size else "has trailing bytes"
-        raise FormatError(
-            f"{path}: {len(data)} bytes, but {' x '.join(map(str, dimensions))} nodes take {size}; "
-            f"the file {problem}"
-        )
-    values = np.frombuffer(data, "<f8", offset=_HEADER.size).reshape(3, *dimensions)
-    if not (np.abs(values) <= np.finfo(np.float32).max).all():  # also false for NaN
-        raise FormatError(f"{path}: values: some are not finite; download the file again")
-    return MerlBrdf(values, Path(path).stem, interpolation)
+    contents = f"{' x '.join(map(str, dimensions))} nodes"
+    values = read_values(data, str(path), contents, 3 * math.prod(dimensions), _TYPES, _HEADER.size)
+    return MerlBrdf(values.reshape(3, *dimensions), Path(path).stem, interpolation)
 
 
-def save(brdf: Brdf, path: PathLike) -> None:
+def as_table(brdf: Brdf, resolution: Resolution | None) -> MerlBrdf:
+    """A table that is to be written: a :class:`MerlBrdf` itself, unless a resolution is given."""
+    if isinstance(brdf, MerlBrdf) and resolution is None:
+        return brdf
+    return tabulate(brdf, resolution)
+
+
+def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
     """Write a MERL ``.binary`` file, whole or not at all.
 
     A :class:`MerlBrdf` is written as it is, to float32 precision, invalid samples included: what
     this function wrote comes back byte for byte. Anything else is tabulated first (see
     :func:`tabulate`).
 
+    Parameters
+    ----------
+    brdf
+        Isotropic.
+    path
+        File to write.
+    resolution
+        Of the table; where it is given, a :class:`MerlBrdf` is tabulated anew.
+
     Raises
     ------
     FormatError
         If `brdf` is anisotropic or the path cannot be written.
     """
-    merl = brdf if isinstance(brdf, MerlBrdf) else tabulate(brdf)
+    merl = as_table(brdf, resolution)
     with atomic_path(path) as temporary, temporary.open("wb") as file:
         file.write(_HEADER.pack(*merl.dimensions))
         for channel in merl.stored:
@@ -135,5 +179,5 @@ def _recognise(head: bytes) -> bool:
     )
 
 
-FORMAT = Format("MERL", (".binary",), _recognise, load, save)
+FORMAT = Format("MERL", (".binary",), _recognise, load, save, isotropic=True, resolution=Resolution)
 """Entry of the registry of formats."""

@@ -17,14 +17,17 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
-from nacre.measured.merl import tabulate
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.measured.merl import Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
+from nacre.measured.raw import LARGEST, check_finite
 from nacre.npy import MAGIC, parse_npy
 
 _KEY = "f_r"
 _LIMIT = 1 << 30
 _NODE_LIMIT = 1024
+_WHOLE, _RATIO = 1 << 26, 8
+"""Bytes that an array may unpack to from an archive of any size, and from each of its bytes."""
 _SHAPE = re.compile(rb"'shape': \((?:\d+, ){3}\d+\)")
 
 
@@ -52,16 +55,20 @@ def load_npz(path: PathLike) -> MerlBrdf:
                         f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
                     )
                 member = next(iter(members.values()))
-            if member.file_size > _LIMIT:
-                raise FormatError(f"{path}: array '{member.filename}': is larger than any table")
-            content = archive.read(member)
+            where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
+            if member.file_size > max(_WHOLE, _RATIO * len(data)):
+                raise FormatError(f"{where}: is larger than any table that packs into this file")
+            if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                raise FormatError(f"{where}: is packed in an unusual way; use numpy.savez")
+            with archive.open(member) as packed:  # read() would unpack more than was promised
+                content = packed.read(member.file_size)
+                if len(content) < member.file_size or packed.read(1):
+                    raise FormatError(f"{where}: is of another length than the archive says")
     except FormatError:
         raise
     except Exception as error:  # the archive's decoders meet damage in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{path}: is not a whole .npz archive: {reason}") from error
-    name = member.filename.removesuffix(".npy")
-    return _table(content, f"{path}: array '{name}'", Path(path).stem)
+        raise FormatError(f"{path}: is not a whole .npz archive: {reason(error)}") from error
+    return _table(content, where, Path(path).stem)
 
 
 def load_npy(path: PathLike) -> MerlBrdf:
@@ -82,19 +89,28 @@ def load_npy(path: PathLike) -> MerlBrdf:
     return _table(read_bytes(path, _LIMIT), str(path), Path(path).stem)
 
 
-def save_npz(brdf: Brdf, path: PathLike) -> None:
+def save_npz(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
     """Write an ``.npz`` archive with `f_r` of shape (theta_h, theta_d, phi_d, 3), float64.
 
     A :class:`MerlBrdf` is written as it is, invalid samples included: what this function wrote
     comes back byte for byte. Anything else is tabulated first (see
     :func:`nacre.measured.merl.tabulate`).
 
+    Parameters
+    ----------
+    brdf
+        Isotropic.
+    path
+        File to write.
+    resolution
+        As of :func:`nacre.measured.merl.save`.
+
     Raises
     ------
     FormatError
         If `brdf` is anisotropic or the path cannot be written.
     """
-    merl = brdf if isinstance(brdf, MerlBrdf) else tabulate(brdf)
+    merl = as_table(brdf, resolution)
     f_r = np.moveaxis(merl.stored, 0, -1) * np.asarray(SCALES)
     with atomic_path(path) as temporary, temporary.open("wb") as file:
         np.savez(file, **{_KEY: f_r})
@@ -111,9 +127,8 @@ def _table(content: bytes, where: str, name: str) -> MerlBrdf:
     if not all(1 <= n <= _NODE_LIMIT for n in f_r.shape[:3]):
         sizes = " x ".join(map(str, f_r.shape[:3]))
         raise FormatError(f"{where}: has {sizes} nodes, expected 90 x 90 x 180")
-    largest = np.finfo(np.float32).max * min(SCALES)
-    if not (np.abs(f_r) <= largest).all():  # also false for NaN
-        raise FormatError(f"{where}: some values are not finite; mark missing samples by -1")
+    largest = LARGEST * min(SCALES)
+    check_finite(f_r, f"{where}: values", "mark missing samples by -1", largest)
     return MerlBrdf(np.moveaxis(f_r / np.asarray(SCALES), -1, 0), name)
 
 
@@ -127,7 +142,15 @@ def _recognise_npy(head: bytes) -> bool:
 
 
 FORMATS = (
-    Format("MERL array (.npz)", (".npz",), _recognise_npz, load_npz, save_npz),
+    Format(
+        "MERL array (.npz)",
+        (".npz",),
+        _recognise_npz,
+        load_npz,
+        save_npz,
+        isotropic=True,
+        resolution=Resolution,
+    ),
     Format("MERL array (.npy)", (".npy",), _recognise_npy, load_npy),
 )
 """Entries of the registry of formats; networks in `.npy` files have no array of four axes."""

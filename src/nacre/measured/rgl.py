@@ -1,8 +1,8 @@
 """Materials of the EPFL RGL database: adaptively parametrised tables in tensor files.
 
 Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
-Rendering". The colour is tabulated on a square that a density of half vectors warps, see
-:mod:`nacre.measured.adaptive`.
+Rendering". The colour, or the spectrum, is tabulated on a square that a density of half vectors
+warps, see :mod:`nacre.measured.adaptive`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf
+from nacre.brdf import Brdf, Floats
 from nacre.files import Format, PathLike
+from nacre.geometry import split
 from nacre.measured.adaptive import AdaptiveWarp, Point, View, unit_azimuth, unit_elevation
 from nacre.measured.axis import zero_index
 from nacre.measured.rgl_tables import RglTables, read_tables
@@ -33,7 +34,8 @@ class RglBrdf(Brdf):
     f_r is the tabulated colour times ndf / (4 sigma cos theta_i), theta_i being the light's: the
     tables hold reflectance with the cosine. Single negative channels are colours outside the Rec.
     709 gamut, not missing samples. The tables are zero in every channel only around nodes whose
-    light direction lies below the horizon; there f_r is not known.
+    light direction lies below the horizon; there f_r is not known. Of a spectral file the colours
+    are computed node by node, and the spectra stay for :meth:`eval_spectral`.
 
     Parameters
     ----------
@@ -47,6 +49,7 @@ class RglBrdf(Brdf):
         self.name = name or tables.description
         self.isotropic = tables.isotropic
         self.tables = tables
+        self.wavelengths = tables.wavelengths
         self._warp = AdaptiveWarp(tables)
         self.sampler = self._warp
         self._ndf = Grid(tables.ndf[None])
@@ -58,18 +61,27 @@ class RglBrdf(Brdf):
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`."""
-        xp = namespace(*wi, *wo)
         view = self._warp.view(wo)
         point = self._warp.invert(wi, view)
-        scale = 1.0 / xp.maximum(wi[2], _LEAST_COSINE)
-        if self.tables.jacobian:
-            whole = [(zero_index(scale), 1.0)]
-            ndf = self._ndf.eval(point.x, point.y, whole)
-            x, y = unit_elevation(view.theta), unit_azimuth(view.phi)
-            sigma = self._sigma.eval(x, y, whole)
-            scale = scale * ndf / (4.0 * xp.maximum(sigma, _LEAST_COSINE))
+        scale = self._scale(wi, point, view)
         red, green, blue = self._colour(point, view)
         return scale * red, scale * green, scale * blue
+
+    def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
+        """See :class:`nacre.brdf.Brdf`."""
+        spectra = self.tables.spectra
+        if spectra is None:
+            return super().eval_bands(wi, wo)
+        light, view = split(wi), self._warp.view(split(wo))
+        point = self._warp.invert(light, view)
+        scale: Floats = self._scale(light, point, view)
+        nodes = spectra.reshape(-1, spectra.shape[2], spectra.shape[3] * spectra.shape[4])
+        patch = self._rgb[0].locate(point.u, point.v)
+        bands = np.zeros((len(wi), nodes.shape[1]), scale.dtype)
+        for slices, share in view.blend:
+            for node, weight in self._rgb[0].nodes(patch):
+                bands += (share * weight)[:, None] * nodes[slices, :, node]
+        return scale[:, None] * bands
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
         """See :class:`nacre.brdf.Brdf`: some channel is positive."""
@@ -77,6 +89,18 @@ class RglBrdf(Brdf):
         red, green, blue = self._colour(self._warp.invert(wi, view), view)
         xp = namespace(red)
         return xp.maximum(xp.maximum(red, green), blue) > 0.0
+
+    def _scale(self, wi: Components, point: Point, view: View) -> Array:
+        """What tabulated reflectance is multiplied by: the jacobian, and no cosine."""
+        xp = namespace(*wi, point.x)
+        scale = 1.0 / xp.maximum(wi[2], _LEAST_COSINE)
+        if self.tables.jacobian:
+            whole = [(zero_index(scale), 1.0)]
+            ndf = self._ndf.eval(point.x, point.y, whole)
+            x, y = unit_elevation(view.theta), unit_azimuth(view.phi)
+            sigma = self._sigma.eval(x, y, whole)
+            scale = scale * ndf / (4.0 * xp.maximum(sigma, _LEAST_COSINE))
+        return scale
 
     def _colour(self, point: Point, view: View) -> Components:
         """Tabulated colour at a point of the measured square."""
@@ -97,7 +121,8 @@ class RglBrdf(Brdf):
             "points with a negative channel": float((rgb < 0.0).any(axis=2).mean()),
             "points below the horizon": float((rgb <= 0.0).all(axis=2).mean()),
             "memory bytes": self._warp.nbytes
-            + sum(grid.nbytes for grid in (self._ndf, self._sigma, *self._rgb)),
+            + sum(grid.nbytes for grid in (self._ndf, self._sigma, *self._rgb))
+            + (0 if tables.spectra is None else tables.spectra.nbytes),
         }
 
 
@@ -106,7 +131,7 @@ def _size(table: npt.NDArray[np.floating]) -> str:
 
 
 def load(path: PathLike) -> RglBrdf:
-    """Read an RGL ``_rgb.bsdf`` tensor file.
+    """Read an RGL tensor file, ``_rgb.bsdf`` or ``_spec.bsdf``.
 
     Parameters
     ----------
@@ -116,8 +141,9 @@ def load(path: PathLike) -> RglBrdf:
     Raises
     ------
     FormatError
-        If the file cannot be read, holds spectra instead of colours, or a field is not as the
-        format has it.
+        If the file cannot be read, or a field is not as the format has it.
+    MissingExtraError
+        If the file has spectra and colour-science is not installed.
     """
     tables = read_tables(path)
     return RglBrdf(tables, tables.description or Path(path).stem)
@@ -132,10 +158,10 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> RglBrdf:
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
-    """Write an RGL ``_rgb.bsdf`` tensor file, whole or not at all.
+    """Write an RGL tensor file, whole or not at all.
 
-    An :class:`RglBrdf` is written as it is: every array of its file comes back bit for bit.
-    Anything else is tabulated first (see :func:`tabulate`).
+    An :class:`RglBrdf` is written as it is: every array of its file comes back bit for bit, spectra
+    included. Anything else is tabulated first, in RGB (see :func:`tabulate`).
 
     Parameters
     ----------
@@ -144,16 +170,28 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     path
         File to write.
     resolution
-        Of what is tabulated; see :class:`nacre.measured.rgl_writer.Resolution`.
+        Of the tables; see :class:`nacre.measured.rgl_writer.Resolution`. Where it is given, an
+        :class:`RglBrdf` is tabulated anew.
 
     Raises
     ------
     FormatError
-        If the path cannot be written.
+        If the path cannot be written, or an anisotropic material needs more azimuths.
     """
-    tables = brdf.tables if isinstance(brdf, RglBrdf) else tabulate_tables(brdf, resolution)
+    if isinstance(brdf, RglBrdf) and resolution is None:
+        tables = brdf.tables
+    else:
+        tables = tabulate_tables(brdf, resolution)
     write_tables(tables, path)
 
 
-FORMAT = Format("RGL", (".bsdf",), lambda head: head.startswith(MAGIC), load, save)
+FORMAT = Format(
+    "RGL",
+    (".bsdf",),
+    lambda head: head.startswith(MAGIC),
+    load,
+    save,
+    resolution=Resolution,
+    keeps_bands=lambda brdf: isinstance(brdf, RglBrdf),
+)
 """Entry of the registry of formats."""

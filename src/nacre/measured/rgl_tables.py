@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.files import FormatError, PathLike
+from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import Tensors, read_tensors
 
 _NODE_LIMIT = 4096
 """Most nodes along any one axis of a table."""
+_NANOMETRES = (100.0, 1e5)
+"""Range of wavelengths; anything else is in another unit."""
+
+_COMMON = frozenset(
+    ("description", "phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance", "jacobian")
+)
+"""Fields of every file, beside those of its colours."""
 
 _Shape: TypeAlias = tuple[int | None, ...]
 _Floats: TypeAlias = npt.NDArray[np.float32]
@@ -44,7 +52,10 @@ class RglTables:
     rgb
         Shape (P, T, 3, N, M): linear Rec. 709 reflectance on the same square.
     jacobian
-        Whether `rgb` is to be multiplied by ndf / (4 sigma).
+        Whether `rgb` and `spectra` are to be multiplied by ndf / (4 sigma).
+    wavelengths, spectra
+        Shapes (B,), in nm, increasing, and (P, T, B, N, M): reflectance per wavelength in a
+        spectral file, of which `rgb` is the colour; None in any other.
     others
         Fields of a file that nothing here reads, kept to be written again.
     """
@@ -58,6 +69,8 @@ class RglTables:
     luminance: _Floats
     rgb: _Floats
     jacobian: bool
+    wavelengths: _Floats | None = None
+    spectra: _Floats | None = None
     others: Tensors = field(default_factory=dict)
 
     @property
@@ -74,25 +87,31 @@ class RglTables:
 
 
 def read_tables(path: PathLike) -> RglTables:
-    """Read and check an RGL tensor file.
+    """Read and check an RGL tensor file, of colours or of spectra.
+
+    The arrays are views of the file's content, which stays in memory as it is.
 
     Raises
     ------
     FormatError
         Naming the file and the field that is missing, misshapen or out of range.
+    MissingExtraError
+        If the file has spectra and colour-science is not installed.
     """
     tensors = read_tensors(path)
     content = _Fields(tensors, str(path))
     phi_i = content.angles("phi_i", 2.0 * math.pi)
     theta_i = content.angles("theta_i", math.pi / 2.0)
     grid: _Shape = (len(phi_i), len(theta_i))
-    if "rgb" not in content.tensors and "spectra" in content.tensors:
-        raise FormatError(
-            f"{path}: field 'spectra': spectral tables are not supported yet; "
-            "use the file of the same material that ends in _rgb.bsdf"
-        )
-    known = {entry.name for entry in fields(RglTables)} - {"others"}
-    rgb = content.floats("rgb", (*grid, 3, None, None))
+    if {"wavelengths", "spectra"}.isdisjoint(tensors):
+        wavelengths = spectra = None
+        rgb = content.floats("rgb", (*grid, 3, None, None))
+        colours = {"rgb"}
+    else:
+        wavelengths = content.wavelengths()
+        spectra = content.floats("spectra", (*grid, len(wavelengths), None, None))
+        rgb = _colours(spectra, wavelengths)
+        colours = {"wavelengths", "spectra"}
     tables = RglTables(
         description=content.text("description"),
         phi_i=phi_i,
@@ -103,7 +122,9 @@ def read_tables(path: PathLike) -> RglTables:
         luminance=content.density("luminance", (*grid, *rgb.shape[3:])),
         rgb=rgb,
         jacobian=content.flag("jacobian"),
-        others={name: array for name, array in tensors.items() if name not in known},
+        wavelengths=wavelengths,
+        spectra=spectra,
+        others={n: array for n, array in tensors.items() if n not in _COMMON | colours},
     )
     if tables.reduction not in (1, 2, 4):
         raise content.error(
@@ -112,6 +133,15 @@ def read_tables(path: PathLike) -> RglTables:
     if tables.reduction > 1 and abs(tables.phi_i[0] + math.pi) > 1e-3:
         raise content.error("phi_i", "must start at -pi where it spans less than a full turn")
     return tables
+
+
+def _colours(spectra: _Floats, wavelengths: _Floats) -> _Floats:
+    """Linear Rec. 709 of spectra (P, T, B, N, M), slice by slice: spectra are large."""
+    weights = rgb_weights(wavelengths)
+    rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
+    for index in np.ndindex(*spectra.shape[:2]):
+        rgb[index] = np.tensordot(weights.T, spectra[index], axes=1)
+    return rgb
 
 
 class _Fields:
@@ -126,7 +156,7 @@ class _Fields:
 
     def _get(self, name: str) -> npt.NDArray[Any]:
         if name not in self.tensors:
-            raise self.error(name, f"is missing, found {', '.join(self.tensors)}")
+            raise self.error(name, f"is missing, found {', '.join(self.tensors)[:200]}")
         return self.tensors[name]
 
     def floats(self, name: str, shape: _Shape) -> _Floats:
@@ -155,6 +185,15 @@ class _Fields:
             raise self.error(name, "angles must increase")
         if np.abs(values).max() > limit + 1e-4:
             raise self.error(name, f"angles must be radians of magnitude up to {limit:.4f}")
+        return values
+
+    def wavelengths(self) -> _Floats:
+        values = self.floats("wavelengths", self._get("wavelengths").shape)
+        if values.ndim != 1 or len(values) > _NODE_LIMIT:
+            raise self.error("wavelengths", f"has shape {values.shape}, expected one list")
+        low, high = _NANOMETRES
+        if not (np.diff(values) > 0.0).all() or values[0] < low or values[-1] > high:
+            raise self.error("wavelengths", f"must increase and be nm, from {low:g} to {high:g}")
         return values
 
     def positive(self, name: str, shape: _Shape) -> _Floats:

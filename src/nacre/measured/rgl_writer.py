@@ -11,19 +11,20 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Components
-from nacre.brdf import Brdf
+from nacre.brdf import Brdf, Floats
 from nacre.color import luminance
-from nacre.files import PathLike
+from nacre.files import FormatError, PathLike
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
-from nacre.measured.microfacets import GRAZING, NormalGrid, azimuth_nodes
+from nacre.measured.microfacets import GRAZING, NormalGrid
 from nacre.measured.rgl_tables import RglTables
+from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
 
@@ -36,11 +37,19 @@ _UNIFORM = 0.15
 which divides the colour, nowhere near 0."""
 _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
+_LOW = 1e-3
+"""Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
 _LEAST_KNOWN = 1e-12
 """Colour of a point that is known to be black; 0 would say that nothing is known."""
 _LEAST_LUMINANCE = 0.005
 """Luminance added where light can come from, relative to the mean, so that all is sampled."""
 _LARGEST = 1e30
+_LEAST_TURN = 4
+"""Azimuths below which a table does not tell an anisotropic material from an isotropic one."""
+_MOST_NORMALS = 1 << 13
+"""Bound of the half vectors: memory grows with the square of their number."""
+_MOST_VALUES = 1 << 27
+"""Bound of all numbers in a file; it is half a gigabyte then."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +59,20 @@ class Resolution:
     Parameters
     ----------
     phi_i
-        Azimuths of the view over a full turn, both ends included; 1 for an isotropic material.
+        Azimuths of the view over a full turn, both ends included; at least 4 for an anisotropic
+        material, and taken as 1 for an isotropic one. The table of a symmetric material holds a
+        half or a quarter of them.
     theta_i
         Polar angles of the view.
     square
         Points along an edge of the warped square that holds the colour.
     azimuths, polars
-        Of the half vector, for the densities of normals.
+        Of the half vector, for the densities of normals; at most 8192 pairs.
+
+    Raises
+    ------
+    ValueError
+        If a number is too small to interpolate, or the tables are too large to compute or to keep.
     """
 
     phi_i: int
@@ -65,6 +81,15 @@ class Resolution:
     azimuths: int
     polars: int
 
+    def __post_init__(self) -> None:
+        if self.phi_i < 1 or min(astuple(self)[1:]) < 2:
+            raise ValueError("numbers of nodes are 2 or more, of phi_i 1 or more")
+        normals = self.azimuths * self.polars
+        if normals > _MOST_NORMALS:
+            raise ValueError(f"azimuths times polars is at most {_MOST_NORMALS}")
+        if self.phi_i * self.theta_i * (4 * self.square**2 + normals) > _MOST_VALUES:
+            raise ValueError(f"a file would hold more than {_MOST_VALUES} numbers")
+
 
 ISOTROPIC = Resolution(1, 40, 72, 32, 128)
 """Default for isotropic materials."""
@@ -72,24 +97,37 @@ ISOTROPIC = Resolution(1, 40, 72, 32, 128)
 ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
 """Default for anisotropic materials."""
 
+SYMMETRIC = Resolution(65, 24, 48, 64, 64)
+"""Default for anisotropic materials that half a turn and mirroring leave unchanged."""
+
 
 def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTables:
     """Tables of any reflectance.
 
-    The table's interpolation needs values a little below the horizon: there it holds those of the
-    direction mirrored up, negated, so that f_r cos goes through 0 at the horizon. Farther down, and
+    The table's interpolation needs values a little below the horizon: there it holds f_r cos on the
+    line through its values at the horizon and at the direction mirrored up. Farther down, and
     where f_r is not known, tables are 0. f_r is clamped to be non-negative, and left out where it
-    is not finite.
+    is not finite. Azimuths span the part of a full turn that the material's symmetry leaves.
 
     Parameters
     ----------
     brdf
         Isotropic or not.
     resolution
-        :data:`ISOTROPIC` or :data:`ANISOTROPIC` where None.
+        :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC` where None.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic and the azimuths of the view too few for it.
     """
-    nodes = resolution or (ISOTROPIC if brdf.isotropic else ANISOTROPIC)
-    phi_i = np.zeros(1) if brdf.isotropic else azimuth_nodes(nodes.phi_i)
+    parts = 1 if brdf.isotropic else symmetry(brdf)
+    nodes = resolution or _default(brdf, parts)
+    if not brdf.isotropic and nodes.phi_i < _LEAST_TURN:
+        raise FormatError(
+            f"{brdf.name or 'this material'}: is anisotropic; take at least {_LEAST_TURN} phi_i"
+        )
+    phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
     theta_i = 0.5 * math.pi * (1.0 - height)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
@@ -113,7 +151,7 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         wo = from_spherical(min(float(theta), GRAZING), float(phi))
         wi = reflect(wo, half)
         up = wi[0], wi[1], np.abs(wi[2])
-        values, known = _signed(brdf, wi, up, wo)
+        values, known = _continued(brdf, wi, up, wo)
         sigma = area_grid.eval(unit_elevation(theta), unit_azimuth(phi), whole)
         theta_h, phi_h = to_spherical(half_vector(up, wo))
         density = ndf_grid.eval(unit_elevation(theta_h), unit_azimuth(phi_h), whole)
@@ -147,10 +185,23 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
     """
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
-    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "rgb"):
+    colours = ("rgb",) if tables.spectra is None else ("wavelengths", "spectra")
+    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", *colours):
         fields[name] = getattr(tables, name)
     fields["jacobian"] = np.array([tables.jacobian], np.uint8)
     write_tensors(fields | tables.others, path)
+
+
+def _default(brdf: Brdf, parts: int) -> Resolution:
+    if brdf.isotropic:
+        return ISOTROPIC
+    return SYMMETRIC if parts == 4 else ANISOTROPIC
+
+
+def _azimuths(count: int, parts: int) -> npt.NDArray[np.floating]:
+    """Even azimuths from -pi over a part of a full turn, which `count` of them would span."""
+    end = (2.0 / parts - 1.0) * math.pi
+    return np.linspace(-math.pi, end, max(math.ceil((count - 1) / parts), 2) + 1)
 
 
 def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floating]:
@@ -160,16 +211,30 @@ def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floati
     return facing
 
 
-def _signed(
+def _continued(
     brdf: Brdf, wi: Components, up: Components, wo: Components
 ) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
-    """f_r cos, of `up` and negative below the horizon, and where it is known above."""
-    light, view = join(up), join(wo)
+    """f_r cos, below the horizon on the line through the horizon and `up`; where it is known."""
+    light = join(up)
+    view = np.broadcast_to(join(wo), light.shape)
     f_r = brdf.eval(light, view)
-    finite = np.isfinite(f_r).all(axis=-1)
-    kept: npt.NDArray[np.bool_] = finite & (wi[2] > -_RIM)
-    values = np.where(kept[..., None], f_r, 0.0) * np.asarray(wi[2])[..., None]
+    finite = np.asarray(np.isfinite(f_r).all(axis=-1))
+    values = np.where(finite[..., None], f_r, 0.0) * light[..., 2:]
+    rim = finite & (wi[2] <= 0.0) & (wi[2] > -_RIM)
+    edge = 2.0 * _grazing(brdf, light[rim], view[rim], _LOW)
+    edge -= _grazing(brdf, light[rim], view[rim], 2.0 * _LOW)
+    values[rim] = 2.0 * edge - values[rim]
+    values[wi[2] <= -_RIM] = 0.0
     return values, finite & (wi[2] > 0.0) & brdf.valid(light, view)
+
+
+def _grazing(brdf: Brdf, light: Floats, view: Floats, cosine: float) -> Floats:
+    """f_r cos where the light is lowered to a cosine, shape (n, 3); 0 where it is not finite."""
+    low = light.copy()
+    low[:, :2] *= math.sqrt(1.0 - cosine * cosine) / np.linalg.norm(low[:, :2], axis=1)[:, None]
+    low[:, 2] = cosine
+    values = cosine * brdf.eval(low, view)
+    return np.where(np.isfinite(values), values, 0.0)
 
 
 def _to_sample(

@@ -37,13 +37,27 @@ def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
     MissingExtraError
         If colour-science is not installed.
     """
+    rgb: _Array = np.asarray(spectra, np.float64) @ rgb_weights(wavelengths)
+    return rgb
+
+
+def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
+    """The matrix of :func:`to_rgb`, shape (bands, 3): colour is linear in the spectrum.
+
+    Raises
+    ------
+    ValueError
+        If the wavelengths are not one increasing list.
+    MissingExtraError
+        If colour-science is not installed.
+    """
     bands = np.asarray(wavelengths, np.float64)
     if bands.ndim != 1 or not (np.diff(bands) > 0.0).all():
         raise ValueError("wavelengths must be one increasing list")
     nodes, response = _response()
     hats = np.stack([np.interp(nodes, bands, unit) for unit in np.eye(len(bands))])
-    rgb: _Array = np.asarray(spectra, np.float64) @ (hats @ response)
-    return rgb
+    weights: _Array = hats @ response
+    return weights
 
 
 @functools.cache

@@ -25,6 +25,7 @@ SIZE_LIMIT = 1 << 31
 _VERSION = (1, 0)
 _FIELD_LIMIT = 256
 _RANK_LIMIT = 8
+_NAME_LIMIT = 256
 _DTYPES = {
     1: "u1",
     2: "i1",
@@ -133,6 +134,8 @@ class _Reader:
         (length,) = self.take("<H", what)
         if self._position + length > len(self._data):
             raise FormatError(f"{self._path}: ends within {what}; the file is cut short")
+        if length > _NAME_LIMIT:
+            raise FormatError(f"{self._path}: {what} has {length} characters; the file is damaged")
         raw = self._data[self._position : self._position + length]
         self._position += length
         if not raw.isascii() or not raw.decode("ascii").isidentifier():

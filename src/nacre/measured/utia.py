@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from nacre.brdf import Brdf
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.files import Format, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_spherical, join
+from nacre.measured.raw import read_values
 from nacre.measured.utia_table import SHAPE, UtiaBrdf
 
 INVALID = -1.0
@@ -59,16 +60,9 @@ def load(path: PathLike) -> UtiaBrdf:
     """
     path = Path(path)
     data = read_bytes(path, 2 * _SIZE)
-    if len(data) != _SIZE:
-        problem = "is cut short" if len(data) < _SIZE else "has trailing bytes"
-        raise FormatError(
-            f"{path}: {len(data)} bytes, but a UTIA table of 288 x 288 x 3 values takes {_SIZE}; "
-            f"the file {problem} or is something else"
-        )
-    values = np.frombuffer(data, "<f8").reshape(SHAPE)
-    if not (np.abs(values) <= np.finfo(np.float32).max).all():  # also false for NaN
-        raise FormatError(f"{path}: values: some are not finite; download the file again")
-    return UtiaBrdf(values, path.stem)
+    contents = "288 x 288 x 3 values of a UTIA table"
+    values = read_values(data, str(path), contents, math.prod(SHAPE), ["<f8"])
+    return UtiaBrdf(values.reshape(SHAPE), path.stem)
 
 
 def save(brdf: Brdf, path: PathLike) -> None:

@@ -79,6 +79,17 @@ class Grid:
         v00, v10, v01, v11 = self.corners(patch, blend)
         return _mix(_mix(v00, v10, patch.x), _mix(v01, v11, patch.x), patch.y)
 
+    def nodes(self, patch: Patch) -> Blend:
+        """Flat indices and weights of the nodes that :meth:`at` interpolates a slice from."""
+        cell = patch.row * self.width + patch.column
+        x, y = patch.x, patch.y
+        return [
+            (cell, (1.0 - x) * (1.0 - y)),
+            (cell + 1, x * (1.0 - y)),
+            (cell + self.width, (1.0 - x) * y),
+            (cell + self.width + 1, x * y),
+        ]
+
     def eval(self, x: Array, y: Array, blend: Blend) -> Array:
         """Value at a point of the unit square."""
         return self.at(self.locate(x, y), blend)

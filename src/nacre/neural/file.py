@@ -11,8 +11,9 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
-from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.neural.inputs import ENHANCED, PAPER
+from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
 
 VERSION = 1
@@ -29,7 +30,13 @@ _FIXED = {
     "sampler",
 }
 """Fields that this module writes; whatever else the header holds is the material's metadata."""
-_PARAMETRISATION = {True: "rusinkiewicz vectors, phi_h = 0", False: "rusinkiewicz vectors"}
+_PARAMETRISATIONS = {
+    (PAPER, True): "rusinkiewicz vectors, phi_h = 0",
+    (PAPER, False): "rusinkiewicz vectors",
+    (ENHANCED, True): "enhanced rusinkiewicz vectors, phi_h = 0",
+    (ENHANCED, False): "enhanced rusinkiewicz vectors",
+}
+"""What the file says of a network's inputs and whether it is isotropic."""
 
 
 def save(network: NeuralBrdf, path: PathLike) -> None:
@@ -47,7 +54,7 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         "version": VERSION,
         "model": "nbrdf",
         "sizes": list(network.sizes),
-        "parametrisation": _PARAMETRISATION[network.isotropic],
+        "parametrisation": _PARAMETRISATIONS[network.inputs, network.isotropic],
         "output": "exp(x) - 1, clamped at 0",
         "color_space": "linear Rec. 709",
         "name": network.name,
@@ -82,15 +89,15 @@ def load(path: PathLike) -> NeuralBrdf:
         size = int.from_bytes(data[:8], "little")
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
     except SafetensorError as error:
-        raise FormatError(f"{path}: is not a whole safetensors file: {error}") from error
+        raise FormatError(f"{path}: is not a whole safetensors file: {reason(error)}") from error
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is a safetensors file, but not a nacre material") from error
     try:
         return _from_header(header, tensors)
     except KeyError as error:
-        raise FormatError(f"{path}: field {error} is missing") from error
+        raise FormatError(f"{path}: field {reason(error)} is missing") from error
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise FormatError(f"{path}: {str(error)[:200]}") from error
+        raise FormatError(f"{path}: {reason(error)}") from error
 
 
 def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]]) -> NeuralBrdf:
@@ -98,21 +105,26 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"version {header['version']}; this nacre reads version {VERSION}")
     if header["model"] != "nbrdf":
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
-    if header["parametrisation"] not in _PARAMETRISATION.values():
+    known = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
+    if not known:
         raise ValueError(f"unknown parametrisation {header['parametrisation']!r}; update nacre")
+    inputs, isotropic = known[0]
     metadata = {key: value for key, value in header.items() if key not in _FIXED}
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
             raise ValueError(f"field {key!r} is not a table")
+    json.dumps(metadata, allow_nan=False, ensure_ascii=False).encode()  # it can be written again
     layers = []
     for index in range(1, len(header["sizes"])):
         parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
-        if not all(p.dtype == np.float32 and np.isfinite(p).all() for p in parts):
-            raise ValueError(f"layer {index} does not hold finite float32 numbers")
+        if not all(p.dtype == np.float32 for p in parts):
+            raise ValueError(f"layer {index} does not hold float32 numbers")
         layers.append(Layer(*parts))
+    check_weights(layers)
     network = NeuralBrdf(
         layers,
-        isotropic=header["parametrisation"] == _PARAMETRISATION[True],
+        isotropic=isotropic,
+        inputs=inputs,
         name=str(header["name"]),
         sampler=_make_sampler(header["sampler"]),
         metadata=metadata,
@@ -152,4 +164,5 @@ FORMAT = Format(
     _recognise,
     lambda path: load(Path(path)),
     save,
+    holds="neural",
 )

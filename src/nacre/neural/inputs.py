@@ -10,6 +10,9 @@ PAPER, ENHANCED = "paper", "enhanced"
 INPUTS = (PAPER, ENHANCED)
 """Names of the parametrisations of a network's inputs."""
 
+LARGEST_INPUT = 1.01
+"""Bound of the magnitude of every input."""
+
 _HIGHLIGHT = 1e-4
 """Added to sin^2 theta_h before its logarithm: highlights narrower than .6 degrees look alike."""
 _HORIZON = 0.01

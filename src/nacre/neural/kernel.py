@@ -79,22 +79,23 @@ def _log(x: Any) -> Any:
 
 
 @_compile_fast  # type: ignore[untyped-decorator]
-def _loss(x: Any, target: Any, cosine: Any, gradient: Any, scale: Any, gain: Any) -> Any:
-    """Sum of |log(1 + y) - target| for y = (e^x - 1) cos, and its gradient times `scale`.
+def _loss(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
+    """Sum of |log(1 + (e^x - 1) weight) - target|, and its gradient times `scale`.
 
-    `cosine` is that of the light times the gain. Where y is negative, 1 + y may be so too:
-    gain log(1 + y / gain), which goes on smoothly, stands in for log(1 + y) there.
+    With a weight above 1, 1 + u can be negative: there the logarithm goes on below u = 0 as it does
+    above, as -log(1 - u).
     """
     prefer_wide_vectors()
     total = np.float32(0.0)
+    one = np.float32(1.0)
     for s in range(x.size):
         e = _exp(x[s])
-        y = (e - np.float32(1.0)) * cosine[s]
-        factor = np.float32(1.0) if y > 0 else gain
-        weighted = np.float32(1.0) + y / factor
-        residual = factor * _log(weighted) - target[s]
+        weighted = (e - one) * weight[s]
+        sign = -one if weight[s] > one and weighted < np.float32(0.0) else one
+        size = one + sign * weighted
+        residual = sign * _log(size) - target[s]
         total += abs(residual)
-        gradient[s] = (scale if residual > 0 else -scale) * cosine[s] * e / weighted
+        gradient[s] = (scale if residual > 0 else -scale) * weight[s] * e / size
     return total
 
 
@@ -167,14 +168,12 @@ def _forward(count: Any, widths: Any, starts: Any, weights: Any, stride: Any, x:
 
 
 @_compile  # type: ignore[untyped-decorator]
-def _losses(
-    count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any, gain: Any
-) -> Any:
+def _losses(count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any) -> Any:
     total = 0.0
     cosine = targets[_OUTPUTS * stride : _OUTPUTS * stride + count]
     for channel in range(_OUTPUTS):
         part = slice(channel * stride, channel * stride + count)
-        total += _loss(x[part], targets[part], cosine, g[part], scale, gain)
+        total += _loss(x[part], targets[part], cosine, g[part], scale)
     return total
 
 
@@ -215,14 +214,14 @@ def _backward(
 @_compile  # type: ignore[untyped-decorator]
 def _gradient(
     blocks: Any, order: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any,
-    targets: Any, tile: Any, gradient: Any, gain: Any,
+    targets: Any, tile: Any, gradient: Any,
 ) -> Any:  # fmt: skip
     """Summed loss of a mini-batch, and the gradient of its mean."""
     count = order.size * BLOCK
     _gather(blocks, order, widths[0], stride, x[0], targets)
     _forward(count, widths, starts, weights, stride, x)
     scale = np.float32(1.0 / (_OUTPUTS * count))
-    total = _losses(count, stride, x[widths.size - 1], targets, g[widths.size - 1], scale, gain)
+    total = _losses(count, stride, x[widths.size - 1], targets, g[widths.size - 1], scale)
     _backward(count, widths, starts, weights, stride, x, g, tile, gradient)
     return total
 
@@ -231,14 +230,14 @@ def _gradient(
 def _epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, widths: Any, starts: Any,
     weights: Any, mean: Any, square: Any, stride: Any, x: Any, g: Any, targets: Any, tile: Any,
-    gradient: Any, gain: Any,
+    gradient: Any,
 ) -> Any:  # fmt: skip
     total = 0.0
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]
         _prefetch(blocks, order[(k + 1) * batch : (k + 2) * batch], widths[0])
         total += _gradient(
-            blocks, part, widths, starts, weights, stride, x, g, targets, tile, gradient, gain
+            blocks, part, widths, starts, weights, stride, x, g, targets, tile, gradient
         )
         step += 1
         unbias_square = np.float32(1.0 / (1.0 - 0.999**step))
@@ -250,7 +249,7 @@ def _epoch(
 @_compile  # type: ignore[untyped-decorator]
 def _mean_loss(
     blocks: Any, order: Any, batch: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    x: Any, g: Any, targets: Any, gain: Any,
+    x: Any, g: Any, targets: Any,
 ) -> Any:  # fmt: skip
     total = 0.0
     last = widths.size - 1
@@ -258,7 +257,7 @@ def _mean_loss(
         part = order[k : k + batch]
         _gather(blocks, part, widths[0], stride, x[0], targets)
         _forward(part.size * BLOCK, widths, starts, weights, stride, x)
-        total += _losses(part.size * BLOCK, stride, x[last], targets, g[last], np.float32(0.0), gain)
+        total += _losses(part.size * BLOCK, stride, x[last], targets, g[last], np.float32(0.0))
     return total / (order.size * BLOCK * _OUTPUTS)
 
 
@@ -324,7 +323,6 @@ class KernelTrainer:
         total = _gradient(
             samples.blocks, order, self._widths, self._starts, self._weights, self._stride,
             self._x, self._g, self._targets, self._tile, self._gradient,
-            np.float32(samples.gain),
         )  # fmt: skip
         layers = [Layer(w.copy(), b.copy()) for w, b in self._views(self._gradient)]
         return total / (len(order) * BLOCK * _OUTPUTS), layers
@@ -334,7 +332,7 @@ class KernelTrainer:
         loss = _epoch(
             samples.blocks, order, self._batch, rates, self._step, self._widths, self._starts,
             self._weights, self._mean, self._square, self._stride, self._x, self._g,
-            self._targets, self._tile, self._gradient, np.float32(samples.gain),
+            self._targets, self._tile, self._gradient,
         )  # fmt: skip
         self._step += len(rates)
         return float(loss)
@@ -344,6 +342,6 @@ class KernelTrainer:
         order = np.arange(samples.block_count)
         loss = _mean_loss(
             samples.blocks, order, self._batch, self._widths, self._starts, self._weights,
-            self._stride, self._x, self._g, self._targets, np.float32(samples.gain),
+            self._stride, self._x, self._g, self._targets,
         )  # fmt: skip
         return float(loss)

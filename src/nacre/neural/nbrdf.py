@@ -14,9 +14,10 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.neural.inputs import PAPER, input_count, network_inputs
+from nacre.neural.inputs import LARGEST_INPUT, PAPER, input_count, network_inputs
 
 OUTPUTS = 3
+_LARGEST_SUM = 1e37
 HIDDEN = (21, 21)
 """Hidden layer sizes of the paper: 675 weights."""
 
@@ -43,6 +44,26 @@ class Layer:
         shape = self.weights.shape
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
             raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
+
+
+def check_weights(layers: Sequence[Layer]) -> None:
+    """Refuse weights with which a network could give something that is not a number.
+
+    Raises
+    ------
+    ValueError
+        If a weight is not finite, or sums of products could overflow float32.
+    """
+    bound = np.full(len(layers[0].weights), LARGEST_INPUT) if layers else np.ones(1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for layer in layers:
+            weights, biases = (np.abs(a.astype(np.float64)) for a in (layer.weights, layer.biases))
+            if not (np.isfinite(weights).all() and np.isfinite(biases).all()):
+                raise ValueError("weights are not finite")
+            if len(bound) == len(weights):
+                bound = bound @ weights + biases
+            if not bound.max() < _LARGEST_SUM:
+                raise ValueError("weights are so large that sums of them overflow")
 
 
 @dataclass(eq=False)
@@ -83,7 +104,9 @@ class NeuralBrdf(Brdf):
                 )
         count = input_count(self.inputs, self.isotropic)
         if sizes[0] != count or sizes[-1] != OUTPUTS:
-            raise ValueError(f"this NBRDF goes from {count} inputs to {OUTPUTS} outputs, got {sizes}")
+            raise ValueError(
+                f"this NBRDF goes from {count} inputs to {OUTPUTS} outputs, got {sizes}"
+            )
 
     @property
     def sizes(self) -> tuple[int, ...]:

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
-from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.neural.inputs import PAPER
+from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.npy import MAGIC, parse_npy
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
+_HEAP = b"GCOL"
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
 
 
@@ -35,21 +37,22 @@ def load_h5(path: PathLike) -> NeuralBrdf:
 
     data = read_bytes(path, _LIMIT)
     try:
+        _check_heaps(data)
         with h5py.File(io.BytesIO(data), "r") as file:
             layers: list[Layer] = []
-            for name in file.attrs["layer_names"]:
-                group = file[_text(name)]
-                parts = [_dataset(group[_text(w)], path) for w in group.attrs["weight_names"]]
+            for name in _names(file, "layer_names", len(data)):
+                group = file[name]
+                weights = _names(group, "weight_names", len(data))
+                parts = [_dataset(group[w], path, len(data)) for w in weights]
                 if parts:
                     layers.append(Layer(*parts))
         return _network(layers, Path(path).stem)
     except FormatError:
         raise
     except ValueError as error:
-        raise FormatError(f"{path}: is not an NBRDF network: {error}") from error
+        raise FormatError(f"{path}: is not an NBRDF network: {reason(error)}") from error
     except Exception as error:  # HDF5 meets damage in many ways
-        reason = str(error).partition("\n")[0]
-        raise FormatError(f"{path}: is not a whole Keras weight file: {reason}") from error
+        raise FormatError(f"{path}: is not a whole Keras weight file: {reason(error)}") from error
 
 
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
@@ -64,6 +67,8 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
+    if network.inputs != PAPER:
+        raise FormatError(f"{path}: holds networks of the paper's inputs only; fit with these")
     names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
     content = io.BytesIO()  # HDF5 does not survive a full disk
     with h5py.File(content, "w") as file:
@@ -103,29 +108,68 @@ def load_npy(path: PathLike) -> NeuralBrdf:
     except FormatError:
         raise
     except (ValueError, IndexError) as error:
-        raise FormatError(f"{path}: is not an NBRDF network: {error}") from error
+        raise FormatError(f"{path}: is not an NBRDF network: {reason(error)}") from error
 
 
-def _text(name: Any) -> str:
-    return name.decode() if isinstance(name, bytes) else str(name)
+def _check_heaps(data: bytes) -> None:
+    """Refuse heaps of strings of variable length in which HDF5 would walk in circles.
+
+    The layout of a "global heap collection" is in section III.E of the HDF5 file format
+    specification: objects follow each other, and one that claims no length is never left.
+    """
+    at = data.find(_HEAP)
+    while at >= 0:
+        end = at + int.from_bytes(data[at + 8 : at + 16], "little")
+        place = at + 16
+        while place + 16 <= min(end, len(data)):
+            index = int.from_bytes(data[place : place + 2], "little")
+            size = int.from_bytes(data[place + 8 : place + 16], "little")
+            step = 16 + size + -size % 8 if index else size
+            if step < 16 or place + step > end:
+                raise ValueError("its heap of strings is damaged")
+            place += step
+        at = data.find(_HEAP, at + len(_HEAP))
 
 
-def _dataset(dataset: Any, path: PathLike) -> npt.NDArray[np.float32]:
-    # A dataset may claim any shape: allocate what the file really holds, or little.
-    if dataset.nbytes > _LIMIT:
-        raise FormatError(f"{path}: dataset {dataset.name} is larger than any network")
-    if dataset.chunks is None and dataset.nbytes > dataset.id.get_storage_size():
-        raise FormatError(f"{path}: dataset {dataset.name} holds less than its shape says")
-    return np.asarray(dataset[()], np.float32)
+def _names(group: Any, key: str, limit: int) -> list[str]:
+    """Names that an attribute lists, which must fit into `limit` bytes."""
+    import h5py
+
+    attribute = group.attrs.get_id(key)
+    if 0 in attribute.shape:
+        return []
+    if h5py.check_string_dtype(attribute.dtype) is None or len(attribute.shape) != 1:
+        raise ValueError(f"attribute '{key}' is no list of strings")
+    if attribute.shape[0] * attribute.dtype.itemsize > limit:
+        raise ValueError(f"attribute '{key}' holds less than its shape says")
+    return [n.decode() if isinstance(n, bytes) else str(n) for n in group.attrs[key]]
+
+
+def _dataset(dataset: Any, path: PathLike, limit: int) -> npt.NDArray[np.float32]:
+    where = f"{path}: dataset {dataset.name[:80]}"
+    # Only numbers that lie in this file as they are: others unpack to any size or are elsewhere.
+    if dataset.chunks is not None or dataset.is_virtual or dataset.external:
+        raise FormatError(f"{where}: is not stored whole and plain; save the weights with Keras")
+    if dataset.dtype.kind != "f":
+        raise FormatError(f"{where}: holds {dataset.dtype}, expected floating-point numbers")
+    if dataset.nbytes > min(limit, dataset.id.get_storage_size()):
+        raise FormatError(f"{where}: holds less than its shape says")
+    return _float32(dataset[()])
 
 
 def _read_npy(path: Path) -> npt.NDArray[np.float32]:
-    return np.ascontiguousarray(parse_npy(read_bytes(path, _LIMIT), str(path)), np.float32)
+    return _float32(parse_npy(read_bytes(path, _LIMIT), str(path)))
+
+
+def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # what is not finite is refused with the rest
+        return np.ascontiguousarray(values, np.float32)
 
 
 def _network(layers: list[Layer], name: str) -> NeuralBrdf:
-    if not all(np.isfinite(part).all() for y in layers for part in (y.weights, y.biases)):
-        raise ValueError("weights are not finite")
+    check_weights(layers)
     network = NeuralBrdf(layers, name=name)
     network.sampler = fit_lobes(network)
     return network
@@ -138,6 +182,8 @@ FORMATS = (
         lambda head: head.startswith(b"\x89HDF\r\n\x1a\n"),
         load_h5,
         save_h5,
+        isotropic=True,
+        holds="neural",
     ),
     Format(
         "NBRDF network (NumPy)",

@@ -1,11 +1,14 @@
 """Training samples from a reflectance that is known at scattered directions only.
 
 A network can be trained on any sampling of a reflectance (NBRDF paper, section 3.1). A scan has few
-samples, far from each other and none near the horizon, so they train together with *filling*:
-samples uniform in the Rusinkiewicz angles, over the whole hemisphere, of the reflectance that the
-training part of the scan gives by interpolation. The filling says how to go on between samples and
-towards the horizon; the scan's own samples say what was measured. Held-out samples are the scan's
-own, and neither trained on nor interpolated from.
+samples, far from each other and none near the horizon, so half of the training samples are its own,
+repeated, and half are *filling* from their interpolation (:mod:`nacre.neural.filling`).
+
+The loss differs from that of tables, |log(1 + f cos) - log(1 + f' cos)|, in its weight: k = 100
+takes the place of the cosine. Above 1 / k it is relative error, so dark colours count; and the
+horizon counts like any other direction, where a cosine of 0 would leave it free.
+
+Held-out samples are the scan's own, and neither trained on nor interpolated from.
 """
 
 from __future__ import annotations
@@ -15,32 +18,37 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import DirectionSamples, Floats, Scattered
+from nacre.brdf import Brdf, DirectionSamples, Floats, Scattered
 from nacre.files import NacreError
-from nacre.geometry import split
-from nacre.neural.inputs import network_inputs
-from nacre.neural.samples import BLOCK, Rows, Samples, draw_rows
+from nacre.neural.filling import filling
+from nacre.neural.inputs import PAPER
+from nacre.neural.samples import Samples, direction_inputs
 
-SCATTERED_SAMPLES = 128_000
-"""Training samples, filling included: 100 epochs take as many steps as a draft of a table."""
+SCATTERED_SAMPLES = 320_000
+"""Training samples, filling included."""
 OWN_SHARE = 0.5
 """Share of the training samples that are the scan's own, repeated."""
-LEAST = 2 * BLOCK
+WEIGHT = 100.0
+"""k in sr: differences below 1 / k hardly matter."""
+LEAST = 10
 """Samples that a scan must have."""
+LEAST_VALUE = 1e-3
+"""Measured values count as at least this much (1/sr) when errors are relative to them."""
 
 
 def scattered_samples(
-    brdf: Scattered,
+    scan: Scattered,
     count: int,
     held_out: float,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
+    inputs: str = PAPER,
 ) -> tuple[Samples, Samples]:
-    """Training samples and held-out samples of a scan.
+    """Training samples and held-out samples of a scan; the latter with the loss of tables.
 
     Parameters
     ----------
-    brdf
+    scan
         The scan.
     count
         Number of training samples, filling included.
@@ -50,24 +58,34 @@ def scattered_samples(
         Chooses the held-out samples (see :func:`hold_out`) and the filling.
     progress
         Called with the number of samples drawn and how many there will be.
+    inputs
+        Name of the parametrisation; see :func:`nacre.neural.inputs.network_inputs`.
 
     Raises
     ------
     NacreError
         If the scan has too few samples.
     """
-    kept, held = hold_out(len(brdf.samples), held_out, seed)
-    part = brdf.subset(kept)
-    own = _rows(brdf, brdf.samples[kept])
-    repeats = max(1, round(OWN_SHARE * count / len(own[0])))
-    filling = draw_rows(part, count - repeats * len(own[0]), seed, progress, everywhere=True)
+    if len(scan.samples) < LEAST:
+        few = f"{len(scan.samples)} samples are too few to fit a network to"
+        raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {LEAST}")
+    kept, held = hold_out(len(scan.samples), held_out, seed)
+    part = scan.subset(kept)
+    own = _with_mirrored(part.samples, scan.mirrored)
+    repeats = max(1, round(OWN_SHARE * count / len(own)))
+    rest = filling(part, max(0, count - repeats * len(own)), seed, progress)
+    own = own[np.tile(np.arange(len(own)), repeats)]
     # Blocks of samples train together: they should not be all of one kind.
-    order = np.random.default_rng((seed, 4)).permutation(len(filling[0]) + repeats * len(own[0]))
-    training = (
-        np.concatenate([np.tile(a, (repeats, 1)), b])[order]
-        for a, b in zip(own, filling, strict=True)
+    order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
+    validation = _with_mirrored(scan.samples[held], scan.mirrored)
+    values, rest_values, held_values = (
+        direction_inputs(part, scan.isotropic, inputs) for part in (own, rest, validation)
     )
-    return _pack(*training), _pack(*_rows(brdf, brdf.samples[held]))
+    rgb = np.concatenate([own.rgb, rest.rgb])[order]
+    return (
+        Samples.pack(np.concatenate([values, rest_values])[order], rgb, np.full(len(rgb), WEIGHT)),
+        Samples.pack(held_values, validation.rgb, validation.cosine),
+    )
 
 
 def hold_out(
@@ -78,26 +96,53 @@ def hold_out(
     Raises
     ------
     NacreError
-        If there are fewer than :data:`LEAST`.
+        If none would be left to train on.
     """
     held = max(1, round(share * count))
-    if count < LEAST or held >= count:
-        raise NacreError(f"{count} samples are too few to fit a network to, at least {LEAST}")
+    if held >= count:
+        raise NacreError(f"{held} of {count} samples are held out, which leaves none to train on")
     order = np.random.default_rng((seed, 3)).permutation(count)
     return np.sort(order[held:]), np.sort(order[:held])
 
 
-def _rows(brdf: Scattered, samples: DirectionSamples) -> Rows:
-    """Samples as network inputs, colours and cosines; also mirrored, where that is allowed."""
-    signs = (1.0, -1.0) if brdf.mirrored else (1.0,)
-    wi, wo = (
-        np.concatenate([w * np.array([1.0, sign, 1.0]) for sign in signs])
-        for w in (samples.wi, samples.wo)
-    )
-    inputs = network_inputs(split(wi), split(wo), brdf.isotropic)
-    x = np.stack(np.broadcast_arrays(*inputs), axis=-1)
-    return x, np.tile(samples.rgb, (len(signs), 1)), wi[:, 2:]
+def highest(scan: Scattered, held_out: float, seed: int) -> Floats:
+    """The highest values (3,) among the samples to train on: no network of a scan exceeds them."""
+    kept, _ = hold_out(len(scan.samples), held_out, seed)
+    return np.asarray(np.maximum(scan.samples.rgb[kept], 0.0).max(axis=0), np.float64)
 
 
-def _pack(inputs: Floats, rgb: Floats, cosine: Floats) -> Samples:
-    return Samples.pack(inputs, rgb, cosine[:, 0])
+def validation_errors(
+    scan: Scattered, fitted: Brdf, held_out: float, seed: int
+) -> dict[str, float]:
+    """How well held-out samples are predicted: by what was fitted, and by the nearest sample."""
+    kept, held = hold_out(len(scan.samples), held_out, seed)
+    part, truth = scan.subset(kept), scan.samples[held]
+    nearest = part.samples.rgb[part.nearest(truth.wi, truth.wo)]
+    median, mean = relative_errors(fitted.eval(truth.wi, truth.wo), truth.rgb)
+    nearest_median, nearest_mean = relative_errors(nearest, truth.rgb)
+    return {
+        "held_out_samples": len(held),
+        "held_out_median_error": median,
+        "held_out_mean_error": mean,
+        "nearest_sample_median_error": nearest_median,
+        "nearest_sample_mean_error": nearest_mean,
+    }
+
+
+def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
+    """Median and mean of |predicted - measured| / measured, over samples and channels.
+
+    Negative values count as 0, and measured ones as at least :data:`LEAST_VALUE` in the divisor.
+    """
+    predicted, measured = np.maximum(predicted, 0.0), np.maximum(measured, 0.0)
+    relative = np.abs(predicted - measured) / np.maximum(measured, LEAST_VALUE)
+    return float(np.median(relative)), float(relative.mean())
+
+
+def _with_mirrored(samples: DirectionSamples, mirrored: bool) -> DirectionSamples:
+    """The samples, and those mirrored in a plane with the normal where that changes nothing."""
+    if not mirrored:
+        return samples
+    flip = np.array([1.0, -1.0, 1.0])
+    wi, wo = (np.concatenate([w, w * flip]) for w in (samples.wi, samples.wo))
+    return DirectionSamples(wi, wo, np.tile(samples.rgb, (2, 1)))

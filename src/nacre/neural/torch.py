@@ -62,7 +62,7 @@ class TorchTrainer:
 
     def gradient(self, samples: Samples, order: npt.NDArray[np.int64]) -> tuple[float, list[Layer]]:
         """Mean loss over the blocks in `order` and its gradient, as layers."""
-        loss, gradients = self._gradient(self._blocks(samples)[self._index(order)], samples.gain)
+        loss, gradients = self._gradient(self._blocks(samples)[self._index(order)])
         arrays = [g.cpu().numpy() for g in gradients]
         return float(loss), [Layer(w, b) for w, b in zip(arrays[::2], arrays[1::2], strict=True)]
 
@@ -73,7 +73,7 @@ class TorchTrainer:
         blocks, index = self._blocks(samples), self._index(order)
         total = torch.zeros((), device=self._device)
         for rate, part in zip(rates.tolist(), index.split(self._batch), strict=True):
-            loss, gradients = self._gradient(blocks[part], samples.gain)
+            loss, gradients = self._gradient(blocks[part])
             total += loss * len(part)
             self._adam(gradients, rate)
         return float(total) / len(order)
@@ -83,7 +83,7 @@ class TorchTrainer:
         blocks = self._blocks(samples)
         with torch.no_grad():
             parts = blocks.split(4096)
-            return sum(float(self._mean_loss(p, samples.gain)) * len(p) for p in parts) / len(blocks)
+            return sum(float(self._mean_loss(p)) * len(p) for p in parts) / len(blocks)
 
     def _index(self, order: npt.NDArray[np.int64]) -> Tensor:
         return torch.from_numpy(order).to(self._device)
@@ -95,18 +95,19 @@ class TorchTrainer:
             self._uploaded[id(samples)] = samples, torch.from_numpy(shaped).to(self._device)
         return self._uploaded[id(samples)][1]
 
-    def _mean_loss(self, blocks: Tensor, gain: float) -> Tensor:
+    def _mean_loss(self, blocks: Tensor) -> Tensor:
         rows = blocks.transpose(1, 2).reshape(-1, blocks.shape[1])
-        x, target, cosine = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
+        x, target, weight = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
         for index in range(0, len(self._parameters), 2):
             x = torch.relu(x) if index else x
             x = torch.addmm(self._parameters[index + 1], x, self._parameters[index])
-        y = (torch.exp(x) - 1.0) * cosine
-        factor = torch.where(y > 0.0, 1.0, gain)
-        return (factor * torch.log1p(y / factor) - target).abs().mean()
+        weighted = (torch.exp(x) - 1.0) * weight
+        # As in the kernel: with a weight above 1, 1 + weighted can be negative.
+        sign = torch.where((weight > 1.0) & (weighted < 0.0), -1.0, 1.0)
+        return (sign * torch.log(1.0 + sign * weighted) - target).abs().mean()
 
-    def _gradient(self, blocks: Tensor, gain: float) -> tuple[Tensor, Sequence[Tensor]]:
-        loss = self._mean_loss(blocks, gain)
+    def _gradient(self, blocks: Tensor) -> tuple[Tensor, Sequence[Tensor]]:
+        loss = self._mean_loss(blocks)
         return loss.detach(), torch.autograd.grad(loss, self._parameters)
 
     def _adam(self, gradients: Sequence[Tensor], rate: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -13,15 +13,23 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.files import NacreError
+from nacre.neural.bound import bounded
 from nacre.neural.inputs import PAPER, input_count
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.scattered import SCATTERED_SAMPLES, scattered_samples
+from nacre.neural.scattered import (
+    SCATTERED_SAMPLES,
+    highest,
+    scattered_samples,
+    validation_errors,
+)
 from nacre.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
+ENHANCED_GAIN = 32.0
+"""Default gain of the loss with enhanced inputs."""
 ANISOTROPIC_FACTOR = 5
 """An anisotropic material takes this many times more (ibid.)."""
 
@@ -54,21 +62,30 @@ class Recipe:
     Parameters
     ----------
     hidden
-        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights.
+        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
+        of a scan has one more, of three units: see :func:`nacre.neural.bound.bounded`.
     epochs
         Passes over the training samples; 20 make a draft.
     samples
         Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if anisotropic. Of a
         scan with scattered samples: training samples, filling between them included; None for
-        128,000, or 640,000 if anisotropic.
+        320,000, or 1,600,000 if anisotropic.
     batch
-        Samples an optimiser step, a multiple of 16.
+        Samples an optimiser step, a multiple of 16; a scan takes half as many.
     learning_rate
-        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero.
+        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
+        half of it for a scan.
     held_out
         Share of the samples that is never trained on; of a scan, share of its own samples.
     seed
         The same seed gives the same network on the same machine.
+    inputs
+        What the network sees of the directions: "paper" or "enhanced", see
+        :func:`nacre.neural.inputs.network_inputs`.
+    gain
+        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
+        counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
+        with enhanced ones. A scan has a loss of its own.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -79,9 +96,12 @@ class Recipe:
     held_out: float = 0.2
     seed: int = 0
     inputs: str = PAPER
-    gain: float = 1.0
+    gain: float | None = None
 
     def __post_init__(self) -> None:
+        input_count(self.inputs, True)
+        if self.gain is not None and not 0 < self.gain <= 1e6:
+            raise ValueError(f"gain must lie between 0 and a million, got {self.gain}")
         for name, value in (
             ("epochs", self.epochs),
             ("samples", 1 if self.samples is None else self.samples),
@@ -99,6 +119,13 @@ class Recipe:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
         if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
             raise ValueError(f"samples must leave some to train on, got {self.samples}")
+
+    @property
+    def loss_gain(self) -> float:
+        """The gain, or its default."""
+        if self.gain is not None:
+            return self.gain
+        return 1.0 if self.inputs == PAPER else ENHANCED_GAIN
 
 
 def fit(
@@ -138,37 +165,53 @@ def fit(
 
     Notes
     -----
-    The loss is equation 1 of the NBRDF paper. The output is not clamped while training: a ReLU
+    The loss is equation 1 of the NBRDF paper; that of scans differs, see
+    :mod:`nacre.neural.scattered`, which also says how they are kept from rising towards the
+    horizon. The output is not clamped while training: a ReLU
     there kills colour channels for good.
     """
     recipe = recipe or Recipe()
     factor = 1 if brdf.isotropic else ANISOTROPIC_FACTOR
     scan = brdf.scattered()
+    if scan is not None:
+        half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
+        recipe = replace(recipe, batch=half, learning_rate=0.5 * recipe.learning_rate)
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
-    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, input_count(recipe.inputs, brdf.isotropic)), recipe.batch, device)
+    inputs = input_count(recipe.inputs, brdf.isotropic)
+    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, inputs), recipe.batch, device)
 
     def sampled(done: int, total: int) -> None:
         report("sampling", done, total, "")
 
+    chosen = recipe.held_out, recipe.seed
     if scan is None:
         training, held_out = draw(
-            brdf, count, recipe.seed, sampled, recipe.inputs, recipe.gain
+            brdf, count, recipe.seed, sampled, recipe.inputs, recipe.loss_gain
         ).split(recipe.held_out)
     else:
-        training, held_out = scattered_samples(scan, count, recipe.held_out, recipe.seed, sampled)
-    losses = train(trainer, training, held_out, recipe, progress)
-    if not math.isfinite(sum(losses.values())):
+        training, held_out = scattered_samples(scan, count, *chosen, sampled, recipe.inputs)
+    quality = train(trainer, training, held_out, recipe, progress)
+    if not math.isfinite(sum(quality.values())):
         raise NacreError(
             f"{brdf.name or 'reflectance'}: training diverged; lower the learning rate"
         )
-    network = NeuralBrdf(trainer.layers(), isotropic=brdf.isotropic, name=brdf.name, inputs=recipe.inputs)
+    layers = trainer.layers()
+    if scan is not None:
+        layers = bounded(layers, highest(scan, *chosen))
+    network = NeuralBrdf(layers, isotropic=brdf.isotropic, name=brdf.name, inputs=recipe.inputs)
+    if scan is not None:
+        quality |= validation_errors(scan, network, *chosen)
     report("sampling lobes", 0, 1, "")
     with one_blas_thread():
         network.sampler = fit_lobes(network)
     report("sampling lobes", 1, 1, "")
-    settings = asdict(recipe) | {"hidden": list(recipe.hidden), "samples": count}
-    network.metadata = {"fit": settings, "quality": losses}
+    settings = asdict(recipe) | {
+        "hidden": list(recipe.hidden),
+        "samples": count,
+        "gain": recipe.loss_gain if scan is None else None,
+    }
+    network.metadata = {"fit": settings, "quality": quality}
     if brdf.source:
         network.metadata["source"] = dict(brdf.source)
     return network

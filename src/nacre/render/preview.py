@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +33,7 @@ MAX_SIZE = 8192
 
 
 def render_preview(
-    brdf: Brdf,
+    material: Any,
     shape: str = "ball",
     light: str = "environment",
     size: int | tuple[int, int] = 512,
@@ -47,8 +48,8 @@ def render_preview(
 
     Parameters
     ----------
-    brdf
-        Any reflectance.
+    material
+        Any reflectance; or a BSDF of Mitsuba's, or the dictionary of one.
     shape
         One of :data:`nacre.render.scene.SHAPES`.
     light
@@ -85,7 +86,8 @@ def render_preview(
     if spp < 1:
         raise NacreError(f"a picture needs at least 1 sample per pixel, not {spp}")
     mi = mitsuba()
-    scene = mi.load_dict(describe_scene(bsdf(brdf), shape, light, (width, height), environment))
+    shown = bsdf(material) if isinstance(material, Brdf) else material
+    scene = mi.load_dict(describe_scene(shown, shape, light, (width, height), environment))
     passes = [PASS] * (spp // PASS) + [spp % PASS] * (spp % PASS > 0)
     seeds = np.random.SeedSequence(seed).generate_state(len(passes))
     total = np.zeros((height, width, 3), np.float64)

@@ -1,7 +1,10 @@
-"""Importance sampling: lobe mixtures with exact densities, and their fit to a material."""
+"""Importance sampling: lobe mixtures with exact densities, and their fit to a material. Samples of
+a material.
+"""
 
 from nacre.sampling.fit import fit_lobes
 from nacre.sampling.fitted import LobeSampledBrdf
 from nacre.sampling.lobes import BlinnPhongMixture
+from nacre.sampling.uniform import draw_samples
 
-__all__ = ["BlinnPhongMixture", "LobeSampledBrdf", "fit_lobes"]
+__all__ = ["BlinnPhongMixture", "LobeSampledBrdf", "draw_samples", "fit_lobes"]

@@ -50,7 +50,7 @@ class BlinnPhongMixture:
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""
         xp = namespace(*wo, *u)
-        tan2 = _expm1(-2.0 / (self.exponent + 1.0) * xp.log(1.0 - u[1]))
+        tan2 = expm1(-2.0 / (self.exponent + 1.0) * xp.log(1.0 - u[1]))
         cos_theta = 1.0 / xp.sqrt(1.0 + tan2)
         sin_theta = cos_theta * xp.sqrt(tan2)
         phi = 2.0 * math.pi * u[2]
@@ -66,7 +66,7 @@ class BlinnPhongMixture:
         h = half_vector(wi, wo)
         cos_theta = xp.maximum(h[2], 1e-12)
         tan2 = (h[0] * h[0] + h[1] * h[1]) / (cos_theta * cos_theta)
-        power = xp.exp(-0.5 * self.exponent * _log1p(tan2))
+        power = xp.exp(-0.5 * self.exponent * log1p(tan2))
         lobe = (self.exponent + 1.0) / (2.0 * math.pi) * power
         mirrored = lobe / (4.0 * xp.maximum(dot(wo, h), 1e-6))
         visible = (wi[2] > 0.0) & (wo[2] > 0.0)
@@ -78,7 +78,7 @@ class BlinnPhongMixture:
 # from cos(theta)^n is off by 0.2 % (rms) at n = 50000, one from the squared tangent by 6e-6.
 
 
-def _expm1(x: Array) -> Array:
+def expm1(x: Array) -> Array:
     """`exp(x)` - 1 for `x` >= 0, to 2e-6 in float32."""
     xp = namespace(x)
     y = xp.minimum(x, _SMALL)
@@ -86,7 +86,7 @@ def _expm1(x: Array) -> Array:
     return xp.where(x < _SMALL, series, xp.exp(x) - 1.0)
 
 
-def _log1p(x: Array) -> Array:
+def log1p(x: Array) -> Array:
     """Logarithm of 1 + `x` for `x` >= 0, to 2e-6 in float32."""
     xp = namespace(x)
     y = xp.minimum(x, _SMALL)

@@ -1,0 +1,75 @@
+"""Cook and Torrance 1982, "A Reflectance Model for Computer Graphics"."""
+
+from __future__ import annotations
+
+import math
+
+from nacre.analytic.fresnel import dielectric, schlick_share
+from nacre.analytic.model import (
+    DIFFUSE,
+    INDEX,
+    NORMAL_REFLECTANCE,
+    SCALE,
+    AnalyticBrdf,
+    Values,
+    coated,
+)
+from nacre.analytic.ward import ROUGHNESS, gaussian
+from nacre.array import Array, Components, namespace
+from nacre.geometry import dot, half_vector
+
+
+class CookTorrance(AnalyticBrdf):
+    """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base.
+
+    D = exp(-tan(theta_h)^2 / m^2) / (m^2 cos(theta_h)^4), as Cook and Torrance have it: a factor pi
+    larger than Beckmann's normalised density. G is that of V-shaped grooves, F that of a
+    dielectric of refractive index `index`.
+    """
+
+    model = "cook-torrance"
+    parameters = (DIFFUSE, SCALE, ROUGHNESS, INDEX)
+
+    @staticmethod
+    def formula(values: Values, wi: Components, wo: Components) -> Components:
+        """See :class:`AnalyticBrdf`."""
+        facets, cosine = _facets(values["roughness"], wi, wo)
+        return coated(values, facets * dielectric(cosine, values["index"]))
+
+
+class SchlickCookTorrance(AnalyticBrdf):
+    """:class:`CookTorrance` with D normalised and Schlick's F of `normal_reflectance`, as Ngan et
+    al. 2005 fit it.
+    """
+
+    model = "cook-torrance-schlick"
+    parameters = (DIFFUSE, SCALE, ROUGHNESS, NORMAL_REFLECTANCE)
+
+    @staticmethod
+    def formula(values: Values, wi: Components, wo: Components) -> Components:
+        """See :class:`AnalyticBrdf`."""
+        facets, cosine = _facets(values["roughness"], wi, wo)
+        fresnel = schlick_share(cosine, values["normal_reflectance"])
+        return coated(values, facets / math.pi * fresnel)
+
+
+def grooves(h: Components, wi: Components, wo: Components) -> Array:
+    """Share of V-shaped grooves that is neither shadowed nor masked (Torrance and Sparrow 1967)."""
+    xp = namespace(*wi, *wo)
+    scale = 2.0 * h[2] / xp.maximum(dot(wi, h), 1e-6)
+    return xp.minimum(xp.minimum(scale * wi[2], scale * wo[2]), 1.0)
+
+
+def cosine_product(wi: Components, wo: Components) -> Array:
+    """Cos theta_i cos theta_o, kept above 0."""
+    return namespace(*wi, *wo).maximum(wi[2] * wo[2], 1e-12)
+
+
+def _facets(roughness: Array, wi: Components, wo: Components) -> tuple[Array, Array]:
+    """D G / (pi cos theta_i cos theta_o), and cos theta_d."""
+    xp = namespace(*wi, *wo)
+    h = half_vector(wi, wo)
+    cos2 = xp.maximum(h[2] * h[2], 1e-6)
+    density = gaussian(h, roughness) / (roughness * roughness * cos2 * cos2)
+    facets = density * grooves(h, wi, wo) / (math.pi * cosine_product(wi, wo))
+    return facets, dot(wi, h)

@@ -1,0 +1,87 @@
+"""Analytic materials as JSON: the name of the model and its parameters."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from nacre.analytic.catalogue import MODELS
+from nacre.analytic.model import AnalyticBrdf
+from nacre.files import Format, FormatError, atomic_path, read_bytes
+
+VERSION = 1
+_LIMIT = 1 << 20
+
+
+def save(brdf: AnalyticBrdf, path: Path) -> None:
+    """Write an analytic material; every number comes back as it was.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is no analytic material or the path cannot be written.
+    """
+    if not isinstance(brdf, AnalyticBrdf):
+        raise FormatError(f"{path}: holds analytic materials only; fit one with --model")
+    content = {
+        "model": brdf.model,
+        "version": VERSION,
+        "name": brdf.name,
+        "parameters": brdf.values,
+        "metadata": brdf.metadata,
+    }
+    try:
+        text = json.dumps(content, indent=1, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise FormatError(f"{path}: metadata cannot be written as JSON: {error}") from error
+    with atomic_path(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def load(path: Path) -> AnalyticBrdf:
+    """Read an analytic material.
+
+    Raises
+    ------
+    FormatError
+        If the file is not one of a model and version we know.
+    """
+    try:
+        content = json.loads(read_bytes(path, _LIMIT).decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: is not whole JSON: {error}") from error
+    model = _field(path, content, "model", str)
+    if model not in MODELS:
+        raise FormatError(f"{path}: model {model!r} is not one of {', '.join(MODELS)}")
+    if (version := content.get("version", VERSION)) != VERSION:
+        raise FormatError(f"{path}: version {version!r} is not {VERSION}; update nacre")
+    values = _field(path, content, "parameters", dict)
+    metadata = _field(path, content, "metadata", dict) if "metadata" in content else {}
+    name = _field(path, content, "name", str) if "name" in content else ""
+    for part in ("fit", "source"):
+        if not isinstance(metadata.get(part, {}), dict):
+            raise FormatError(f"{path}: metadata field {part!r} is not an object")
+    try:
+        return MODELS[model](name=name, metadata=metadata, **values)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise FormatError(f"{path}: parameters: {error}") from error
+
+
+def _field(path: Path, content: Any, name: str, kind: type[str] | type[dict[str, Any]]) -> Any:
+    value = content.get(name) if isinstance(content, dict) else None
+    if not isinstance(value, kind):
+        raise FormatError(
+            f"{path}: field {name!r} is not {'a string' if kind is str else 'an object'}"
+        )
+    return value
+
+
+FORMAT = Format(
+    "analytic",
+    (".json",),
+    lambda head: head.lstrip().startswith(b"{") and b'"model"' in head,
+    load,
+    save,
+    holds="analytic",
+)

@@ -1,0 +1,78 @@
+"""Least absolute residuals by reweighted Levenberg-Marquardt steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+Vector = npt.NDArray[np.float64]
+
+_SOFTENING = 0.05
+"""Residuals below this share of the mean count as squares."""
+_LONGEST = 2.0
+"""Change of a parameter in one step."""
+_ENOUGH = 1e-5
+"""Relative gain of a step below which it is the last."""
+_HOPELESS = 1e8
+"""Damping at which no step helps any more."""
+_LIMIT = 30.0
+"""Parameters stay within this distance of 0: beyond it they are at their bounds."""
+
+
+def minimise(
+    residuals: Callable[[Vector], Vector],
+    jacobian: Callable[[Vector, Vector], Vector],
+    start: Vector,
+    iterations: int,
+) -> tuple[Vector, float]:
+    """Parameters at which the mean absolute residual is least, near where it starts.
+
+    Each step solves weighted least squares in which a residual r weighs 1 / sqrt(r^2 + e^2), so
+    that the weighted squares bound the absolute values from above (iteratively reweighted least
+    squares), damped after Levenberg and Marquardt.
+
+    Parameters
+    ----------
+    residuals
+        Residuals of any shape for parameters (p,).
+    jacobian
+        Their derivatives, shape (p, *residuals), for parameters and the residuals there.
+    start
+        Shape (p,).
+    iterations
+        Steps at most.
+
+    Returns
+    -------
+    parameters
+        Shape (p,).
+    loss
+        Mean absolute residual there; infinite where the start already is not finite.
+    """
+    free, damping = start, 1e-2
+    current = residuals(free)
+    loss = float(np.abs(current).mean())
+    if not math.isfinite(loss):
+        return free, math.inf
+    for _ in range(iterations):
+        weights = 1.0 / np.sqrt(current**2 + (_SOFTENING * loss + 1e-12) ** 2).reshape(-1)
+        rows = jacobian(free, current).reshape(len(free), -1)
+        weighted = rows * weights
+        normal, slope = weighted @ rows.T, weighted @ current.reshape(-1)
+        scale = np.diag(normal) + 1e-12 * np.trace(normal) + 1e-300
+        before = loss
+        while damping < _HOPELESS:
+            step = np.linalg.solve(normal + np.diag(damping * scale), -slope)
+            moved = np.clip(free + np.clip(step, -_LONGEST, _LONGEST), -_LIMIT, _LIMIT)
+            trial = residuals(moved)
+            tried = float(np.abs(trial).mean())
+            if tried < loss:
+                free, current, loss, damping = moved, trial, tried, damping * 0.2
+                break
+            damping *= 5.0
+        if before - loss <= _ENOUGH * before:
+            break
+    return free, loss

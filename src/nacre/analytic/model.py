@@ -1,0 +1,187 @@
+"""Reflectances with a formula and a few named parameters."""
+
+from __future__ import annotations
+
+import abc
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from nacre.array import Array, Components, namespace
+from nacre.sampling import LobeSampledBrdf
+
+Value: TypeAlias = float | tuple[float, float, float]
+"""A number, or one a colour channel."""
+
+Values: TypeAlias = Mapping[str, Any]
+"""Parameters by name: arrays, or tuples of three where there is one a colour channel."""
+
+CHANNELS = 3
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One named parameter of a model, and the range it lives in.
+
+    Parameters
+    ----------
+    name
+        As in the model's files.
+    low, high
+        Bounds, both included.
+    start
+        Range that a fit starts from, at random: evenly in the logarithm, or evenly where it
+        reaches down to 0 or below.
+    colour
+        Whether there is one a colour channel. Such a parameter acts on its own channel only.
+    """
+
+    name: str
+    low: float
+    high: float
+    start: tuple[float, float]
+    colour: bool = False
+
+    @property
+    def size(self) -> int:
+        """How many numbers it takes."""
+        return CHANNELS if self.colour else 1
+
+    def to_free(self, value: Array) -> Array:
+        """A number of the whole line for a value between the bounds; inverse of `from_free`."""
+        share = np.clip((np.asarray(value) - self.low) / (self.high - self.low), 1e-13, 1 - 1e-13)
+        return np.log(share) - np.log1p(-share)
+
+    def from_free(self, free: Array) -> Array:
+        """The logistic curve between the bounds: near either, steps are ratios of the distance."""
+        xp = namespace(free)
+        return self.low + (self.high - self.low) / (1.0 + xp.exp(-free))
+
+    def at(self, share: Array) -> Array:
+        """The point of :attr:`start` at a share of the way, in [0, 1]."""
+        low, high = self.start
+        if low <= 0.0:
+            return low + (high - low) * share
+        return low * (high / low) ** share
+
+    def check(self, value: Any) -> Value:
+        """`value` as one float or three.
+
+        Raises
+        ------
+        ValueError
+            If it is of another shape, not finite or out of bounds.
+        """
+        numbers = np.array(value, np.float64)
+        if numbers.shape != ((CHANNELS,) if self.colour else ()):
+            kind = "three numbers" if self.colour else "one number"
+            raise ValueError(f"{self.name} takes {kind}, got {value!r}")
+        if not (np.isfinite(numbers) & (numbers >= self.low) & (numbers <= self.high)).all():
+            raise ValueError(f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {value}")
+        checked: Value = tuple(numbers.tolist()) if self.colour else float(numbers)
+        return checked
+
+
+class AnalyticBrdf(LobeSampledBrdf):
+    """A reflectance with a formula and named parameters.
+
+    A subclass gives :attr:`model`, :attr:`parameters` and :meth:`formula`, and a sampler of its
+    own if lobes fitted to it are not good enough.
+
+    Parameters
+    ----------
+    name
+        Name of the material.
+    metadata
+        JSON-able facts about the fit and its source, kept in the file.
+    **values
+        Every one of :attr:`parameters` by name: a number, or three for a colour.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is missing, unknown, or out of bounds.
+    """
+
+    model: ClassVar[str]
+    """Name of the model, as in files and on the command line."""
+
+    parameters: ClassVar[tuple[Parameter, ...]]
+
+    def __init__(
+        self, *, name: str = "", metadata: Mapping[str, Any] | None = None, **values: Any
+    ) -> None:
+        known = [parameter.name for parameter in self.parameters]
+        if set(values) != set(known):
+            raise ValueError(f"{self.model} takes {', '.join(known)}; got {', '.join(values)}")
+        self.values: dict[str, Value] = {p.name: p.check(values[p.name]) for p in self.parameters}
+        self.name = name
+        self.metadata = dict(metadata or {})
+
+    @staticmethod
+    @abc.abstractmethod
+    def formula(values: Values, wi: Components, wo: Components) -> Components:
+        """f_r in 1/sr, on components of any array library.
+
+        Parameters
+        ----------
+        values
+            The parameters: numbers or arrays that broadcast against the directions.
+        wi, wo
+            Directions, possibly below the horizon: there the result is ignored.
+        """
+
+    def eval_components(self, wi: Components, wo: Components) -> Components:
+        """See :class:`nacre.brdf.Brdf`; parameters enter a Dr.Jit kernel as literals."""
+        return self.formula(self.values, wi, wo)
+
+    def summary(self) -> str:
+        """The model and its parameters in one line, rounded."""
+        return ", ".join([self.model, *(f"{k} {_shown(v)}" for k, v in self.values.items())])
+
+    def describe(self) -> dict[str, Any]:
+        """See :class:`nacre.brdf.Brdf`."""
+        values = {k: _shown(v) for k, v in self.values.items()}
+        source = self.metadata.get("source", {})
+        facts = {
+            "fitted to": source.get("file"),
+            "fitted to sha256": source.get("sha256"),
+            **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
+        }
+        return super().describe() | values | {k: v for k, v in facts.items() if v is not None}
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(f'{v:.4g}' for v in value)})"
+    return f"{value:.4g}"
+
+
+DIFFUSE = Parameter("diffuse", 0.0, 10.0, (0.01, 0.5), colour=True)
+"""Albedo of the Lambertian part that most models have."""
+
+
+def lambertian(values: Values) -> Components:
+    """f_r of the Lambertian part, in 1/sr."""
+    red, green, blue = (albedo / math.pi for albedo in values[DIFFUSE.name])
+    return red, green, blue
+
+
+SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), colour=True)
+"""Colour that scales the lobe of models whose Fresnel term has none."""
+
+NORMAL_REFLECTANCE = Parameter("normal_reflectance", 0.0, 1.0, (0.05, 0.9))
+"""F0 of Schlick's Fresnel term."""
+
+INDEX = Parameter("index", 1.0, 1e3, (1.2, 3.0))
+"""Refractive index of a dielectric's Fresnel term."""
+
+
+def coated(values: Values, lobe: Array) -> Components:
+    """The Lambertian part and a lobe that `specular` colours."""
+    base = lambertian(values)
+    red, green, blue = (d + s * lobe for d, s in zip(base, values["specular"], strict=True))
+    return red, green, blue

@@ -1,0 +1,137 @@
+"""Published tables of fitted parameters: `.fit` files of the BSDF benchmark BBM.
+
+Each line is `material = Aggregate(Lambertian(albedo = [...]), Model(parameter = number, ...))`.
+What the parameters mean is said there, in the headers of the models of each paper
+(https://github.com/bsdfbenchmark/bbm).
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from nacre.analytic.catalogue import MODELS
+from nacre.analytic.model import AnalyticBrdf
+from nacre.files import Format, FormatError, read_bytes
+
+_LIMIT = 1 << 22
+_LONGEST = 1 << 14
+_LINE = re.compile(r"^([\w.()+-]+) *= *(.+)$")
+
+_LOBE = {"albedo": "specular"}
+_ROUGH = _LOBE | {"roughness": "roughness"}
+_SHARP = _LOBE | {"sharpness": "exponent"}
+_ABC = {"A": "specular", "B": "b", "C": "c", "eta": "index"}
+_SGD = {"alpha": "alpha", "p": "p", "K": "normalisation", "Lambda": "lambda", "k": "k"}
+
+_MODELS: dict[str, tuple[str, dict[str, str]]] = {
+    "NganBlinnPhong": ("blinn-phong", _SHARP),
+    "NganWard": ("ward", _ROUGH),
+    "NganWardDuer": ("ward-duer", _ROUGH),
+    "NganLafortune": ("lafortune", _SHARP | {"Cxy": "c_xy", "Cz": "c_z"}),
+    "NganAshikhminShirley": (
+        "ashikhmin-shirley",
+        _SHARP | {"fresnelReflectance": "normal_reflectance"},
+    ),
+    "NganCookTorrance": ("cook-torrance-schlick", _ROUGH | {"eta": "normal_reflectance"}),
+    "LowAshikhminShirley": (
+        "ashikhmin-shirley-dielectric",
+        _SHARP | {"fresnelReflectance": "index"},
+    ),
+    "LowCookTorrance": ("cook-torrance", _ROUGH | {"eta": "index"}),
+    "LowMicrofacetFit": ("abc-microfacet", _ABC),
+    "LowSmooth": ("abc-smooth", _ABC),
+    "Bagher": ("sgd", _LOBE | _SGD | {"theta0": "theta_0"}),
+}
+"""Name of the model here, and of its parameters, by the name in the tables."""
+
+
+def materials(path: Path) -> dict[str, str]:
+    """The formula of every material in a table, by name.
+
+    Raises
+    ------
+    FormatError
+        If the file is not text, or a line is no material.
+    """
+    try:
+        text = read_bytes(path, _LIMIT).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is not text in UTF-8") from error
+    found: dict[str, str] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        match = _LINE.match(line) if len(line) <= _LONGEST else None
+        if match is None:
+            raise FormatError(f"{path}: line {number} is not 'material = Aggregate(...)'")
+        found[match[1]] = match[2]
+    return found
+
+
+def load(path: Path, material: str | None = None) -> AnalyticBrdf:
+    """Read one material of a table.
+
+    Raises
+    ------
+    FormatError
+        If there is no such material, or it is of no model that we know.
+    """
+    known = materials(path)
+    if material is None and len(known) == 1:
+        material = next(iter(known))
+    if material not in known:
+        names = ", ".join(known)
+        missing = f"no material {material!r}" if material else f"{len(known)} materials"
+        raise FormatError(f"{path}: holds {missing}; choose one of {names}")
+    where = f"{path}: {material}"
+    diffuse, kind, given = _parse(known[material], where)
+    if kind not in _MODELS:
+        raise FormatError(f"{where}: model {kind!r} is not one of {', '.join(_MODELS)}")
+    model, names_here = _MODELS[kind]
+    if kind == "Bagher":
+        try:
+            given["normal_reflectance"], given["slope"] = given.pop("eta")
+            given["log_c"] = [math.log(c) for c in given.pop("c")]
+        except (KeyError, TypeError, ValueError) as error:
+            raise FormatError(f"{where}: eta or c is not as this model has it") from error
+    values = {names_here.get(key, key): value for key, value in given.items()}
+    try:
+        return MODELS[model](name=material, diffuse=diffuse, **values)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise FormatError(f"{where}: {error}") from error
+
+
+def _parse(formula: str, where: str) -> tuple[Any, str, dict[str, Any]]:
+    """Diffuse albedo, name of the model, and its parameters; nothing is run."""
+    try:
+        match ast.parse(formula, mode="eval").body:
+            case ast.Call(
+                func=ast.Name(id="Aggregate"),
+                args=[
+                    ast.Call(
+                        func=ast.Name(id="Lambertian"),
+                        args=[],
+                        keywords=[ast.keyword(arg="albedo", value=albedo)],
+                    ),
+                    ast.Call(func=ast.Name(id=kind), args=[], keywords=keywords),
+                ],
+                keywords=[],
+            ) if all(keyword.arg for keyword in keywords):
+                given = {str(k.arg): ast.literal_eval(k.value) for k in keywords}
+                return ast.literal_eval(albedo), kind, given
+    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError) as error:
+        raise FormatError(f"{where}: is not a list of parameters") from error
+    raise FormatError(f"{where}: is not Aggregate(Lambertian(albedo = ...), Model(...))")
+
+
+FORMAT = Format(
+    "table of fits",
+    (".fit",),
+    lambda head: b"BSDF fits" in head or b"Aggregate(" in head,
+    load,
+    several=True,
+)

@@ -1,0 +1,208 @@
+"""What is known of the databases: names, addresses, sizes, checksums, terms of use.
+
+Sources of the addresses: the ALTA library's tutorial fetches MERL files from the authors' server;
+the files behind rgl.epfl.ch/materials are on the host named here. No address of single UTIA files
+is known to us, so that database needs a mirror.
+"""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from urllib.parse import urlsplit
+
+from nacre.files import NacreError
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of one file: SHA-256 in hexadecimal and length in bytes, None if unknown."""
+
+    sha256: str | None = None
+    size: int | None = None
+
+
+@dataclass(frozen=True)
+class Database:
+    """One database of measured materials.
+
+    Parameters
+    ----------
+    name
+        Short name, as on the command line.
+    title
+        What is in it, in a few words.
+    suffix
+        What follows a material's name in its file's name.
+    terms
+        Terms of use in short, with a link.
+    page
+        Where people find the files.
+    materials
+        The names there are; empty if they are not known, and any plain name is taken.
+    url
+        Address of a file, with `{name}` for the material; None if it is not known.
+    limit
+        No file is longer than this, in bytes.
+    size
+        Length of every file in bytes, where it is the same.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    terms: str
+    page: str
+    materials: Mapping[str, Facts] = field(default_factory=dict)
+    url: str | None = None
+    limit: int = 2**29
+    size: int | None = None
+
+    def facts(self, material: str) -> Facts:
+        """What is known of the file of a material.
+
+        Raises
+        ------
+        NacreError
+            If there is no such material, with the names most like it. A name that passes is a
+            plain one: it never leads out of a folder.
+        """
+        if material in self.materials:
+            return self.materials[material]
+        if not self.materials and re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", material):
+            return Facts(size=self.size)
+        near = difflib.get_close_matches(material, self.materials, n=3)
+        hint = f"did you mean {', '.join(near)}?" if near else self._where_names_are()
+        raise NacreError(f"{self.name}: has no material {material!r}; {hint}")
+
+    def select(self, patterns: Sequence[str]) -> list[str]:
+        """Names of materials that patterns with `*`, `?` and `[...]` stand for, in order.
+
+        Raises
+        ------
+        NacreError
+            If a pattern stands for none, or a name is not known.
+        """
+        chosen: dict[str, None] = {}
+        for pattern in patterns:
+            if any(character in pattern for character in "*?["):
+                found = fnmatch.filter(self.materials, pattern)
+                if not found:
+                    raise NacreError(
+                        f"{self.name}: no material matches {pattern!r}; {self._where_names_are()}"
+                    )
+                chosen.update(dict.fromkeys(found))
+            else:
+                self.facts(pattern)
+                chosen[pattern] = None
+        return list(chosen)
+
+    def file_name(self, material: str) -> str:
+        """Name of the file of a material."""
+        self.facts(material)
+        return material + self.suffix
+
+    def address(self, material: str, mirror: str | None = None) -> str:
+        """Address of the file of a material: at a mirror `MIRROR/DATABASE/FILE`.
+
+        Raises
+        ------
+        NacreError
+            If the material is not known, the mirror is no web address, or there is none and no
+            address is known.
+        """
+        file_name = self.file_name(material)
+        if mirror is not None:
+            try:
+                valid = urlsplit(mirror).scheme in ("http", "https") and urlsplit(mirror).hostname
+            except ValueError:
+                valid = None
+            if not valid:
+                raise NacreError(f"mirror {mirror!r}: expected an address like https://host/folder")
+            return f"{mirror.rstrip('/')}/{self.name}/{file_name}"
+        if self.url is None:
+            raise NacreError(
+                f"{self.name}: no address of its files is known; fetch them by hand from "
+                f"{self.page}, or name a mirror (--mirror or NACRE_MIRROR) that has "
+                f"{self.name}/{file_name}"
+            )
+        return self.url.format(name=material)
+
+    def _where_names_are(self) -> str:
+        if self.materials:
+            return f"'nacre download {self.name}' lists them"
+        return f"its names are at {self.page}"
+
+
+@cache
+def databases() -> Mapping[str, Database]:
+    """The databases there are, by name."""
+    rgl = _table("rgl.txt")
+    rgl_url = "https://d38rqfq1h7iukm.cloudfront.net/media/materials/{name}/{name}"
+    rgl_page = "https://rgl.epfl.ch/materials"
+    every = (
+        Database(
+            "merl",
+            "100 isotropic materials, 35 MB each",
+            ".binary",
+            _text("merl-terms.txt"),
+            "https://www.merl.com/brdf/",
+            _table("merl.txt"),
+            "http://people.csail.mit.edu/wojciech/BRDFDatabase/brdfs/{name}.binary",
+        ),
+        Database(
+            "rgl",
+            "62 materials, 11 of them anisotropic, as colours",
+            "_rgb.bsdf",
+            _text("rgl-terms.txt"),
+            rgl_page,
+            rgl,
+            rgl_url + "_rgb.bsdf",
+        ),
+        Database(
+            "rgl-spectral",
+            "the same 62 materials as spectra",
+            "_spec.bsdf",
+            _text("rgl-terms.txt"),
+            rgl_page,
+            dict.fromkeys(rgl, Facts()),
+            rgl_url + "_spec.bsdf",
+        ),
+        Database(
+            "utia",
+            "150 anisotropic materials, 2 MB each; needs a mirror",
+            ".bin",
+            _text("utia-terms.txt"),
+            "http://btf.utia.cas.cz/?brdf_dat_dwn",
+            size=288 * 288 * 3 * 8,
+        ),
+    )
+    return {database.name: database for database in every}
+
+
+def find(name: str) -> Database:
+    """The database of a name.
+
+    Raises
+    ------
+    NacreError
+        If there is none.
+    """
+    if name not in databases():
+        raise NacreError(f"there is no database {name!r}; expected one of {', '.join(databases())}")
+    return databases()[name]
+
+
+def _text(name: str) -> str:
+    return (resources.files(__package__) / "facts" / name).read_text(encoding="utf-8")
+
+
+def _table(name: str) -> dict[str, Facts]:
+    """A file of lines `NAME`, or `NAME SHA256 BYTES` where these are known."""
+    rows = [line.split() for line in _text(name).splitlines()]
+    return {row[0]: Facts(row[1], int(row[2])) if row[1:] else Facts() for row in rows}

@@ -1,0 +1,185 @@
+"""A material of a database as a file: there already, or downloaded, checked and recorded."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pooch
+
+from nacre.download.databases import Database
+from nacre.download.lock import exclusive
+from nacre.download.transfer import Progress, Transfer, TransferError, without_credentials
+from nacre.files import NacreError, PathLike, atomic_path
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """A file that is there.
+
+    Parameters
+    ----------
+    path
+        Where it is.
+    sha256
+        Checksum of its content, in hexadecimal.
+    verified
+        Whether that is the checksum that the database's file is known to have.
+    fresh
+        Whether it was downloaded now.
+    """
+
+    path: Path
+    sha256: str
+    verified: bool
+    fresh: bool
+
+
+def cache_folder() -> Path:
+    """Where downloads are kept: `NACRE_CACHE`, else the platform's folder for caches."""
+    named = os.environ.get("NACRE_CACHE")
+    return Path(named).expanduser() if named else Path(pooch.os_cache("nacre"))
+
+
+def fetch(
+    database: Database,
+    material: str,
+    folder: PathLike | None = None,
+    mirror: str | None = None,
+    agree: Callable[[str], bool] = lambda terms: False,
+    progress: Progress | None = None,
+) -> Fetched:
+    """The file of a material; downloads it if it is not there.
+
+    The file comes to its place whole and checked, or not at all. Beside it are put the terms of
+    use, and a record of address, checksum and date. Where no checksum is known, the one in the
+    record counts from then on.
+
+    Parameters
+    ----------
+    database, material
+        Which one; see :func:`nacre.download.find`.
+    folder
+        Where to put it; a folder named after the database in :func:`cache_folder` by default.
+    mirror
+        Address under which `DATABASE/FILE` lies; the environment's `NACRE_MIRROR` by default.
+    agree
+        Gets the terms of use, before the first download to a folder, and tells whether the user
+        accepts them.
+    progress
+        Gets the bytes that have arrived, and how many there will be or None.
+
+    Raises
+    ------
+    NacreError
+        If the material is not known, the terms are not accepted, the server cannot be reached or
+        does not have the file, the file is not the expected one, or the folder cannot be written.
+    """
+    facts = database.facts(material)
+    folder = Path(folder) if folder is not None else cache_folder() / database.name
+    path = folder / database.file_name(material)
+    record = path.with_name(path.name + ".json")
+    try:
+        found = _present(path, record, facts.sha256)
+        if found:
+            return found
+        url = database.address(material, mirror or os.environ.get("NACRE_MIRROR") or None)
+        _accept(database, folder, agree)
+        with exclusive(path.with_name(f".{path.name}.lock")):
+            return _present(path, record, facts.sha256) or _download(
+                database, material, url, path, record, progress
+            )
+    except TransferError as error:
+        source = database.address(material) if database.url else database.page
+        raise NacreError(
+            f"{error}; the file can also be fetched by hand from {source} and put at {path}"
+        ) from error
+    except OSError as error:
+        raise NacreError(f"{path}: cannot be read or written: {error.strerror}") from error
+
+
+def _present(path: Path, record: Path, known: str | None) -> Fetched | None:
+    """The file, if it is there and what it should be; None if it is to be downloaded."""
+    if not path.is_file():
+        return None
+    sha256 = pooch.file_hash(str(path))
+    if known is not None:
+        return Fetched(path, sha256, True, False) if sha256 == known else None
+    first = _recorded(record)
+    if first is not None and sha256 != first:
+        raise NacreError(
+            f"{path}: is not the file that was downloaded (SHA-256 {first}); delete it to download "
+            f"it again, or delete {record} to accept it"
+        )
+    return Fetched(path, sha256, False, False)
+
+
+def _recorded(record: Path) -> str | None:
+    """Checksum of an earlier download."""
+    try:
+        value = json.loads(record.read_text(encoding="utf-8"))["sha256"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return value if isinstance(value, str) else None
+
+
+def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> None:
+    """Ask about the terms of use unless they were accepted for this folder, and keep them there."""
+    kept = folder / f"{database.name}-TERMS.txt"
+    if kept.is_file() and kept.read_text(encoding="utf-8", errors="replace") == database.terms:
+        return
+    if not agree(database.terms):
+        raise NacreError(f"{database.name}: the terms of use are not accepted; nothing downloaded")
+    folder.mkdir(parents=True, exist_ok=True)
+    with atomic_path(kept) as temporary:
+        temporary.write_text(database.terms, encoding="utf-8")
+
+
+def _download(
+    database: Database,
+    material: str,
+    url: str,
+    path: Path,
+    record: Path,
+    progress: Progress | None,
+) -> Fetched:
+    facts = database.facts(material)
+    first = _recorded(record)
+    part = path.with_name(f".{path.name}.part")
+    transfer = Transfer(part, facts.size, database.limit, progress)
+    pooch.get_logger().setLevel("WARNING")  # it would tell what the caller shows
+    try:
+        pooch.retrieve(
+            url,
+            known_hash=facts.sha256 or first,
+            fname=path.name,
+            path=path.parent,
+            downloader=transfer,
+        )
+    except ValueError as error:  # what pooch raises for another checksum
+        public = without_credentials(url)
+        if facts.sha256:
+            problem = f"what it sends has not the SHA-256 {facts.sha256}"
+            fix = "nothing is kept; try again, or another mirror"
+        else:
+            problem = f"what it sends now has not the SHA-256 of the first download, {first}"
+            fix = f"nothing is kept; delete {record} to accept the new file"
+        raise NacreError(f"{public}: {problem}; {fix}") from error
+    sha256 = pooch.file_hash(str(path))
+    verified = facts.sha256 is not None
+    content = {
+        "database": database.name,
+        "material": material,
+        "url": without_credentials(url),
+        "bytes": path.stat().st_size,
+        "sha256": sha256,
+        "verified": verified,
+        "downloaded": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    with atomic_path(record) as temporary:
+        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return Fetched(path, sha256, verified, True)

@@ -1,0 +1,93 @@
+"""Directions to integrate a reflectance by: fixed points, drawn where it is bright."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf, CosineSampler, Sampler
+from nacre.geometry import cosine_hemisphere, join, split
+from nacre.sampling.fit import fit_lobes
+
+Floats = npt.NDArray[np.floating]
+
+REPLICATES = 8
+"""Independent sets of points; the spread of their results is the error estimate."""
+
+
+def sobol(dimensions: int, count: int, seed: int = 0) -> Floats:
+    """Scrambled Sobol points in [0, 1), shape (:data:`REPLICATES`, count, dimensions).
+
+    Parameters
+    ----------
+    dimensions, count
+        Coordinates of a point, and points a set: a power of two.
+    seed
+        Of the scrambling.
+    """
+    from scipy.stats import qmc
+
+    generator = np.random.default_rng(seed)
+    sets = [
+        qmc.Sobol(dimensions, seed=generator).random_base2(int(count).bit_length() - 1)
+        for _ in range(REPLICATES)
+    ]
+    return np.stack(sets)
+
+
+class Proposal:
+    """A reflectance's own sampler and the cosine, in equal parts (balance heuristic).
+
+    Parameters
+    ----------
+    brdf
+        Its sampler is taken; where that is only the cosine, lobes are fitted first, so that a
+        sharp highlight is found in any case.
+    """
+
+    def __init__(self, brdf: Brdf) -> None:
+        own = brdf.sampler
+        self._own: Sampler = fit_lobes(brdf) if isinstance(own, CosineSampler) else own
+
+    def draw(self, wo: Floats, u: Floats) -> Floats:
+        """Directions to the light: one from each part for each point.
+
+        Parameters
+        ----------
+        wo
+            Unit directions to the viewer, shape (..., n, 3), float64.
+        u
+            Points in [0, 1), shape (..., n, 3).
+
+        Returns
+        -------
+        array of shape (..., 2 n, 3)
+            Some below the horizon; they stand for nothing reflected.
+        """
+        wo, u = np.broadcast_arrays(wo, u)
+        with np.errstate(all="ignore"):
+            own, _ = self._own.sample_components(split(wo), split(u))
+        cosine = cosine_hemisphere(u[..., 1], u[..., 2])
+        drawn: Floats = np.concatenate([join(own), join(cosine)], axis=-2)
+        return np.where(np.isfinite(drawn).all(axis=-1, keepdims=True), drawn, (0.0, 0.0, -1.0))
+
+    def density(self, wi: Floats, wo: Floats) -> Floats:
+        """Density in 1/sr of `wi` given `wo`, shape (...), as one draw of either part has it."""
+        with np.errstate(all="ignore"):
+            own = self._own.pdf_components(split(wi), split(wo))
+        own = np.where((wi[..., 2] > 0) & (wo[..., 2] > 0) & np.isfinite(own), own, 0.0)
+        return 0.5 * (own + np.maximum(wi[..., 2], 0.0) / math.pi)
+
+
+def draw_pairs(proposal: Proposal, count: int, seed: int = 0) -> tuple[Floats, Floats]:
+    """Pairs (wi, wo), shapes (:data:`REPLICATES`, 2 count, 3), of :func:`pair_density`."""
+    u = sobol(5, count, seed)
+    wo = join(cosine_hemisphere(u[..., 3], u[..., 4]))
+    return proposal.draw(wo, u[..., :3]), np.concatenate([wo, wo], axis=-2)
+
+
+def pair_density(proposal: Proposal, wi: Floats, wo: Floats) -> Floats:
+    """Density of a drawn pair in 1/sr^2: views by their cosine, lights as the proposal has them."""
+    return np.maximum(wo[..., 2], 0.0) / math.pi * proposal.density(wi, wo)

@@ -1,0 +1,67 @@
+"""The rows of a measurement, sorted out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.measured.scattered import ScatteredBrdf
+
+
+def from_measurement(
+    wi: npt.NDArray[np.float64],
+    wo: npt.NDArray[np.float64],
+    rgb: npt.NDArray[np.float64],
+    name: str,
+    *,
+    isotropic: bool = True,
+    spectra: npt.NDArray[np.float64] | None = None,
+    wavelengths: npt.NDArray[np.float64] | None = None,
+    facts: Mapping[str, Any] | None = None,
+) -> ScatteredBrdf:
+    """A reflectance from the rows of a file, which may hold more than a reflectance can.
+
+    Samples with a direction at or below the horizon, and those negative in every channel (not
+    measured), are left out; samples of one pair of directions, to a millionth, are averaged. How
+    many is among the facts that :meth:`ScatteredBrdf.describe` shows.
+
+    Raises
+    ------
+    ValueError
+        If nothing is left.
+    """
+    # A direction at 90 degrees comes out of the sine and cosine a rounding error above 0.
+    visible = np.minimum(wi[:, 2], wo[:, 2]) > 1e-6
+    known = (rgb if spectra is None else spectra).max(axis=1) >= 0.0
+    kept = visible & known
+    if not kept.any():
+        raise ValueError("no sample is above the horizon and measured")
+    keys = np.round(np.concatenate([wi[kept], wo[kept]], axis=1) * 1e6).astype(np.int64)
+    _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))[group.reshape(-1)]  # in the order of the file
+    first = np.sort(first)
+    share = np.bincount(rank)[:, None]
+
+    def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        total = np.zeros((len(first), values.shape[1]))
+        np.add.at(total, rank, values[kept])
+        return total / share
+
+    counts = {
+        "dropped below the horizon": int((~visible).sum()),
+        "dropped as not measured": int((visible & ~known).sum()),
+        "averaged as duplicates": int(kept.sum()) - len(first),
+    }
+    return ScatteredBrdf(
+        wi[kept][first],
+        wo[kept][first],
+        mean(rgb),
+        name,
+        isotropic=isotropic,
+        spectra=None if spectra is None else mean(spectra),
+        wavelengths=wavelengths,
+        facts=dict(facts or {}) | counts,
+    )

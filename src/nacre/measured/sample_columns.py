@@ -1,0 +1,244 @@
+"""The grammar of files of scattered samples: header lines, names of columns, rows of numbers.
+
+Columns may be parted by commas, semicolons, tabs or blanks, whichever the line that names them has;
+where it is not a comma, decimals may be written with one. docs/formats.md has the grammar.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import FormatError, PathLike
+
+ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
+"""Columns of the directions to the light and to the viewer."""
+
+LINE_LIMIT = 1 << 16
+"""Most characters in a line."""
+
+Lines: TypeAlias = Iterator[tuple[int, str]]
+"""Numbers of lines, from 1, and lines."""
+
+_COLUMN_LIMIT = 1024
+_HEADER_LIMIT = 1000
+_NAME_LIMIT = 100
+_LARGEST = float(np.finfo(np.float32).max)
+_UNITS = {
+    "deg": math.pi / 180.0,
+    "degree": math.pi / 180.0,
+    "degrees": math.pi / 180.0,
+    "rad": 1.0,
+    "radian": 1.0,
+    "radians": 1.0,
+}
+_ALIASES = {
+    "theta_s": "theta_o",
+    "phi_s": "phi_o",
+    "theta_r": "theta_o",
+    "phi_r": "phi_o",
+    "brdf": "f",
+    "bsdf": "f",
+    "f_r": "f",
+    "red": "r",
+    "green": "g",
+    "blue": "b",
+}
+_COLOURS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
+_COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
+_BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What the line that names the columns says.
+
+    Parameters
+    ----------
+    names
+        One a column: :data:`ANGLES`, and r, g, b, or x, y, z, or f, or wavelengths in nm.
+    scales
+        Factor to radians of each of :data:`ANGLES`.
+    separator
+        Between columns; None for blanks.
+    """
+
+    names: list[str]
+    scales: dict[str, float]
+    separator: str | None
+
+    @property
+    def bands(self) -> list[str]:
+        """Names that are wavelengths, shortest first."""
+        return sorted((name for name in self.names if _BAND.fullmatch(name)), key=float)
+
+
+def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
+    """Pairs of keys (lower case) and values, and the columns; takes no line after their names.
+
+    Raises
+    ------
+    FormatError
+        If no line names columns, or one that is needed or its unit is missing.
+    """
+    pairs: dict[str, str] = {}
+    stray = 0
+    for number, line in lines:
+        stripped = line.strip().strip(",;")  # spreadsheets pad every line with separators
+        if stripped.startswith("VARS"):  # ASTM E1392, whose angles are in radians
+            return pairs, _columns(path, stripped[4:].lstrip(" \t=:"), {"units": "radians"} | pairs)
+        if "theta_i" in stripped.lower() and not stripped.startswith("#"):
+            if stray:
+                raise FormatError(
+                    f"{path}: line {stray}: is neither 'key: value' nor a comment; start it with #"
+                )
+            return pairs, _columns(path, line.strip("\r\n"), pairs)
+        pair = _pair(stripped)
+        if pair:
+            pairs[pair[0]] = pair[1]
+        elif stripped and not stripped.startswith("#"):
+            stray = stray or number
+        if number >= _HEADER_LIMIT:
+            break
+    raise FormatError(
+        f"{path}: has no line that names columns, or is something else; expected one like "
+        f"{','.join(ANGLES)},r,g,b"
+    )
+
+
+def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np.float64]:
+    """Numbers of the lines that are left, shape (n, columns).
+
+    Raises
+    ------
+    FormatError
+        If there are none, a line has another number of columns, or a value is not finite.
+    """
+    values, numbers = array("d"), array("q")
+    marks: set[str] = set()
+    for number, line in lines:
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        if columns.separator != ",":
+            marks |= {",", "."} & set(line)
+            if len(marks) > 1:
+                raise FormatError(f"{path}: line {number}: decimals with ',' and with '.', use one")
+            line = line.replace(",", ".")
+        cells = _split(line, columns.separator)
+        while len(cells) > len(columns.names) and not cells[-1]:
+            cells.pop()
+        if not any(cells):
+            continue
+        if len(cells) != len(columns.names):
+            raise FormatError(
+                f"{path}: line {number}: {len(cells)} values, expected {len(columns.names)}"
+            )
+        try:
+            values.extend(map(_number, cells))
+        except ValueError:
+            name, cell = next(
+                pair for pair in zip(columns.names, cells, strict=True) if not _is_number(pair[1])
+            )
+            raise FormatError(
+                f"{path}: line {number}: column {name}: {cell[:40]!r} is not a finite number"
+            ) from None
+        numbers.append(number)
+    if not numbers:
+        raise FormatError(f"{path}: holds no samples")
+    table = np.frombuffer(values, np.float64).reshape(len(numbers), -1)
+    good = np.abs(table) <= _LARGEST  # false for NaN
+    if not good.all():
+        row, column = (int(i) for i in np.argwhere(~good)[0])
+        raise FormatError(
+            f"{path}: line {numbers[row]}: column {columns.names[column]}: "
+            f"{table[row, column]:g} is not a finite number"
+        )
+    return table
+
+
+def _pair(line: str) -> tuple[str, str] | None:
+    """Key in lower case and value of `# key: value`, `key = value` or, as in ASTM, `KEY value`."""
+    text = line.lstrip("#").strip()
+    cut = min((at for at in (text.find(":"), text.find("=")) if at > 0), default=0)
+    if cut and not {",", "#"} & set(text[:cut]):
+        return text[:cut].strip().lower(), text[cut + 1 :].strip()
+    word, _, rest = text.partition(" ")
+    if rest and word.isidentifier() and word.isupper() and not line.startswith("#"):
+        return word.lower(), rest.strip()
+    return None
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(separator)]
+
+
+def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
+    """Names of the columns, bands as numbers, and the factor from each angle to radians."""
+    separator = next((mark for mark in ";\t," if mark in line), None)
+    cells = _split(line.lower(), separator)
+    while cells and not cells[-1]:
+        cells.pop()
+    if len(cells) > _COLUMN_LIMIT:
+        raise FormatError(f"{path}: {len(cells)} columns, at most {_COLUMN_LIMIT} are read")
+    names: list[str] = []
+    scales: dict[str, float] = {}
+    for cell in cells:
+        match = _COLUMN.fullmatch(cell) if len(cell) <= _NAME_LIMIT else None
+        name, unit = (match["name"], match["unit"]) if match else (cell, None)
+        name = _ALIASES.get(name, name)
+        band = _BAND.fullmatch(name)
+        names.append(band[1] if band else name)
+        if name in ANGLES:
+            scales[name] = _scale(path, name, unit or header.get("units"))
+    missing = [name for name in ANGLES if name not in names]
+    if missing:
+        raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
+    columns = Columns(names, scales, separator)
+    values = [name for name in names if name not in ANGLES]
+    if sorted(values) in _COLOURS:
+        return columns
+    if not values or len(columns.bands) < len(values):
+        found = ", ".join(values)[:80] or "none"
+        raise FormatError(
+            f"{path}: columns: beside the angles there must be r, g, b, or x, y, z, or f, or "
+            f"wavelengths in nm; found {found}"
+        )
+    bands = {float(name) for name in values}
+    if len(bands) < len(values) or not all(1.0 <= band <= 1e6 for band in bands):
+        raise FormatError(f"{path}: columns: wavelengths must differ and be 1 to 1,000,000 nm")
+    return columns
+
+
+def _scale(path: PathLike, name: str, unit: str | None) -> float:
+    if unit is None:
+        raise FormatError(
+            f"{path}: column {name}: has no unit; name it '{name} [deg]' or '{name} [rad]', or "
+            "add a line '# units: degrees'"
+        )
+    if unit.strip().lower() not in _UNITS:
+        raise FormatError(f"{path}: column {name}: unit {unit[:40]!r}, expected degrees or radians")
+    return _UNITS[unit.strip().lower()]
+
+
+def _number(cell: str) -> float:
+    if "_" in cell:  # Python's own way to group digits
+        raise ValueError(cell)
+    return float(cell)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        _number(cell)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,97 @@
+"""Samples between and beyond those of a scan, from the interpolation of the scan.
+
+Without them a network is free to do as it likes where nothing was measured, towards the horizon
+above all, where a highlight is still rising at the last angle that was measured. Interpolation is
+kept within the range of the nearest samples, so filling with it says: go on as the last samples
+were, and no higher.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from nacre.brdf import DirectionSamples, Floats, Scattered
+from nacre.geometry import from_spherical, join, uniform_rusinkiewicz
+from nacre.parallel import thread_map
+
+_SHARES = 0.2, 0.3, 0.2
+"""Of directions near the scan's own, near a mirror direction, and over all polar angles; the rest
+is uniform in the Rusinkiewicz angles."""
+_SPREAD = 0.05
+"""Standard deviation of directions near the scan's own, about an axis, in radians."""
+_MIRROR_SPREAD = 1e-3, 0.3
+"""Range of the same near mirror directions: highlights are of every width."""
+_CHUNK = 1 << 14
+
+
+def filling(
+    scan: Scattered, count: int, seed: int, progress: Callable[[int, int], None] | None = None
+) -> DirectionSamples:
+    """Interpolated samples that cover the whole hemisphere, up to the horizon.
+
+    A fifth lies near samples of the scan, three tenths near mirror directions at any angle of
+    incidence, a fifth is uniform in the polar angles of both directions, the rest uniform in the
+    Rusinkiewicz angles.
+
+    Parameters
+    ----------
+    scan
+        Samples to interpolate.
+    count
+        Number of samples.
+    seed
+        The same seed gives the same samples.
+    progress
+        Called with the number of samples drawn and `count`.
+    """
+    report = progress or (lambda done, total: None)
+    random = np.random.default_rng((seed, 5))
+    wi, wo = np.zeros((2, 0, 3))
+    while len(wi) < count:
+        more = np.array(_directions(scan, count, random))
+        above = more[..., 2].min(axis=0) > 0.0
+        wi, wo = np.concatenate([[wi, wo], more[:, above]], axis=1)[:, :count]
+    rgb = np.empty((count, 3))
+
+    def evaluate(start: int) -> int:
+        part = slice(start, start + _CHUNK)
+        rgb[part] = scan.eval(wi[part], wo[part])
+        return min(start + _CHUNK, count)
+
+    for done in thread_map(evaluate, range(0, count, _CHUNK)):
+        report(done, count)
+    return DirectionSamples(wi, wo, rgb)
+
+
+def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
+    """Pairs of every kind, mixed; some lie below the horizon."""
+    own, mirror, polar, _ = random.multinomial(count, [*_SHARES, 1.0 - sum(_SHARES)])
+
+    def light(n: int) -> Floats:
+        theta, phi = random.random((2, n)) * [[0.5 * math.pi], [2.0 * math.pi]]
+        return join(from_spherical(theta, phi))
+
+    near = scan.samples[random.integers(0, len(scan.samples), own)]
+    towards = light(mirror)
+    reflected = towards * [-1.0, -1.0, 1.0]
+    narrow, wide = np.log(_MIRROR_SPREAD)
+    spread = np.exp(random.uniform(narrow, wide, (mirror, 1)))
+    pairs = [
+        (_around(near.wi, _SPREAD, random), _around(near.wo, _SPREAD, random)),
+        (towards, _around(reflected, spread, random)),
+        (light(polar), light(polar)),
+        tuple(
+            join(w) for w in uniform_rusinkiewicz(random.random((4, count - own - mirror - polar)))
+        ),
+    ]
+    order = random.permutation(count)
+    wi, wo = (np.concatenate(w)[order] for w in zip(*pairs, strict=True))
+    return wi, wo
+
+
+def _around(w: Floats, spread: Floats | float, random: np.random.Generator) -> Floats:
+    moved = w + spread * random.normal(size=w.shape)
+    return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True), np.float64)

@@ -1,0 +1,81 @@
+"""Samples of a reflectance at directions uniform in the Rusinkiewicz angles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nacre.brdf import Brdf, DirectionSamples
+from nacre.files import NacreError
+from nacre.geometry import join, uniform_rusinkiewicz
+from nacre.parallel import thread_map
+
+_CHUNK = 1 << 15
+_HOPELESS = 64
+"""Chunks without enough valid samples after which drawing gives up."""
+
+
+def draw_samples(
+    brdf: Brdf,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> DirectionSamples:
+    """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
+
+    theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an anisotropic
+    reflectance, else 0. Pairs with a direction below the horizon, and samples that are not valid
+    or not finite, are dropped and replaced, so that `count` remain.
+
+    Parameters
+    ----------
+    brdf
+        Reflectance to sample.
+    count
+        Number of samples.
+    seed
+        The same seed gives the same samples.
+    progress
+        Called with the number of samples drawn and `count`.
+
+    Returns
+    -------
+    DirectionSamples
+        Of float32.
+
+    Raises
+    ------
+    NacreError
+        If hardly any sample is valid.
+    """
+    wi, wo, rgb = (np.empty((count, 3), np.float32) for _ in range(3))
+    filled = chunk = 0
+    while filled < count:
+        if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
+            raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
+        wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
+        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k)), wave):
+            kept = min(len(part), count - filled)
+            for whole, piece in ((wi, part.wi), (wo, part.wo), (rgb, part.rgb)):
+                whole[filled : filled + kept] = piece[:kept]
+            filled += kept
+            if progress:
+                progress(filled, count)
+        chunk = wave.stop
+    return DirectionSamples(wi, wo, rgb)
+
+
+def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> DirectionSamples:
+    random = np.random.default_rng(seed)
+    u = random.random((4, _CHUNK), dtype=np.float32)
+    if brdf.isotropic:
+        u[1] = 0.0
+    wi, wo = uniform_rusinkiewicz(u)
+    visible = (wi[2] > 0) & (wo[2] > 0)
+    wi, wo = (join(w)[visible] for w in (wi, wo))
+    known = brdf.valid(wi, wo)
+    wi, wo = wi[known], wo[known]
+    rgb = brdf.eval(wi, wo)
+    finite = np.isfinite(rgb).all(axis=1)
+    return DirectionSamples(wi[finite], wo[finite], rgb[finite])

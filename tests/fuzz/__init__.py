@@ -1,0 +1,1 @@
+"""Fuzzing of every reader with atheris: `python -m tests.fuzz --help`."""

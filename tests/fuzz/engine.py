@@ -1,0 +1,67 @@
+"""The process that atheris runs in: one reader, until its time is over or it dies."""
+
+from __future__ import annotations
+
+import argparse
+import resource
+from pathlib import Path
+from random import Random
+
+MEMORY_LIMIT = 2 << 30
+"""Bytes of address space that the process may take beyond what it has at the start."""
+_SHORTEST_LIMIT = 1 << 15
+"""Inputs may be at least this long; longer where whole files are."""
+_REBUILT, _PATCHED = 0.3, 0.4
+
+
+def main() -> None:
+    """Fuzz one reader; does not return."""
+    import atheris
+
+    with atheris.instrument_imports(include=["nacre", "zipfile", "json", "numpy.lib"]):
+        from nacre.formats import formats
+        from tests.fuzz.target import target
+        from tests.specimens import SPECIMENS, mutated
+    parser = argparse.ArgumentParser()
+    parser.add_argument("format")
+    parser.add_argument("output", type=Path)
+    parser.add_argument("seconds", type=int)
+    arguments = parser.parse_args()
+    entry = next(e for e in formats() if e.name == arguments.format)
+    specimen = SPECIMENS[entry.name]
+    corpus = arguments.output / "corpus"
+    corpus.mkdir(exist_ok=True)
+    files = specimen.files()
+    longest = max(_SHORTEST_LIMIT, *(len(content) + 64 for content in files))
+    for index, content in enumerate(files):
+        (corpus / f"seed-{index}").write_bytes(content)
+
+    def mutate(data: bytes, size: int, seed: int) -> bytes:
+        random = Random(seed)
+        choice = random.random()
+        if choice < _REBUILT:
+            return specimen.rebuild(data, random)[:size]
+        if choice < _REBUILT + _PATCHED:
+            return mutated(data, random)[:size]
+        return bytes(atheris.Mutate(data, size))
+
+    with target(entry, specimen, arguments.output) as test:
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_LIMIT, hard))
+        flags = [
+            "fuzz",
+            str(corpus),
+            f"-artifact_prefix={arguments.output}/crash-",
+            f"-max_total_time={arguments.seconds}",
+            f"-max_len={longest}",
+            "-timeout=60",
+            "-rss_limit_mb=4096",
+            "-print_final_stats=1",
+        ]
+        atheris.Setup(flags, test, custom_mutator=mutate)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

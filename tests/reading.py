@@ -1,0 +1,123 @@
+"""What every reader promises of every file, damaged or not."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.files import HEAD, Format, FormatError, MissingExtraError
+from nacre.measured import ScatteredBrdf
+from tests.specimens import Specimen
+
+
+def _directions() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Pairs of directions from the normal to the horizon and below."""
+    cosines = (1.0, 0.9, 0.5, 0.05, 1e-4, 0.0, -0.3)
+    w = [
+        (math.sqrt(1.0 - z * z) * math.cos(phi), math.sqrt(1.0 - z * z) * math.sin(phi), z)
+        for z, phi in itertools.product(cosines, (0.0, 2.0))
+    ]
+    wi, wo = zip(*itertools.product(w, w), strict=True)
+    return np.array(wi), np.array(wo)
+
+
+WI, WO = _directions()
+
+
+def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) -> tuple[bool, int]:
+    """Read a file that may be damaged, and use what comes of it.
+
+    Parameters
+    ----------
+    entry
+        The format to read it as.
+    specimen
+        Of that format.
+    path
+        The file; nothing else may appear or change beside it.
+    again
+        A file in another folder, to which what was read is written where the format can be.
+
+    Returns
+    -------
+    loaded
+        Whether the file was read; else a :class:`FormatError` was raised, as is proper.
+    peak
+        Bytes allocated at once, beyond those before; measured if `tracemalloc` is on.
+
+    Raises
+    ------
+    AssertionError
+        If a promise is broken. Any other exception is one that the reader must not raise.
+    """
+    data = path.read_bytes()
+    before = _listing(path.parent)
+    if entry.recognise is not None:
+        assert entry.recognise(data[:HEAD]) in (True, False)
+    start = tracemalloc.get_traced_memory()[0]
+    tracemalloc.reset_peak()
+    try:
+        brdf: Brdf | None = entry.load(path)
+    except MissingExtraError:
+        brdf = None
+    except FormatError as error:
+        brdf = None
+        _check_message(str(error), path)
+    if brdf is not None:
+        check_values(brdf)
+    peak = tracemalloc.get_traced_memory()[1] - start
+    whole = len(data) + sum(map(len, specimen.companions.values()))
+    assert peak <= 8 * whole + specimen.memory, f"{peak} bytes of memory for {whole} of file"
+    if brdf is not None and entry.save is not None:
+        _check_writing(entry, brdf, again)
+    assert _listing(path.parent) == before, "reading changed the folder"
+    return brdf is not None, peak
+
+
+def check_values(brdf: Brdf) -> None:
+    """Values are finite and of the right shape, and facts can be shown and stored."""
+    json.dumps(brdf.describe(), ensure_ascii=False).encode()
+    assert isinstance(brdf.name, str)
+    for dtype in (np.float32, np.float64):
+        wi, wo = WI.astype(dtype), WO.astype(dtype)
+        values, valid = brdf.eval(wi, wo), brdf.valid(wi, wo)
+        assert values.shape == (len(wi), 3)
+        assert values.dtype == dtype
+        assert np.isfinite(values).all(), "f_r is not finite"
+        assert (values >= 0.0).all()
+        above = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
+        assert (values[~above] == 0.0).all()
+        assert valid.shape == (len(wi),)
+        assert valid.dtype == np.bool_
+        assert not valid[~above].any()
+
+
+def _check_message(message: str, path: Path) -> None:
+    assert "\n" not in message, f"more than one line: {message!r}"
+    assert message.isprintable(), f"cannot be printed: {message!r}"
+    assert path.name.partition("_")[0].removesuffix(path.suffix) in message, f"no file: {message!r}"
+    assert len(message) - len(str(path)) < 600, f"too long: {message!r}"
+
+
+def _check_writing(entry: Format, brdf: Brdf, again: Path) -> None:
+    """What was read can be written where its format can, and comes back."""
+    assert entry.save is not None
+    entry.save(brdf, again)
+    back = entry.load(again)
+    assert isinstance(back, Brdf)
+    assert back.isotropic == brdf.isotropic
+    if not isinstance(brdf, ScatteredBrdf):  # whose angles are rounded to 7 decimals
+        ours, theirs = brdf.eval(WI, WO), back.eval(WI, WO)
+        np.testing.assert_allclose(theirs, ours, rtol=1e-4, atol=1e-6 * ours.max())
+
+
+def _listing(folder: Path) -> list[tuple[str, int, int]]:
+    found = [(p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in folder.iterdir()]
+    return sorted(found)
