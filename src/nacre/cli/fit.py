@@ -51,7 +51,7 @@ def _model(
 
 def _analytic_settings(context: click.Context, gain: float | None) -> dict[str, Any]:
     """Settings of an analytic fit; refuses options that only a network has."""
-    for name in ("hidden", "epochs", "draft", "device"):
+    for name in ("inputs", "hidden", "epochs", "draft", "device"):
         if context.get_parameter_source(name) != ParameterSource.DEFAULT:
             raise click.BadParameter(f"--{name} is for networks, not analytic models")
     settings = {"gain": gain, "samples": context.params["samples"], "seed": context.params["seed"]}
@@ -92,7 +92,15 @@ def _validation(quality: dict[str, Any]) -> str:
 @click.option(
     "--gain",
     type=click.FloatRange(0.0, 1e6, min_open=True),
-    help="Of an analytic fit: more than 1 gives more weight to what is dark. Default: 1.",
+    help="Of the loss: more than 1 gives more weight to what is dark. Default: 1, and 32 of a "
+    "network with enhanced inputs.",
+)
+@click.option(
+    "--inputs",
+    default="paper",
+    type=click.Choice(["paper", "enhanced"]),
+    help="What the network sees: the paper's vectors, which its authors' tools read, or stretched "
+    "angles, which come closer at the same size.",
 )
 @click.option(
     "--hidden",
@@ -122,6 +130,7 @@ def command(
     output: Path | None,
     model: type[AnalyticBrdf] | None,
     gain: float | None,
+    inputs: str,
     hidden: tuple[int, ...],
     epochs: int,
     draft: bool,
@@ -137,16 +146,18 @@ def command(
     from nacre.parallel import core_count, one_blas_thread
 
     settings = _analytic_settings(context, gain) if model else {}
-    if gain is not None and not model:
-        raise click.BadParameter("--gain is for analytic models: give --model")
     targets = _targets(files, output, ".json" if model else ".safetensors")
     for path in targets.values():
         entry, kind = target(path), "analytic" if model else "neural"
         if entry.holds not in ("", kind):
             raise click.BadParameter(f"{path}: {entry.name} files do not hold {kind} materials")
+        if inputs != "paper" and entry.extensions == (".h5", ".hdf5"):
+            raise click.BadParameter(f"{path}: {entry.name} files hold the paper's inputs only")
     check_outputs(targets.values(), files)
     epochs = max(1, epochs // 5) if draft else epochs
-    recipe = Recipe(hidden=hidden, epochs=epochs, samples=samples, seed=seed)
+    recipe = Recipe(
+        hidden=hidden, epochs=epochs, samples=samples, seed=seed, inputs=inputs, gain=gain
+    )
     interrupted = threading.Event()
 
     workers = ThreadPoolExecutor(min(jobs or core_count(), len(files)))

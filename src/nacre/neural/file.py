@@ -12,6 +12,7 @@ from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
 
@@ -29,7 +30,13 @@ _FIXED = {
     "sampler",
 }
 """Fields that this module writes; whatever else the header holds is the material's metadata."""
-_PARAMETRISATION = {True: "rusinkiewicz vectors, phi_h = 0", False: "rusinkiewicz vectors"}
+_PARAMETRISATIONS = {
+    (PAPER, True): "rusinkiewicz vectors, phi_h = 0",
+    (PAPER, False): "rusinkiewicz vectors",
+    (ENHANCED, True): "enhanced rusinkiewicz vectors, phi_h = 0",
+    (ENHANCED, False): "enhanced rusinkiewicz vectors",
+}
+"""What the file says of a network's inputs and whether it is isotropic."""
 
 
 def save(network: NeuralBrdf, path: PathLike) -> None:
@@ -47,7 +54,7 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         "version": VERSION,
         "model": "nbrdf",
         "sizes": list(network.sizes),
-        "parametrisation": _PARAMETRISATION[network.isotropic],
+        "parametrisation": _PARAMETRISATIONS[network.inputs, network.isotropic],
         "output": "exp(x) - 1, clamped at 0",
         "color_space": "linear Rec. 709",
         "name": network.name,
@@ -98,8 +105,10 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"version {header['version']}; this nacre reads version {VERSION}")
     if header["model"] != "nbrdf":
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
-    if header["parametrisation"] not in _PARAMETRISATION.values():
+    known = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
+    if not known:
         raise ValueError(f"unknown parametrisation {header['parametrisation']!r}; update nacre")
+    inputs, isotropic = known[0]
     metadata = {key: value for key, value in header.items() if key not in _FIXED}
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
@@ -114,7 +123,8 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     check_weights(layers)
     network = NeuralBrdf(
         layers,
-        isotropic=header["parametrisation"] == _PARAMETRISATION[True],
+        isotropic=isotropic,
+        inputs=inputs,
         name=str(header["name"]),
         sampler=_make_sampler(header["sampler"]),
         metadata=metadata,

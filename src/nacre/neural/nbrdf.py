@@ -14,24 +14,12 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.geometry import half_difference, isotropic
+from nacre.neural.inputs import LARGEST_INPUT, PAPER, input_count, network_inputs
 
-INPUTS = 6
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
 HIDDEN = (21, 21)
 """Hidden layer sizes of the paper: 675 weights."""
-
-
-def network_inputs(
-    wi: Components, wo: Components, turn_half_vector: bool
-) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """The six inputs (h, d) of a pair of directions.
-
-    `turn_half_vector` turns h to phi_h = 0, as isotropic networks see it.
-    """
-    h, d = half_difference(wi, wo)
-    return (*(isotropic(h) if turn_half_vector else h), *d)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +54,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
     ValueError
         If a weight is not finite, or sums of products could overflow float32.
     """
-    bound = np.ones(INPUTS)  # of the inputs, which are parts of unit vectors
+    bound = np.full(len(layers[0].weights), LARGEST_INPUT) if layers else np.ones(1)
     with np.errstate(over="ignore", invalid="ignore"):
         for layer in layers:
             weights, biases = (np.abs(a.astype(np.float64)) for a in (layer.weights, layer.biases))
@@ -80,21 +68,22 @@ def check_weights(layers: Sequence[Layer]) -> None:
 
 @dataclass(eq=False)
 class NeuralBrdf(Brdf):
-    """An NBRDF: (h, d) through ReLU layers to exp(x) - 1 per colour channel.
+    """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per colour channel.
 
     Parameters
     ----------
     layers
-        Dense layers from 6 inputs to 3 outputs. Inputs are (h_x, h_y, h_z, d_x, d_y, d_z); an
-        isotropic network sees h turned to phi_h = 0.
+        Dense layers from the inputs (see :func:`nacre.neural.inputs.network_inputs`) to 3 outputs.
     isotropic
-        Whether h is turned.
+        Whether h is turned to phi_h = 0.
     name
         Name of the material.
     sampler
         Importance sampler; the cosine lobe where none is given.
     metadata
         JSON-able facts about the fit and its source, kept in the file.
+    inputs
+        Name of the parametrisation of the inputs; "paper" is (h, d).
     """
 
     layers: Sequence[Layer]
@@ -102,6 +91,7 @@ class NeuralBrdf(Brdf):
     name: str = ""
     sampler: Sampler = Brdf.sampler
     metadata: dict[str, Any] = field(default_factory=dict)
+    inputs: str = PAPER
 
     def __post_init__(self) -> None:
         if not self.layers:
@@ -112,9 +102,10 @@ class NeuralBrdf(Brdf):
                 raise ValueError(
                     f"layer sizes do not chain: {[y.weights.shape for y in self.layers]}"
                 )
-        if sizes[0] != INPUTS or sizes[-1] != OUTPUTS:
+        count = input_count(self.inputs, self.isotropic)
+        if sizes[0] != count or sizes[-1] != OUTPUTS:
             raise ValueError(
-                f"an NBRDF goes from {INPUTS} inputs to {OUTPUTS} outputs, got {sizes}"
+                f"this NBRDF goes from {count} inputs to {OUTPUTS} outputs, got {sizes}"
             )
 
     @property
@@ -130,7 +121,7 @@ class NeuralBrdf(Brdf):
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
         xp = namespace(*wi, *wo)
-        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic)
+        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic, self.inputs)
         for index, layer in enumerate(self.layers):
             if index:
                 values = [xp.maximum(v, 0.0) for v in values]
@@ -142,6 +133,7 @@ class NeuralBrdf(Brdf):
         """See :class:`nacre.brdf.Brdf`."""
         source = self.metadata.get("source", {})
         facts = {
+            "inputs": self.inputs,
             "layers": "-".join(map(str, self.sizes)),
             "weights": self.weight_count,
             "weight bytes": 4 * self.weight_count,

@@ -6,8 +6,9 @@ import dataclasses
 
 import numpy as np
 
-from nacre.geometry import cosine_hemisphere, join, uniform_rusinkiewicz
-from nacre.neural.nbrdf import Layer, NeuralBrdf, network_inputs
+from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
+from nacre.neural.inputs import network_inputs
+from nacre.neural.nbrdf import Layer, NeuralBrdf
 
 _PAIRS = 1 << 16
 _MARGIN = 0.02
@@ -27,7 +28,8 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     pairs.append((cosine_hemisphere(v[0], v[1]), cosine_hemisphere(v[2], v[3])))
     wi, wo = (np.concatenate([join(pair[side]) for pair in pairs]) for side in (0, 1))
     visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-    inputs = network_inputs(tuple(wi[visible].T), tuple(wo[visible].T), network.isotropic)
+    light, view = (split(w[visible]) for w in (wi, wo))
+    inputs = network_inputs(light, view, network.isotropic, network.inputs)
     values = np.stack(np.broadcast_arrays(*inputs), axis=-1, dtype=np.float32)
     layers = list(network.layers)
     for index, layer in enumerate(network.layers[:-1]):

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.npy import MAGIC, parse_npy
 from nacre.sampling import fit_lobes
@@ -66,6 +67,8 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
+    if network.inputs != PAPER:
+        raise FormatError(f"{path}: holds networks of the paper's inputs only; fit with these")
     names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
     content = io.BytesIO()  # HDF5 does not survive a full disk
     with h5py.File(content, "w") as file:

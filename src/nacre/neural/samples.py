@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf, DirectionSamples, Floats
 from nacre.geometry import split
-from nacre.neural.nbrdf import network_inputs
+from nacre.neural.inputs import PAPER, input_count, network_inputs
 from nacre.parallel import thread_map
 from nacre.sampling import draw_samples
 
@@ -48,14 +48,14 @@ class Samples:
         return len(self.blocks) // (self.rows * BLOCK)
 
     @classmethod
-    def pack(cls, inputs: npt.ArrayLike, rgb: npt.ArrayLike, cosine: npt.ArrayLike) -> Samples:
-        """Samples from network inputs (n, k), reflectances (n, 3) in 1/sr and cosines (n,).
+    def pack(cls, inputs: npt.ArrayLike, rgb: npt.ArrayLike, weight: npt.ArrayLike) -> Samples:
+        """Samples from network inputs (n, k), reflectances (n, 3) in 1/sr and weights (n,).
 
         The last block is filled up by repeating samples from the start.
         """
-        x, f, cos = (np.asarray(a, np.float32) for a in (inputs, rgb, cosine))
-        targets = np.log1p(np.maximum(f, 0.0) * cos[:, None])
-        rows = np.concatenate([x, targets, cos[:, None]], axis=1)
+        x, f, w = (np.asarray(a, np.float32) for a in (inputs, rgb, weight))
+        targets = np.log1p(np.maximum(f, 0.0) * w[:, None])
+        rows = np.concatenate([x, targets, w[:, None]], axis=1)
         padded = np.take(rows, np.arange(-(-len(rows) // BLOCK) * BLOCK) % len(rows), axis=0)
         blocks = aligned(padded.size)
         shaped = blocks.reshape(-1, rows.shape[1], BLOCK)
@@ -78,26 +78,38 @@ def aligned(count: int) -> npt.NDArray[np.float32]:
 
 
 def draw(
-    brdf: Brdf, count: int, seed: int, progress: Callable[[int, int], None] | None = None
+    brdf: Brdf,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+    inputs: str = PAPER,
+    gain: float = 1.0,
 ) -> Samples:
     """Samples uniform in the Rusinkiewicz angles, ready to train on.
 
-    See :func:`nacre.sampling.draw_samples`, which has the parameters and the errors.
+    Parameters
+    ----------
+    brdf, count, seed, progress
+        As for :func:`nacre.sampling.draw_samples`, which also has the errors.
+    inputs
+        Name of the parametrisation; see :func:`nacre.neural.inputs.network_inputs`.
+    gain
+        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|.
     """
     samples = draw_samples(brdf, count, seed, progress)
-    inputs = np.empty((count, 6), np.float32)
+    values = np.empty((count, input_count(inputs, brdf.isotropic)), np.float32)
 
     def fill(start: int) -> None:
         part = slice(start, start + _CHUNK)
         chunk = DirectionSamples(samples.wi[part], samples.wo[part], samples.rgb[part])
-        inputs[part] = direction_inputs(chunk, brdf.isotropic)
+        values[part] = direction_inputs(chunk, brdf.isotropic, inputs)
 
     for _ in thread_map(fill, range(0, count, _CHUNK)):
         pass
-    return Samples.pack(inputs, samples.rgb, samples.cosine)
+    return Samples.pack(values, samples.rgb, gain * samples.cosine)
 
 
-def direction_inputs(samples: DirectionSamples, isotropic: bool) -> Floats:
-    """Network inputs of samples, shape (n, 6)."""
-    inputs = network_inputs(split(samples.wi), split(samples.wo), isotropic)
-    return np.stack(np.broadcast_arrays(*inputs), axis=-1)
+def direction_inputs(samples: DirectionSamples, isotropic: bool, inputs: str = PAPER) -> Floats:
+    """Network inputs of samples, shape (n, k)."""
+    values = network_inputs(split(samples.wi), split(samples.wo), isotropic, inputs)
+    return np.stack(np.broadcast_arrays(*values), axis=-1)

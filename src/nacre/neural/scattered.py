@@ -21,6 +21,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf, DirectionSamples, Floats, Scattered
 from nacre.files import NacreError
 from nacre.neural.filling import filling
+from nacre.neural.inputs import PAPER
 from nacre.neural.samples import Samples, direction_inputs
 
 SCATTERED_SAMPLES = 320_000
@@ -41,6 +42,7 @@ def scattered_samples(
     held_out: float,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
+    inputs: str = PAPER,
 ) -> tuple[Samples, Samples]:
     """Training samples and held-out samples of a scan; the latter with the loss of tables.
 
@@ -56,6 +58,8 @@ def scattered_samples(
         Chooses the held-out samples (see :func:`hold_out`) and the filling.
     progress
         Called with the number of samples drawn and how many there will be.
+    inputs
+        Name of the parametrisation; see :func:`nacre.neural.inputs.network_inputs`.
 
     Raises
     ------
@@ -73,19 +77,14 @@ def scattered_samples(
     own = own[np.tile(np.arange(len(own)), repeats)]
     # Blocks of samples train together: they should not be all of one kind.
     order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
-    inputs, rgb = (
-        np.concatenate(pair)[order]
-        for pair in (
-            (direction_inputs(own, scan.isotropic), direction_inputs(rest, scan.isotropic)),
-            (own.rgb, rest.rgb),
-        )
-    )
     validation = _with_mirrored(scan.samples[held], scan.mirrored)
+    values, rest_values, held_values = (
+        direction_inputs(part, scan.isotropic, inputs) for part in (own, rest, validation)
+    )
+    rgb = np.concatenate([own.rgb, rest.rgb])[order]
     return (
-        Samples.pack(inputs, rgb, np.full(len(rgb), WEIGHT)),
-        Samples.pack(
-            direction_inputs(validation, scan.isotropic), validation.rgb, validation.cosine
-        ),
+        Samples.pack(np.concatenate([values, rest_values])[order], rgb, np.full(len(rgb), WEIGHT)),
+        Samples.pack(held_values, validation.rgb, validation.cosine),
     )
 
 

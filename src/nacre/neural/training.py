@@ -14,7 +14,8 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.neural.bound import bounded
-from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
+from nacre.neural.inputs import PAPER, input_count
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (
     SCATTERED_SAMPLES,
@@ -27,6 +28,8 @@ from nacre.sampling import fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
+ENHANCED_GAIN = 32.0
+"""Default gain of the loss with enhanced inputs."""
 ANISOTROPIC_FACTOR = 5
 """An anisotropic material takes this many times more (ibid.)."""
 
@@ -76,6 +79,13 @@ class Recipe:
         Share of the samples that is never trained on; of a scan, share of its own samples.
     seed
         The same seed gives the same network on the same machine.
+    inputs
+        What the network sees of the directions: "paper" or "enhanced", see
+        :func:`nacre.neural.inputs.network_inputs`.
+    gain
+        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
+        counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
+        with enhanced ones. A scan has a loss of its own.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -85,8 +95,13 @@ class Recipe:
     learning_rate: float = 1e-2
     held_out: float = 0.2
     seed: int = 0
+    inputs: str = PAPER
+    gain: float | None = None
 
     def __post_init__(self) -> None:
+        input_count(self.inputs, True)
+        if self.gain is not None and not 0 < self.gain <= 1e6:
+            raise ValueError(f"gain must lie between 0 and a million, got {self.gain}")
         for name, value in (
             ("epochs", self.epochs),
             ("samples", 1 if self.samples is None else self.samples),
@@ -104,6 +119,13 @@ class Recipe:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
         if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
             raise ValueError(f"samples must leave some to train on, got {self.samples}")
+
+    @property
+    def loss_gain(self) -> float:
+        """The gain, or its default."""
+        if self.gain is not None:
+            return self.gain
+        return 1.0 if self.inputs == PAPER else ENHANCED_GAIN
 
 
 def fit(
@@ -156,16 +178,19 @@ def fit(
         recipe = replace(recipe, batch=half, learning_rate=0.5 * recipe.learning_rate)
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
-    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch, device)
+    inputs = input_count(recipe.inputs, brdf.isotropic)
+    trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, inputs), recipe.batch, device)
 
     def sampled(done: int, total: int) -> None:
         report("sampling", done, total, "")
 
     chosen = recipe.held_out, recipe.seed
     if scan is None:
-        training, held_out = draw(brdf, count, recipe.seed, sampled).split(recipe.held_out)
+        training, held_out = draw(
+            brdf, count, recipe.seed, sampled, recipe.inputs, recipe.loss_gain
+        ).split(recipe.held_out)
     else:
-        training, held_out = scattered_samples(scan, count, *chosen, sampled)
+        training, held_out = scattered_samples(scan, count, *chosen, sampled, recipe.inputs)
     quality = train(trainer, training, held_out, recipe, progress)
     if not math.isfinite(sum(quality.values())):
         raise NacreError(
@@ -174,14 +199,18 @@ def fit(
     layers = trainer.layers()
     if scan is not None:
         layers = bounded(layers, highest(scan, *chosen))
-    network = NeuralBrdf(layers, isotropic=brdf.isotropic, name=brdf.name)
+    network = NeuralBrdf(layers, isotropic=brdf.isotropic, name=brdf.name, inputs=recipe.inputs)
     if scan is not None:
         quality |= validation_errors(scan, network, *chosen)
     report("sampling lobes", 0, 1, "")
     with one_blas_thread():
         network.sampler = fit_lobes(network)
     report("sampling lobes", 1, 1, "")
-    settings = asdict(recipe) | {"hidden": list(recipe.hidden), "samples": count}
+    settings = asdict(recipe) | {
+        "hidden": list(recipe.hidden),
+        "samples": count,
+        "gain": recipe.loss_gain if scan is None else None,
+    }
     network.metadata = {"fit": settings, "quality": quality}
     if brdf.source:
         network.metadata["source"] = dict(brdf.source)
@@ -223,7 +252,7 @@ def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
     return rate.astype(np.float32)
 
 
-def initial_layers(hidden: Sequence[int], seed: int) -> list[Layer]:
+def initial_layers(hidden: Sequence[int], seed: int, inputs: int = 6) -> list[Layer]:
     """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases."""
     random = np.random.default_rng((seed, 2))
     return [
@@ -231,7 +260,7 @@ def initial_layers(hidden: Sequence[int], seed: int) -> list[Layer]:
             random.normal(0.0, math.sqrt(2.0 / rows), (rows, columns)).astype(np.float32),
             np.zeros(columns, np.float32),
         )
-        for rows, columns in itertools.pairwise((INPUTS, *hidden, OUTPUTS))
+        for rows, columns in itertools.pairwise((inputs, *hidden, OUTPUTS))
     ]
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.files import require
-from nacre.neural.nbrdf import Layer, NeuralBrdf, network_inputs
+from nacre.neural.inputs import network_inputs
+from nacre.neural.nbrdf import Layer, NeuralBrdf
 
 
 class CooperativeNetwork:
@@ -59,7 +60,8 @@ class CooperativeNetwork:
     def eval_components(self, weights: Any, wi: Components, wo: Components) -> Components:
         """What :meth:`nacre.neural.NeuralBrdf.eval_components` does, with the given weights."""
         drjit = require("drjit", "render")
-        values = self._nn.CoopVec(*network_inputs(wi, wo, self._brdf.isotropic))
+        brdf = self._brdf
+        values = self._nn.CoopVec(*network_inputs(wi, wo, brdf.isotropic, brdf.inputs))
         if self._half:
             values = self._nn.cast(values, self._mi.Float16)
         for index, (matrix, bias) in enumerate(self._bound(weights)):

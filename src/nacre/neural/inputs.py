@@ -1,0 +1,63 @@
+"""What a network sees of a pair of directions."""
+
+from __future__ import annotations
+
+from nacre.array import Array, Components, namespace
+from nacre.files import NacreError
+from nacre.geometry import half_difference, isotropic
+
+PAPER, ENHANCED = "paper", "enhanced"
+INPUTS = (PAPER, ENHANCED)
+"""Names of the parametrisations of a network's inputs."""
+
+LARGEST_INPUT = 1.01
+"""Bound of the magnitude of every input."""
+
+_HIGHLIGHT = 1e-4
+"""Added to sin^2 theta_h before its logarithm: highlights narrower than .6 degrees look alike."""
+_HORIZON = 0.01
+"""Added to cos theta_i before its logarithm."""
+
+
+def input_count(inputs: str, turn_half_vector: bool) -> int:
+    """How many numbers :func:`network_inputs` gives.
+
+    Raises
+    ------
+    NacreError
+        If there is no parametrisation of this name.
+    """
+    if inputs not in INPUTS:
+        raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
+    return 6 if inputs == PAPER or turn_half_vector else 7
+
+
+def network_inputs(
+    wi: Components, wo: Components, turn_half_vector: bool, inputs: str = PAPER
+) -> tuple[Array, ...]:
+    """The inputs of a network at a pair of directions.
+
+    "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h, and puts two
+    stretched angles in place of its height: log(sin^2 theta_h + 1e-4) / 9.2, which opens the
+    highlight up, and log(cos theta_i + .01) / 4.6, which opens up grazing light. Of an isotropic
+    material it takes |d_y|, since mirroring changes nothing.
+
+    Parameters
+    ----------
+    wi, wo
+        Directions to the light and to the viewer.
+    turn_half_vector
+        Turn h to phi_h = 0, as isotropic networks see it.
+    inputs
+        Name of the parametrisation, one of :data:`INPUTS`.
+    """
+    h, d = half_difference(wi, wo)
+    turned = isotropic(h) if turn_half_vector else h
+    if inputs == PAPER:
+        return (*turned, *d)
+    xp = namespace(*wi, *wo)
+    highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
+    grazing = xp.log(xp.maximum(wi[2], 0.0) + _HORIZON) * (1.0 / 4.6)
+    if turn_half_vector:
+        return (turned[0], highlight, grazing, d[0], xp.abs(d[1]), d[2])
+    return (turned[0], turned[1], highlight, grazing, *d)
