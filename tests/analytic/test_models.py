@@ -115,6 +115,22 @@ def test_free_numbers_and_bounded_ones_are_the_same(brdf):
         np.testing.assert_allclose(ends, [parameter.low, parameter.high], atol=1e-12 * width)
 
 
+def test_values_are_numbers_at_the_bounds_of_every_parameter(brdf):
+    random = np.random.default_rng(4)
+    wi, wo = pairs(500)
+    wi[::2] = wo[::2] * [-1, -1, 1]
+    wi[::5, 2] = wo[::7, 2] = 1e-6
+    wi, wo = ((w / np.linalg.norm(w, axis=1, keepdims=True)).astype(np.float32) for w in (wi, wo))
+    for _ in range(50):
+        values = {
+            p.name: random.choice([p.low, p.high, 0.5 * (p.low + p.high)], p.size).tolist()
+            for p in brdf.parameters
+        }
+        single = {p.name: values[p.name][0] for p in brdf.parameters if not p.colour}
+        wild = type(brdf)(**values | single)
+        assert np.isfinite(wild.eval(wi, wo)).all(), wild.summary()
+
+
 def test_parameters_are_checked():
     kind = MODELS["ggx"]
     good = EXAMPLES["ggx"].values
@@ -126,6 +142,9 @@ def test_parameters_are_checked():
         kind(**good | {"diffuse": 0.5})
     with pytest.raises(ValueError, match="ggx takes diffuse, specular, roughness"):
         kind(diffuse=(0, 0, 0))
+    for wrong in ("0.5", True, None, {}):
+        with pytest.raises(ValueError, match="roughness takes numbers"):
+            kind(**good | {"roughness": wrong})
 
 
 @pytest.mark.parametrize("index", [1.3, 1.5, 3.0])

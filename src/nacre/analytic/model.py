@@ -73,9 +73,12 @@ class Parameter:
         Raises
         ------
         ValueError
-            If it is of another shape, not finite or out of bounds.
+            If it is no number, of another shape, not finite or out of bounds.
         """
-        numbers = np.array(value, np.float64)
+        given = np.array(value)
+        if given.dtype.kind not in "iuf":
+            raise ValueError(f"{self.name} takes numbers, got {value!r}")
+        numbers = given.astype(np.float64)
         if numbers.shape != ((CHANNELS,) if self.colour else ()):
             kind = "three numbers" if self.colour else "one number"
             raise ValueError(f"{self.name} takes {kind}, got {value!r}")

@@ -61,7 +61,9 @@ class Sgd(AnalyticBrdf):
         def channel(k: int) -> Array:
             own = {name: values[name][k] for name in values}
             x = own["alpha"] + tan2 / own["alpha"]
-            density = own["normalisation"] * xp.exp(-1.0 * x - own["p"] * xp.log(x))
+            # Kept where float32 holds the product: infinity times a shadowing of 0 is no number.
+            exponent = xp.minimum(-1.0 * x - own["p"] * xp.log(x), 50.0)
+            density = own["normalisation"] * xp.exp(exponent)
             visible = _visible(own, light) * _visible(own, view)
             reflected = xp.maximum(fresnel[k] - own["slope"] * cosine, 0.0)
             return base[k] + own["specular"] * reflected * density * visible * scale
