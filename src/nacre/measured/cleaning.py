@@ -49,6 +49,8 @@ def from_measurement(
     share = np.bincount(rank)[:, None]
 
     def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        if len(first) == len(rank):
+            return values[kept]
         total = np.zeros((len(first), values.shape[1]))
         np.add.at(total, rank, values[kept])
         return total / share
