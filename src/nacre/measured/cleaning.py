@@ -50,7 +50,8 @@ def from_measurement(
 
     def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         if len(first) == len(rank):
-            return values[kept]
+            every: npt.NDArray[np.float64] = values[kept]
+            return every
         total = np.zeros((len(first), values.shape[1]))
         np.add.at(total, rank, values[kept])
         return total / share
