@@ -98,9 +98,9 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
         wi, wo = map(join, from_rusinkiewicz_angles(theta_h, 0.0 * theta_h, theta_d, phi_d))
         f_r = brdf.eval(wi, wo)
         known = (wi[..., 2] > _HORIZON) & (wo[..., 2] > _HORIZON)
+        f_r = np.minimum(f_r, LARGEST * np.asarray(SCALES))
         known &= np.isfinite(f_r).all(axis=-1) & brdf.valid(wi, wo)
-        values = np.minimum(f_r / np.asarray(SCALES), LARGEST)
-        row = np.where(known[..., None], values, INVALID)
+        row = np.where(known[..., None], f_r / np.asarray(SCALES), INVALID)
         stored[:, i] = np.moveaxis(row, -1, 0)
     return MerlBrdf(stored, brdf.name)
 
