@@ -167,6 +167,7 @@ def rewritten(path, change):
         (lambda h, t: t.update(weights_1=t["weights_1"] * np.float32(1e37)), "overflow"),
         (lambda h, t: h.update(note=float("inf")), "JSON"),
         (lambda h, t: h.update(note="\ud800"), "surrogates"),
+        (lambda h, t: h.update(name="\ud800"), "surrogates"),
         (lambda h, t: t.update(weights_1=t["weights_1"].astype(np.float64)), "float32"),
         (lambda h, t: t.update(weights_2=t["weights_2"][:, :3].copy()), "not a layer"),
         (lambda h, t: t.update(biases_3=t["biases_3"][:2].copy()), "not a layer"),
