@@ -12,8 +12,8 @@ from typing import Any
 
 MEMORY_LIMIT = 2 << 30
 """Bytes of address space that the process may take beyond what it has at the start."""
-_LEAK = 1 << 30
-"""Bytes by which a process may grow before it is replaced: some of what a mutator gives stays."""
+_REPLACED = 4 << 30
+"""Bytes of inputs after which a new process goes on: some of what a mutator gives stays in memory."""
 _SHORTEST_LIMIT = 1 << 15
 """Inputs may be at least this long; longer where whole files are."""
 _REBUILT, _PATCHED = 0.3, 0.4
@@ -60,7 +60,7 @@ def main() -> None:
             f"-artifact_prefix={arguments.output}/crash-",
             f"-max_total_time={arguments.seconds}",
             f"-max_len={longest}",
-            f"-runs={_LEAK // longest}",
+            f"-runs={_REPLACED // longest}",
             "-timeout=120",
             "-report_slow_units=120",  # wall time, which other programs take; see TIME_LIMIT
             "-rss_limit_mb=4096",
