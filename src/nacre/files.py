@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import secrets
 from collections.abc import Callable, Iterator
@@ -134,6 +135,20 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_json(content: object) -> None:
+    """Refuse what could be read from JSON but not be written again, or shown.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or a text holds half a character or is nested too deep.
+    """
+    try:
+        json.dumps(content, allow_nan=False, ensure_ascii=False).encode()
+    except RecursionError as error:
+        raise ValueError("nested too deep") from error
 
 
 def check_writable(path: PathLike) -> None:

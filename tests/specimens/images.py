@@ -6,7 +6,6 @@ import struct
 import zlib
 from collections.abc import Iterable, Mapping
 from random import Random
-from typing import Any
 
 import numpy as np
 
@@ -42,9 +41,9 @@ def _ramp(channels: int = 3, dtype: str = "u1") -> Array:
 
 def _png_sized(count: int) -> Iterable[bytes]:
     for place in range(2):
-        header = struct.pack(">2I5B", _EDGE, _EDGE, 8, 2, 0, 0, 0)
-        header = replaced(header, 4 * place, (count % 2**32).to_bytes(4, "big"))
-        yield _png_of(header, _png_rows(_ramp()))
+        size = [_EDGE, _EDGE]
+        size[place] = count % 2**32
+        yield png_bytes(_ramp(), *size)
 
 
 def _png_rebuilt(_: bytes, random: Random) -> bytes:
@@ -54,17 +53,15 @@ def _png_rebuilt(_: bytes, random: Random) -> bytes:
     color, bits = {1: 0, 3: 2, 4: 6}[channels], 8 * np.dtype(dtype).itemsize
     fields = [_EDGE, _EDGE, bits, color, 0, 0, 0]
     if random.random() < 0.3:
-        place = random.randrange(2, 7)
-        fields[place] = random.choice((0, 1, 2, 3, 4, 6, 8, 16, 255))
+        fields[random.randrange(2, 7)] = random.choice((0, 1, 2, 3, 4, 6, 8, 16, 255))
     choice = random.random()
     if choice < 0.3:
         rows = rows[: random.randrange(len(rows))]
     elif choice < 0.4:
         rows += rows * random.randint(1, 8)
     elif choice < 0.7:
-        for _ in range(8):
-            place = random.randrange(len(rows))
-            rows = replaced(rows, place, bytes([random.randrange(256)]))
+        for place in random.choices(range(len(rows)), k=8):
+            rows = replaced(rows, place, random.randbytes(1))
     kinds = (b"PLTE", b"tRNS", b"gAMA", b"sRGB", b"tEXt", b"iCCP", b"IHDR", b"IEND", b"XXXX")
     others = [
         (random.choice(kinds), random.randbytes(random.choice((0, 1, 3, 6, 13, 256, 768))))
@@ -75,6 +72,7 @@ def _png_rebuilt(_: bytes, random: Random) -> bytes:
 
 # OpenEXR, as its "Technical Introduction" and "File Layout" describe it
 
+_BOX = struct.pack("<4i", 0, 0, _EDGE - 1, _EDGE - 1)
 _TYPES = {"u4": 0, "f2": 1, "f4": 2}
 _ZIP, _ROWS = 3, 16
 """The compression with zlib, and how many rows it packs at once."""
@@ -92,7 +90,9 @@ def _zipped(raw: bytes) -> bytes:
     return packed_rows if len(packed_rows) < len(raw) else raw
 
 
-def exr_bytes(channels: Mapping[str, Array], attributes: Mapping[str, Any] | None = None) -> bytes:
+def exr_bytes(
+    channels: Mapping[str, Array], attributes: Mapping[str, bytes] | None = None
+) -> bytes:
     """An OpenEXR image in scan lines.
 
     Parameters
@@ -103,7 +103,6 @@ def exr_bytes(channels: Mapping[str, Array], attributes: Mapping[str, Any] | Non
         Bytes of header attributes that are to be replaced.
     """
     names = sorted(channels)
-    box = struct.pack("<4i", 0, 0, _EDGE - 1, _EDGE - 1)
     listed = b"".join(
         f"{name}\0".encode() + struct.pack("<4I", _TYPES[channels[name].dtype.str[1:]], 0, 1, 1)
         for name in names
@@ -111,8 +110,8 @@ def exr_bytes(channels: Mapping[str, Array], attributes: Mapping[str, Any] | Non
     header = {
         "channels": ("chlist", listed + b"\0"),
         "compression": ("compression", bytes([_ZIP])),
-        "dataWindow": ("box2i", box),
-        "displayWindow": ("box2i", box),
+        "dataWindow": ("box2i", _BOX),
+        "displayWindow": ("box2i", _BOX),
         "lineOrder": ("lineOrder", b"\0"),
         "pixelAspectRatio": ("float", struct.pack("<f", 1.0)),
         "screenWindowCenter": ("v2f", bytes(8)),
@@ -152,9 +151,7 @@ def _exr_by_mitsuba() -> bytes:
 
 def _exr_sized(count: int) -> Iterable[bytes]:
     for axis in (2, 3):
-        box = struct.pack("<4i", 0, 0, _EDGE - 1, _EDGE - 1)
-        changed = replaced(box, 4 * axis, packed(count, 4))
-        yield exr_bytes(_planes(), {"dataWindow": changed})
+        yield exr_bytes(_planes(), {"dataWindow": replaced(_BOX, 4 * axis, packed(count, 4))})
     data = exr_bytes(_planes())
     yield replaced(data, data.index(b"box2i\0") + 6, packed(count, 4))
 
@@ -164,7 +161,7 @@ def _exr_rebuilt(_: bytes, random: Random) -> bytes:
     names = random.choice(("RGB", "RGB", "RGB", "RGBA", "RG", "Y", "RGBX"))
     planes = _planes(names, dtype if dtype != "<u4" else "<f4")
     for name in random.sample(names, 1):
-        planes[name] = odd_array(random, (_EDGE, _EDGE), "<f4")
+        planes[name] = np.tile(odd_array(random, (1, _EDGE), "<f4"), (_EDGE, 1))  # packs well
     if dtype == "<u4":
         kept = {n: np.nan_to_num(plane, posinf=9.0).clip(0, 9) for n, plane in planes.items()}
         planes = {n: plane.astype("<u4") for n, plane in kept.items()}
@@ -173,11 +170,10 @@ def _exr_rebuilt(_: bytes, random: Random) -> bytes:
         number = packed(random.choice(NUMBERS), 4)
         name = random.choice(("dataWindow", "displayWindow", "lineOrder", "compression"))
         if name.endswith("Window"):
-            box = struct.pack("<4i", 0, 0, _EDGE - 1, _EDGE - 1)
             shift = random.choice((0, 5, -7, 2**31 - _EDGE - 1, -(2**31)))
             moved = struct.pack("<4i", shift, shift, shift + _EDGE - 1, shift + _EDGE - 1)
-            place = 4 * random.randrange(4)
-            attributes[name] = random.choice((moved, replaced(box, place, number)))
+            changed = replaced(_BOX, 4 * random.randrange(4), number)
+            attributes[name] = random.choice((moved, changed))
         else:
             attributes[name] = bytes([random.randrange(12)])
     data = exr_bytes(planes, attributes)

@@ -155,6 +155,7 @@ def _keras_rebuilt(_: bytes, random: Random) -> bytes:
         if random.random() < 0.3:
             shape = odd_shape(random, random.randrange(4))
         tensors[name] = odd_array(random, shape, random.choice(("f4", "f4", "f2", "f8", "i4")))
+    options: tuple[dict[str, Any], ...]
     options = ({}, {}, {"chunks": True}, {"compression": "gzip"}, {"compression": "lzf"})
     plain = all(array.ndim for array in tensors.values())
     return keras_bytes(tensors, **random.choice(options if plain else options[:1]))

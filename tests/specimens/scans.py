@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from random import Random
 
 from tests.specimens.specimen import NUMBERS, VALUES, Specimen
@@ -46,24 +47,36 @@ def _astm_file(value: float = 0.25, count: int = len(_ROWS), columns: str = "R,G
     return ("\n".join(lines) + "\n").encode()
 
 
-def _text_rebuilt(data: bytes, random: Random) -> bytes:
-    """Lines of a text in another order, with words of it replaced."""
-    words = [str(n).encode() for n in (*NUMBERS, *VALUES)]
-    words += [b"", b"theta_i", b"550 nm", b"theta_o [deg]", b"isotropic: no", b"1_0", b"0x10"]
-    words += ["٣".encode(), b"\xff", b"\0", b"9" * 400, b"#", b"\x85", b"\x1c", b"name: x"]
-    words += [b"VARS theta_i", b"NUM_POINTS 4", b"x", b"R", b"400nm", b"1,5", b"1.5", b'"1"', b";"]
-    lines = data.split(b"\n")
-    for _ in range(random.randint(1, 4)):
-        place = random.randrange(len(lines))
-        mark = next((mark for mark in (b";", b"\t", b",") if mark in lines[place]), b" ")
-        parts = lines[place].split(mark)
-        parts[random.randrange(len(parts))] = random.choice(words)
-        lines[place] = mark.join(parts)
-        if random.random() < 0.2:
-            lines.insert(random.randrange(len(lines)), random.choice(lines))
-        if random.random() < 0.1:
-            lines[random.randrange(len(lines)) :] = [b""]
-    return b"\n".join(lines)
+def _astm_files() -> list[bytes]:
+    bands = _astm_file(columns="400nm,500nm,600nm")
+    return [_astm_file(), _astm_file(columns="X,Y,Z"), bands.replace(b"VARS", b"VARS =")]
+
+
+_WORDS = [str(n).encode() for n in (*NUMBERS, *VALUES, 1.5707963, 1.5708, 3.2, -0.5, 89.9, 90)]
+_ODD = [b"", b"theta_i", b"550 nm", b"theta_o [deg]", b"isotropic: no", b"1_0", b"0x10", b"name: x"]
+_ODD += ["٣".encode(), b"\xff", b"\0", b"9" * 400, b"#", b"\x85", b"\x1c", b"VARS theta_i", b"1,5"]
+_ODD += [b"NUM_POINTS 4", b"x", b"R", b"400nm", b"1.5", b'"1"', b";"]
+
+
+def _text_rebuilt(files: Callable[[], list[bytes]]) -> Callable[[bytes, Random], bytes]:
+    """Lines of a text in another order, with words of it replaced: of whole files as a rule."""
+
+    def rebuilt(data: bytes, random: Random) -> bytes:
+        lines = (data if random.random() < 0.2 else random.choice(files())).split(b"\n")
+        words = _WORDS if random.random() < 0.7 else _ODD
+        for _ in range(random.choice((1, 1, 1, 2, 4))):
+            place = random.randrange(len(lines))
+            mark = next((mark for mark in (b";", b"\t", b",") if mark in lines[place]), b" ")
+            parts = lines[place].split(mark)
+            parts[random.randrange(len(parts))] = random.choice(words)
+            lines[place] = mark.join(parts)
+            if random.random() < 0.2:
+                lines.insert(random.randrange(len(lines)), random.choice(lines))
+            if random.random() < 0.1:
+                lines[random.randrange(len(lines)) :] = [b""]
+        return b"\n".join(lines)
+
+    return rebuilt
 
 
 SPECIMENS = {
@@ -73,7 +86,7 @@ SPECIMENS = {
         header=100,
         sized=lambda count: [_cornell_file(bands=count)],
         valued=lambda value: [_cornell_file(value)],
-        rebuild=_text_rebuilt,
+        rebuild=_text_rebuilt(lambda: [_cornell_file()]),
         text=True,
         module="colour",
     ),
@@ -83,21 +96,17 @@ SPECIMENS = {
         header=100,
         sized=lambda count: [b"# samples: %d\n" % count + _csv_file()],
         valued=lambda value: [_csv_file(value), _csv_file(value, "450,550,650", ";")],
-        rebuild=_text_rebuilt,
+        rebuild=_text_rebuilt(_csv_files),
         text=True,
         module="colour",
     ),
     "ASTM E1392 samples": Specimen(
         "paint.astm",
-        lambda: [
-            _astm_file(),
-            _astm_file(columns="X,Y,Z"),
-            _astm_file(columns="400nm,500nm,600nm").replace(b"VARS", b"VARS ="),
-        ],
+        _astm_files,
         header=130,
         sized=lambda count: [_astm_file(count=count)],
         valued=lambda value: [_astm_file(value), _astm_file(value, columns="400nm,500nm,600nm")],
-        rebuild=_text_rebuilt,
+        rebuild=_text_rebuilt(_astm_files),
         text=True,
         module="colour",
     ),
