@@ -24,7 +24,7 @@ def save(brdf: AnalyticBrdf, path: Path) -> None:
         If `brdf` is no analytic material or the path cannot be written.
     """
     if not isinstance(brdf, AnalyticBrdf):
-        raise FormatError(f"{path}: holds analytic materials only; fit one with --model")
+        raise FormatError(f"{path}: holds analytic materials only; fit one with nacre fit --model")
     content = {
         "model": brdf.model,
         "version": VERSION,

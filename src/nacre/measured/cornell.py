@@ -131,7 +131,7 @@ def _title(lines: Iterable[str]) -> tuple[str, str]:
 
 
 def _recognise(head: bytes) -> bool:
-    return head.startswith(b"#") and head.isascii()
+    return head.startswith(b"#") and head.isascii() and b"theta_" not in head  # columns of .csv
 
 
 FORMAT = Format("Cornell scan", (".brdf",), _recognise, load)
