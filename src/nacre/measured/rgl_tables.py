@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import FormatError, PathLike
+from nacre.measured.raw import LARGEST
 from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import Tensors, read_tensors
 
@@ -140,7 +141,8 @@ def _colours(spectra: _Floats, wavelengths: _Floats) -> _Floats:
     weights = rgb_weights(wavelengths)
     rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
     for index in np.ndindex(*spectra.shape[:2]):
-        rgb[index] = np.tensordot(weights.T, spectra[index], axes=1)
+        colours = np.tensordot(weights.T, spectra[index], axes=1)
+        rgb[index] = np.clip(colours, -LARGEST, LARGEST)
     return rgb
 
 
