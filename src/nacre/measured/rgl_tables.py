@@ -16,6 +16,8 @@ from nacre.measured.tensor_file import Tensors, read_tensors
 
 _NODE_LIMIT = 4096
 """Most nodes along any one axis of a table."""
+_DENSEST = 1e30
+"""Bound of densities, so that interpolation between them does not overflow."""
 _NANOMETRES = (100.0, 1e5)
 """Range of wavelengths; anything else is in another unit."""
 
@@ -202,6 +204,8 @@ class _Fields:
         values = self.floats(name, shape)
         if values.min() < 0.0:
             raise self.error(name, "holds negative values, which a density cannot have")
+        if values.max() > _DENSEST:
+            raise self.error(name, f"holds values above {_DENSEST:g}, which no density has")
         return values
 
     def density(self, name: str, shape: _Shape) -> _Floats:
