@@ -22,7 +22,7 @@ from pathlib import Path
 
 from nacre.files import Format
 from nacre.formats import formats
-from tests.fuzz.target import Figures, target
+from tests.fuzz.target import Figures, target, working_folder
 from tests.specimens import SPECIMENS
 
 _STATISTIC = re.compile(r"^stat::(\w+):\s+(\d+)$", re.MULTILINE)
@@ -52,11 +52,11 @@ def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
     for old in [*output.glob("failure-*"), *output.glob("crash-*")]:
         old.unlink()
     end = time.monotonic() + seconds
-    executed, resident, deaths, coverage, figures = 0, 0, 0, ("0", "0"), Figures()
-    with (output / "log.txt").open("w") as log:
+    executed, deaths, coverage, figures = 0, 0, ("0", "0"), Figures()
+    with (output / "log.txt").open("w") as log, working_folder() as where:
         while (left := int(end - time.monotonic())) > 0 or not executed:
             (output / "figures.json").unlink(missing_ok=True)
-            command = [sys.executable, "-m", "tests.fuzz.engine", entry.name, str(output)]
+            command = [sys.executable, "-m", "tests.fuzz.engine", entry.name, str(output), where]
             process = subprocess.run(
                 [*command, str(max(left, 1))],
                 cwd=_REPOSITORY,
@@ -69,7 +69,6 @@ def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
             log.write(process.stderr)
             deaths += process.returncode != 0
             statistics = dict(_STATISTIC.findall(process.stderr))
-            resident = max(resident, int(statistics.get("peak_rss_mb", 0)))
             coverage = ([*_COVERAGE.findall(process.stderr), coverage])[-2:][0]
             if not (output / "figures.json").exists():
                 raise SystemExit(f"{entry.name}: the fuzzer does not start; see {output}/log.txt")
@@ -77,11 +76,12 @@ def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
             executed += int(statistics.get("number_of_executed_units", last.executed))
             figures.loaded += last.loaded
             figures.peak = max(figures.peak, last.peak)
+            figures.resident = max(figures.resident, last.resident)
     failures = sorted(p for p in output.iterdir() if re.match(r"(failure|crash)-[\w-]+$", p.name))
     line = (
         f"{entry.name:26} {executed:9,} runs  {figures.loaded:8,} loaded  "
         f"coverage {coverage[0]:>5}  features {coverage[1]:>6}  failures {len(failures):2}  "
-        f"peak {figures.peak / 2**20:6.1f} MiB allocated, {resident:4} MiB resident"
+        f"peak {figures.peak / 2**20:6.1f} MiB allocated, {figures.resident:4} MiB resident"
     )
     kept = [f"    python -m tests.fuzz {entry.name!r} --input {path}" for path in failures]
     if deaths:

@@ -12,8 +12,8 @@ from typing import Any
 
 MEMORY_LIMIT = 2 << 30
 """Bytes of address space that the process may take beyond what it has at the start."""
-_REPLACED = 4 << 30
-"""Bytes of inputs after which a new process goes on: mutators leave some in memory."""
+_GROWN = 1 << 30
+"""Bytes in memory with which a process leaves its work to a new one: fuzzing itself leaks."""
 _SHORTEST_LIMIT = 1 << 15
 """Inputs may be at least this long; longer where whole files are."""
 _REBUILT, _PATCHED = 0.3, 0.4
@@ -30,6 +30,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("format")
     parser.add_argument("output", type=Path)
+    parser.add_argument("folder", type=Path)
     parser.add_argument("seconds", type=int)
     arguments = parser.parse_args()
     entry = next(e for e in formats() if e.name == arguments.format)
@@ -50,26 +51,37 @@ def main() -> None:
             return mutated(data, random)[:size]
         return bytes(atheris.Mutate(data, size))
 
-    with target(entry, specimen, arguments.output) as test:
+    with target(entry, specimen, arguments.output, arguments.folder) as test:
+
+        def run(data: bytes) -> None:
+            test(data)
+            if test.figures.executed % 128 == 0 and _memory()[1] > _GROWN:
+                test.write_figures()
+                os._exit(0)
+
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_LIMIT, hard))
+        resource.setrlimit(resource.RLIMIT_AS, (_memory()[0] + MEMORY_LIMIT, hard))
         flags = [
             "fuzz",
             str(corpus),
             f"-artifact_prefix={arguments.output}/crash-",
             f"-max_total_time={arguments.seconds}",
             f"-max_len={longest}",
-            f"-runs={_REPLACED // longest}",
             "-timeout=120",
             "-report_slow_units=120",  # wall time, which other programs take; see TIME_LIMIT
             "-rss_limit_mb=4096",
             "-print_final_stats=1",
         ]
-        atheris.Setup(flags, test, custom_mutator=mutate)
+        atheris.Setup(flags, run, custom_mutator=mutate)
         leave = _leave_at_once()  # which must outlive the call
         atheris.Fuzz()
         del leave
+
+
+def _memory() -> tuple[int, int]:
+    """Bytes of address space, and of memory, that the process takes."""
+    pages = Path("/proc/self/statm").read_text().split()
+    return int(pages[0]) * resource.getpagesize(), int(pages[1]) * resource.getpagesize()
 
 
 def _leave_at_once() -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import resource
 import tempfile
 import time
 import traceback
@@ -28,11 +29,12 @@ _SHARED_MEMORY = Path("/dev/shm")
 
 @dataclass
 class Figures:
-    """What a run has seen so far."""
+    """What a run has seen so far; `peak` in bytes, `resident` in MiB."""
 
     loaded: int = 0
     peak: int = 0
     executed: int = 0
+    resident: int = 0
 
 
 class Target:
@@ -105,18 +107,25 @@ class Target:
 
     def write_figures(self) -> None:
         """Keep the figures where the process that started this one finds them."""
+        self.figures.resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
         (self._output / "figures.json").write_text(json.dumps(asdict(self.figures)))
 
 
+def working_folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder that is removed at the end, in memory where it can be."""
+    return tempfile.TemporaryDirectory(dir=_SHARED_MEMORY if _SHARED_MEMORY.is_dir() else None)
+
+
 @contextlib.contextmanager
-def target(entry: Format, specimen: Specimen, output: Path) -> Iterator[Target]:
-    """A target with a working folder in memory, tracing allocations.
+def target(
+    entry: Format, specimen: Specimen, output: Path, where: Path | None = None
+) -> Iterator[Target]:
+    """A target with a working folder, within `where` if that is given, tracing allocations.
 
     Lobes are not fitted to networks meanwhile: that takes longer than all the rest.
     """
-    where = _SHARED_MEMORY if _SHARED_MEMORY.is_dir() else None
     with (
-        tempfile.TemporaryDirectory(dir=where) as folder,
+        tempfile.TemporaryDirectory(dir=where) if where else working_folder() as folder,
         mock.patch("nacre.neural.published.fit_lobes", return_value=CosineSampler()),
     ):
         test = Target(entry, specimen, output, Path(folder))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -163,3 +164,27 @@ def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
     data = made(tmp_path).read_bytes()
     for length in (*range(1, 500, 7), *range(500, len(data), len(data) // 20)):
         assert_refused(write(tmp_path / "cut.bsdf", data[:length]))
+
+
+def test_colours_that_overflow_are_clamped(tmp_path: Path) -> None:
+    spectra = np.full_like(spectral(material([0.0]))["spectra"], 3.4e38)
+    brdf = rgl.load(made(tmp_path, spectra=spectra))
+    rng = np.random.default_rng(3)
+    assert np.isfinite(brdf.eval(hemisphere(rng, 99), hemisphere(rng, 99))).all()
+
+
+def test_many_bands_take_no_more_memory_than_the_file(tmp_path: Path) -> None:
+    count = 4096
+    fields = material([0.0], size=5)
+    fields["wavelengths"] = np.linspace(360.0, 800.0, count, dtype=np.float32)
+    fields["spectra"] = np.ones((*fields.pop("rgb").shape[:2], count, 2, 2), np.float32)
+    path = write(tmp_path / "x_spec.bsdf", tensor_bytes(fields))
+    to_rgb(np.ones(2), [400.0, 700.0])  # the observer is read once
+    tracemalloc.start()
+    try:
+        brdf = rgl.load(path)
+        assert tracemalloc.get_traced_memory()[1] < 8 * path.stat().st_size
+    finally:
+        tracemalloc.stop()
+    flat = brdf.tables.rgb
+    np.testing.assert_allclose(flat, np.ones_like(flat), rtol=1e-3)

@@ -10,11 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import FormatError, PathLike
+from nacre.measured.raw import LARGEST
 from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import Tensors, read_tensors
 
 _NODE_LIMIT = 4096
 """Most nodes along any one axis of a table."""
+_DENSEST = 1e30
+"""Bound of densities, so that interpolation between them does not overflow."""
 _NANOMETRES = (100.0, 1e5)
 """Range of wavelengths; anything else is in another unit."""
 
@@ -140,7 +143,8 @@ def _colours(spectra: _Floats, wavelengths: _Floats) -> _Floats:
     weights = rgb_weights(wavelengths)
     rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
     for index in np.ndindex(*spectra.shape[:2]):
-        rgb[index] = np.tensordot(weights.T, spectra[index], axes=1)
+        colours = np.tensordot(weights.T, spectra[index], axes=1)
+        rgb[index] = np.clip(colours, -LARGEST, LARGEST)
     return rgb
 
 
@@ -200,6 +204,8 @@ class _Fields:
         values = self.floats(name, shape)
         if values.min() < 0.0:
             raise self.error(name, "holds negative values, which a density cannot have")
+        if values.max() > _DENSEST:
+            raise self.error(name, f"holds values above {_DENSEST:g}, which no density has")
         return values
 
     def density(self, name: str, shape: _Shape) -> _Floats:

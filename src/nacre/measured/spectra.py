@@ -55,8 +55,13 @@ def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
     if bands.ndim != 1 or not (np.diff(bands) > 0.0).all():
         raise ValueError("wavelengths must be one increasing list")
     nodes, response = _response()
-    hats = np.stack([np.interp(nodes, bands, unit) for unit in np.eye(len(bands))])
-    weights: _Array = hats @ response
+    below = np.clip(np.searchsorted(bands, nodes, side="right") - 1, 0, len(bands) - 1)
+    above = np.minimum(below + 1, len(bands) - 1)
+    span = np.where(above > below, bands[above] - bands[below], 1.0)
+    share = np.clip((nodes - bands[below]) / span, 0.0, 1.0)[:, None]
+    weights: _Array = np.zeros((len(bands), 3))
+    np.add.at(weights, below, (1.0 - share) * response)
+    np.add.at(weights, above, share * response)
     return weights
 
 
