@@ -78,13 +78,17 @@ def aligned(count: int) -> npt.NDArray[np.float32]:
 
 
 def draw(
-    brdf: Brdf, count: int, seed: int, progress: Callable[[int, int], None] | None = None
+    brdf: Brdf,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+    distribution: str = "rusinkiewicz",
 ) -> Samples:
-    """Samples uniform in the Rusinkiewicz angles, ready to train on.
+    """Samples at random directions, ready to train on.
 
     See :func:`nacre.sampling.draw_samples`, which has the parameters and the errors.
     """
-    samples = draw_samples(brdf, count, seed, progress)
+    samples = draw_samples(brdf, count, seed, progress, distribution)
     inputs = np.empty((count, 6), np.float32)
 
     def fill(start: int) -> None:

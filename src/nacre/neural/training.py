@@ -23,7 +23,7 @@ from nacre.neural.scattered import (
     validation_errors,
 )
 from nacre.parallel import one_blas_thread
-from nacre.sampling import fit_lobes
+from nacre.sampling import DISTRIBUTIONS, fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
@@ -76,6 +76,9 @@ class Recipe:
         Share of the samples that is never trained on; of a scan, share of its own samples.
     seed
         The same seed gives the same network on the same machine.
+    sampling
+        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; a scan
+        has its own.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -85,6 +88,7 @@ class Recipe:
     learning_rate: float = 1e-2
     held_out: float = 0.2
     seed: int = 0
+    sampling: str = "rusinkiewicz"
 
     def __post_init__(self) -> None:
         for name, value in (
@@ -98,6 +102,9 @@ class Recipe:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         if not 0 < self.held_out < 1:
             raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
+        if self.sampling not in DISTRIBUTIONS:
+            known = ", ".join(DISTRIBUTIONS)
+            raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
         if self.seed < 0:
             raise ValueError(f"seed must not be negative, got {self.seed}")
         if self.batch < BLOCK or self.batch % BLOCK:
@@ -163,7 +170,8 @@ def fit(
 
     chosen = recipe.held_out, recipe.seed
     if scan is None:
-        training, held_out = draw(brdf, count, recipe.seed, sampled).split(recipe.held_out)
+        drawn = draw(brdf, count, recipe.seed, sampled, recipe.sampling)
+        training, held_out = drawn.split(recipe.held_out)
     else:
         training, held_out = scattered_samples(scan, count, *chosen, sampled)
     quality = train(trainer, training, held_out, recipe, progress)
