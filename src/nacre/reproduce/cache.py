@@ -55,7 +55,8 @@ class Cache:
 
     def pictures(self, key: str) -> dict[str, Picture]:
         """The pictures of a finished trial by the name of their light."""
-        with np.load(self._path(key, ".npz"), allow_pickle=False) as arrays:
+        path = self._path(key, ".npz")
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return {
                 light: Picture(*(arrays[f"{light} {part}"] for part in Picture.__annotations__))
                 for light in LIGHTS

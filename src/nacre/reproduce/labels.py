@@ -11,8 +11,8 @@ from nacre.evaluate.polar import FAINT, INK
 
 _SIZE = 7.0
 """Points of the text."""
-_HEIGHT, _WIDTH = 0.125, 0.056
-"""Inches that a line and a character take."""
+_HEIGHT = 0.125
+"""Inches that a line takes."""
 _MARK = 0.05
 """Inches about a point that are kept free."""
 
@@ -37,8 +37,10 @@ def place_labels(axes: Any, labels: Sequence[tuple[float, float, str]]) -> None:
     order = sorted(range(len(labels)), key=lambda i: -points[i][1])
     for i in order:
         x, y = points[i]
-        width = _WIDTH * len(labels[i][2])
-        dx, dy, box = _free(x, y, width, taken, bounds)
+        trial = figure.text(0.0, 0.0, labels[i][2], fontsize=_SIZE, parse_math=False)
+        width = trial.get_window_extent().width / figure.dpi
+        trial.remove()
+        dx, dy, box = _free(x, y, width, taken[:i] + taken[i + 1 :], bounds)
         taken.append(box)
         text = {"fontsize": _SIZE, "color": INK, "va": "center", "parse_math": False}
         side = {"ha": "left" if dx >= 0.0 else "right"}
@@ -68,7 +70,7 @@ def _free(
         inside = (
             box[0] > bounds[0] and box[1] > bounds[1] and box[2] < bounds[2] and box[3] < bounds[3]
         )
-        if inside and not any(_overlap(box, other) for other in taken if not _holds(other, x, y)):
+        if inside and not any(_overlap(box, other) for other in taken):
             return dx, dy, box
     assert first is not None
     return first
@@ -76,7 +78,3 @@ def _free(
 
 def _overlap(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def _holds(box: Box, x: float, y: float) -> bool:
-    return box[0] < x < box[2] and box[1] < y < box[3]
