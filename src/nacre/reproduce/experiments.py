@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +80,7 @@ class Experiment:
     choose: Callable[[Iterable[str]], list[str]]
     draw: Callable[[Study, Sequence[str]], Pages]
     differs: str = _PROTOCOL
-    tables: Mapping[str, tuple[str, ...]] | None = None
+    tables: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _TABLES)
     anisotropic: bool = False
     prepare: Callable[[Study, Sequence[str]], Study] = lambda study, methods: study
 
@@ -111,10 +111,8 @@ class Experiment:
             If Matplotlib is not installed.
         """
         shown = self.prepare(study, methods)
-        tables = self.tables or _TABLES
-        figures = [figure for each in tables.values() for figure in each]
         paths = [folder / f"{name}.csv", folder / f"{name}.md"]
-        write_csv(shown, methods, figures, paths[0])
+        write_csv(shown, methods, paths[0])
         with atomic_path(paths[1]) as temporary:
             temporary.write_text(self._text(name, shown, methods), encoding="utf-8")
         for addition, figure in self.draw(study, methods).items():
@@ -128,7 +126,7 @@ class Experiment:
         parts.append(
             "Mean ± standard deviation over materials; the worst material, and which one it is.\n"
         )
-        for title, figures in (self.tables or _TABLES).items():
+        for title, figures in self.tables.items():
             parts += [f"## {title}\n", markdown(study, methods, figures, title)]
         parts.append(f"**Settings:** {study.settings.summary()}.\n")
         parts.append(f"**Differs from the paper:** {self.differs}.\n")
@@ -186,6 +184,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         "fidelity against memory",
         _every,
         lambda study, methods: {light: footprint_plot(study, methods, light) for light in LIGHTS},
+        tables={light: (f"{light} SSIM", f"{light} PSNR") for light in LIGHTS},
     ),
 }
 """Every experiment by name."""

@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from nacre.evaluate.polar import FAINT, INK
 from nacre.files import require
 from nacre.reproduce.errors import FAMILIES, FLOOR, prepare
@@ -60,7 +58,7 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
     places = {}
     for method in methods:
         trials = study.of(method)
-        x = float(np.mean([trial.size for trial in trials]))
+        x = study.mean_size(method)
         item = summarise(trials, name)
         y, low, high, worst = _heights(item, structural)
         colour = FAMILIES.get(study.methods[method].family, INK)

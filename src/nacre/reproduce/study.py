@@ -53,6 +53,11 @@ class Study:
         found = (self.trials.get((material, method)) for material in self.materials)
         return [trial for trial in found if trial is not None]
 
+    def mean_size(self, method: str) -> float:
+        """Bytes that a method takes, mean of its trials, of which there is one at least."""
+        trials = self.of(method)
+        return sum(trial.size for trial in trials) / len(trials)
+
     def pictures(self, material: str, method: str) -> dict[str, Picture]:
         """Pictures of a trial by the name of their light."""
         return self._cache.pictures(self.keys[material, method])

@@ -50,21 +50,19 @@ def summarise(trials: Sequence[Trial], figure: str) -> Summary:
 
 
 def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title: str = "") -> str:
-    """A table with a line a method; each cell is mean ± standard deviation, worst (material).
+    """A table with a line a method, by size: mean ± standard deviation, worst (material).
 
     What the figures' names share with the title is left out of the columns' heads.
     """
     heads = (figure.removeprefix(f"{title} ") for figure in figures)
     columns = ("method", "bytes", "materials", "s a fit", *heads)
     lines = [_row(columns), "|---" + "|---:" * (len(columns) - 1) + "|"]
-    for method in methods:
+    found = [(study.mean_size(method), method) for method in methods if study.of(method)]
+    for size, method in sorted(found, key=lambda item: item[0]):
         trials = study.of(method)
-        if not trials:
-            continue
-        size = f"{round(np.mean([trial.size for trial in trials])):,}"
         seconds = f"{np.mean([trial.seconds for trial in trials]):.1f}"
         cells = (_cell(summarise(trials, figure), figure) for figure in figures)
-        lines.append(_row((method, size, str(len(trials)), seconds, *cells)))
+        lines.append(_row((method, f"{size:,.0f}", str(len(trials)), seconds, *cells)))
     return "\n".join(lines) + "\n"
 
 
@@ -75,19 +73,20 @@ def readable(value: float, figure: str) -> str:
     return f"{value:.{_DECIMALS.get(figure.rpartition(' ')[2], 4)}f}"
 
 
-def write_csv(study: Study, methods: Iterable[str], figures: Sequence[str], path: Path) -> None:
-    """Every trial of the methods, a line each: sizes, seconds, and some figures.
+def write_csv(study: Study, methods: Iterable[str], path: Path) -> None:
+    """Every trial of the methods, a line each: sizes, seconds, and all figures.
 
     Raises
     ------
     FormatError
         If the file cannot be written.
     """
+    trials = [trial for method in methods for trial in study.of(method)]
+    figures = list(trials[0].figures) if trials else []
     rows: list[Sequence[object]] = [("material", "method", "bytes", "seconds", *figures)]
     rows += [
         (t.material, t.method, t.size, round(t.seconds, 3), *(t.figures[f] for f in figures))
-        for method in methods
-        for t in study.of(method)
+        for t in trials
     ]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
