@@ -32,7 +32,7 @@ def test_reproduce_writes_and_says_what_differs(here, capsys):
     printed = capsys.readouterr()
     assert printed.out.splitlines()[:3] == ["out/fig10.csv", "out/fig10.md", "out/fig10.png"]
     assert "differs from the paper: spheres" in printed.out
-    assert "a, published: left out: no published network a.h5" in printed.err
+    assert "left out: published (a): no published network a.h5" in printed.err
     assert len(list((here / "out" / "cache").glob("*.npz"))) == 4
     kept = {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
     assert run("table1", "a.safetensors", "b.safetensors", *options) == 0

@@ -118,8 +118,9 @@ def command(
             reasons = sorted(set(study.skipped.values()))
             raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
         paths = kind.write(experiment, study, names, output)
-    for (material, method), reason in study.skipped.items():
-        status.print(f"{material}, {method}: left out: {printable(reason)}", markup=False)
+    for method, reason, where in study.left_out():
+        line = f"left out: {method} ({', '.join(where)}): {reason}"
+        status.print(printable(line), markup=False)
     for path in paths:
         console.print(printable(str(path)), markup=False)
     console.print(f"differs from the paper: {kind.differs}", markup=False)

@@ -57,6 +57,10 @@ def error_strips(study: Study, methods: Sequence[str]) -> Any:
         axes = figure.add_axes(box)
         _panel(axes, study, found, light)
         axes.set_yticks(range(len(found)), found if k == 0 else [])
+    note = {"fontsize": 7, "color": FAINT, "va": "top"}
+    figure.text(
+        0.1 / width, 1.0 - 0.06 / height, "dot: a material; bar: mean; named: worst", **note
+    )
     return figure
 
 

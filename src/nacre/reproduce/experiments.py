@@ -131,13 +131,9 @@ class Experiment:
         parts.append(f"**Settings:** {study.settings.summary()}.\n")
         parts.append(f"**Differs from the paper:** {self.differs}.\n")
         parts.append(f"**Materials:** {', '.join(study.materials)}.\n")
-        reasons: dict[str, list[str]] = {}
-        for (material, method), reason in study.skipped.items():
-            if method in methods:
-                reasons.setdefault(f"{method}: {reason}", []).append(material)
-        if reasons:
+        if left_out := study.left_out():
             parts.append("**Left out:**\n")
-            parts += [f"- {reason} ({', '.join(m)})" for reason, m in sorted(reasons.items())]
+            parts += [f"- {m}: {why} ({', '.join(where)})" for m, why, where in left_out]
             parts.append("")
         return "\n".join(parts)
 

@@ -48,7 +48,7 @@ def footprint_plot(study: Study, methods: Sequence[str], light: str) -> Any:
     figure = require("matplotlib.figure", "plot").Figure(_SIZE, facecolor="white")
     found = [method for method in methods if study.of(method)]
     for k, measure in enumerate(HIGHER_IS_BETTER):
-        axes = figure.add_axes((0.065 + 0.5 * k, 0.12, 0.425, 0.84))
+        axes = figure.add_axes((0.065 + 0.49 * k, 0.12, 0.415, 0.84))
         _panel(axes, study, found, f"{light} {measure}")
     return figure
 
@@ -69,6 +69,9 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
     line = sorted(places[method] for method in methods if method in SIZES)
     axes.plot([x for x, _ in line], [y for _, y in line], color=FAMILIES["network"], linewidth=1.2)
     axes.set_xscale("log")
+    inner = [summarise(study.of(method), name) for method in methods]
+    shown = [v for item in inner for v in _heights(item, structural)[::3]]  # means and worst
+    axes.set_ylim(min(shown) / 3.0 if structural else min(shown) - 1.0, None)
     prepare(axes, "y" if structural else "x", "")
     axes.grid(axis="both", color="#e4e4e1", linewidth=0.5)
     axes.set_xlabel("bytes", fontsize=8, color=INK)

@@ -27,6 +27,8 @@ _NAMES, _HEAD, _FOOT = 1.35, 0.5, 0.5
 """Inches: width of the materials' names, height of the methods' names and of the colour scale."""
 _LEAST = -4.0
 """Decimal logarithm of 1 - SSIM at the dark end of the colour scale."""
+_PAPER = "#dcdcd9"
+"""Darker than a white sphere."""
 
 
 def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
@@ -114,22 +116,22 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
     found = {m: summarise(study.of(m), figure) for m in methods if study.of(m)}
     order = sorted(found, key=lambda method: -found[method].mean)
     columns = min(columns, len(order))
-    cell = _SIDE + 3 * _GAP, _SIDE + 0.75
+    cell = _SIDE + 3 * _GAP, _SIDE + 0.85
     rows = -(-len(order) // columns)
     page = _Page((columns * cell[0] + 2 * _GAP, rows * cell[1] + _FOOT))
     for k, method in enumerate(order):
-        x, y = (k % columns) * cell[0] + 2 * _GAP, (k // columns) * cell[1] + 0.3
+        x, y = (k % columns) * cell[0] + 2 * _GAP, (k // columns) * cell[1] + 0.4
         pictures = [study.pictures(t.material, method)[light] for t in study.of(method)]
         mean = np.mean([p.similarity.astype(np.float32) for p in pictures], axis=0)
         mapped = Picture(pictures[0].shown, mean, pictures[0].mask)
         page.image(x, y, _SIDE, _disc(_error_colours(mapped), mapped.mask))
-        page.text(x + 0.5 * _SIDE, y - 0.05, method, ha="center", va="bottom", fontsize=8)
+        page.text(x + 0.5 * _SIDE, y - 0.05, _broken(method), ha="center", va="bottom", fontsize=8)
         item = found[method]
         text = f"{readable(item.mean, figure)} ± {readable(item.deviation, figure)}"
         page.text(x + 0.5 * _SIDE, y + _SIDE + 0.05, text, ha="center", va="top")
         text = f"worst {readable(item.worst, figure)}"
         page.text(x + 0.5 * _SIDE, y + _SIDE + 0.19, text, ha="center", va="top", color=FAINT)
-    page.scale(2 * _GAP, page.height - 0.3)
+    page.scale(4 * _GAP, page.height - 0.3)
     return page.figure
 
 
@@ -139,7 +141,7 @@ class _Page:
     def __init__(self, size: tuple[float, float]) -> None:
         figures = require("matplotlib.figure", "plot")
         self.width, self.height = size
-        self.figure = figures.Figure(figsize=size, facecolor="white")
+        self.figure = figures.Figure(figsize=size, facecolor=_PAPER)
 
     def image(self, x: float, y: float, side: float, pixels: Floats) -> None:
         """A square picture of display values."""

@@ -53,6 +53,13 @@ class Study:
         found = (self.trials.get((material, method)) for material in self.materials)
         return [trial for trial in found if trial is not None]
 
+    def left_out(self) -> list[tuple[str, str, list[str]]]:
+        """Method, reason and materials of what was skipped, one entry a method and reason."""
+        found: dict[tuple[str, str], list[str]] = {}
+        for (material, method), reason in sorted(self.skipped.items()):
+            found.setdefault((method, reason), []).append(material)
+        return [(*pair, materials) for pair, materials in found.items()]
+
     def mean_size(self, method: str) -> float:
         """Bytes that a method takes, mean of its trials, of which there is one at least."""
         trials = self.of(method)
