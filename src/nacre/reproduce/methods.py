@@ -11,7 +11,7 @@ from typing import Any
 from nacre import analytic
 from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.files import NacreError, digest
 from nacre.formats import load
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import Resolution
@@ -141,8 +141,8 @@ def _published(folders: tuple[Path, ...]) -> Method:
         raise UnavailableError(f"no published network {name} in the folders given")
 
     about = "network that the authors published, hidden layers 21-21"
-    places = [str(folder.resolve()) for folder in folders]
-    return Method(about, find, _network_bytes, "network", {"folders": places})
+    known = {path.name: digest(path) for folder in folders for path in sorted(folder.glob("*.h5"))}
+    return Method(about, find, _network_bytes, "network", {"networks": known})
 
 
 def _network_bytes(network: NeuralBrdf) -> int:
