@@ -17,7 +17,7 @@ from nacre.reproduce.methods import SIZES, TRUTH
 from nacre.reproduce.spheres import mean_maps, sphere_pages
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import markdown, write_csv
-from nacre.reproduce.trial import ANGLES, LIGHTS, MEASURES
+from nacre.reproduce.trial import ANGLES, HIGHER_IS_BETTER, LIGHTS, MEASURES
 
 Pages = Mapping[str, Any]
 """Matplotlib figures by what is added to the experiment's name."""
@@ -159,9 +159,9 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         "lobes in the plane of incidence",
         _fixed("nbrdf-675", "npf", "published", "sgd", "ggx", "rgl-48k"),
         lobe_pages,
-        "lights at 15, 45 and 75 degrees; other materials than grease-covered-steel and "
+        "lights at 15, 45, 75 and 80 degrees; other materials than grease-covered-steel and "
         "black-oxidized-steel unless these are given; more methods than NPF and the network",
-        {"mean |log10 f / f| of luminance, in decades": LOBE_FIGURES},
+        {"mean |log10 g − log10 f| of luminance, in decades": LOBE_FIGURES},
         prepare=with_lobe_errors,
     ),
     "fig9": Experiment(
@@ -180,7 +180,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         "fidelity against memory",
         _every,
         lambda study, methods: {light: footprint_plot(study, methods, light) for light in LIGHTS},
-        tables={light: (f"{light} SSIM", f"{light} PSNR") for light in LIGHTS},
+        tables={"SSIM and PSNR": tuple(f"{x} {m}" for x in LIGHTS for m in HIGHER_IS_BETTER)},
     ),
 }
 """Every experiment by name."""

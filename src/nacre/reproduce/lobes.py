@@ -11,12 +11,15 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.color import luminance
-from nacre.evaluate.plot import INCIDENCE, lobe_figure
+from nacre.evaluate.plot import lobe_figure
 from nacre.geometry import from_spherical, join, split
 from nacre.reproduce.methods import TRUTH
 from nacre.reproduce.study import Study
 
-FIGURES = tuple(f"lobe error {math.degrees(angle):g}°" for angle in INCIDENCE)
+INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0, 80.0))
+"""Polar angles of the light."""
+
+FIGURES = tuple(f"light at {math.degrees(angle):g}°" for angle in INCIDENCE)
 """Names of what :func:`lobe_errors` measures, one for each angle of incidence."""
 
 _LAST = 89
@@ -40,7 +43,8 @@ def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
     for material in study.materials:
         shown = [m for m in methods if (material, m) in study.trials]
         lobes = {material: study.fitted(material, TRUTH)}
-        pages[material] = lobe_figure(lobes | {m: study.fitted(material, m) for m in shown})
+        lobes |= {method: study.fitted(material, method) for method in shown}
+        pages[material] = lobe_figure(lobes, INCIDENCE)
     return pages
 
 
@@ -68,7 +72,7 @@ def lobe_errors(truth: Brdf, other: Brdf) -> list[float]:
     Returns
     -------
     list of float
-        One for each of :data:`nacre.evaluate.plot.INCIDENCE`.
+        One for each of :data:`INCIDENCE`.
     """
     theta = np.radians(np.arange(-_LAST, _LAST + 1.0))
     wo = join(from_spherical(theta, np.zeros_like(theta)))

@@ -55,14 +55,13 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
     What the figures' names share with the title is left out of the columns' heads.
     """
     heads = (figure.removeprefix(f"{title} ") for figure in figures)
-    columns = ("method", "bytes", "materials", "s a fit", *heads)
+    columns = ("method", "bytes", "materials", *heads)
     lines = [_row(columns), "|---" + "|---:" * (len(columns) - 1) + "|"]
     found = [(study.mean_size(method), method) for method in methods if study.of(method)]
     for size, method in sorted(found, key=lambda item: item[0]):
         trials = study.of(method)
-        seconds = f"{np.mean([trial.seconds for trial in trials]):.1f}"
         cells = (_cell(summarise(trials, figure), figure) for figure in figures)
-        lines.append(_row((method, f"{size:,.0f}", str(len(trials)), seconds, *cells)))
+        lines.append(_row((method, f"{size:,.0f}", str(len(trials)), *cells)))
     return "\n".join(lines) + "\n"
 
 
