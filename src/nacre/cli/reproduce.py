@@ -13,7 +13,7 @@ from nacre.cli.console import (
     console,
     environment_option,
     file_path,
-    print_table,
+    print_facts,
     printable,
     status,
 )
@@ -28,8 +28,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
         return
     from nacre.reproduce import Settings, methods
 
-    known = methods(Settings())
-    print_table(("method", "family", "about"), [(n, m.family, m.about) for n, m in known.items()])
+    print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     context.exit()
 
 
