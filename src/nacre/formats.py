@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import stat
 from collections.abc import Callable, Sequence
 from dataclasses import fields
@@ -11,7 +10,7 @@ from pathlib import Path
 
 from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
-from nacre.files import HEAD, Format, FormatError, PathLike
+from nacre.files import HEAD, Format, FormatError, PathLike, digest
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
@@ -61,7 +60,7 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
     brdf: Brdf = entry.load(path, material) if entry.several else entry.load(path)
-    brdf.source = {"file": path.name, "sha256": _digest(path)}
+    brdf.source = {"file": path.name, "sha256": digest(path)}
     brdf.name = brdf.name or path.stem
     return brdf
 
@@ -181,11 +180,3 @@ def _head(path: Path) -> bytes:
     if not head:
         raise FormatError(f"{path}: is empty")
     return head
-
-
-def _digest(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error

@@ -160,6 +160,14 @@ def from_stereographic(x: Array, y: Array) -> Components:
     return 2.0 * x * scale, 2.0 * y * scale, (1.0 - r2) * scale
 
 
+def uniform_hemisphere(u: Array, v: Array) -> Components:
+    """Direction of density 1 / (2 pi) from two numbers in [0, 1)."""
+    xp = namespace(u, v)
+    z, phi = 1.0 - u, 2.0 * math.pi * v
+    radius = xp.sqrt(xp.maximum(1.0 - z * z, 0.0))
+    return radius * xp.cos(phi), radius * xp.sin(phi), z
+
+
 def cosine_hemisphere(u: Array, v: Array) -> Components:
     """Direction of density cos(theta) / pi from two numbers in [0, 1)."""
     xp = namespace(u, v)

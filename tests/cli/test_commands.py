@@ -344,7 +344,6 @@ def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
         (["--model", "ggx", "--draft"], "--draft is for networks"),
         (["--model", "ggx", "--device", "cpu"], "--device is for networks"),
         (["--model", "ggx", "-o", "x.safetensors"], "do not hold analytic materials"),
-        (["--gain", "2"], "--gain is for analytic models"),
         (["-o", "x.json"], "do not hold neural materials"),
     ],
 )

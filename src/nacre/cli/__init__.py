@@ -21,6 +21,7 @@ _COMMANDS = {
     "info": "Show what is in a file, and whether it is physical.",
     "measure": "Measure a Mitsuba BSDF virtually.",
     "plot": "Draw the lobes of materials over one another.",
+    "reproduce": "Make a table or figure of the NBRDF paper again from given materials.",
     "render": "Render a preview of a material.",
 }
 

@@ -51,7 +51,7 @@ def _model(
 
 def _analytic_settings(context: click.Context, gain: float | None) -> dict[str, Any]:
     """Settings of an analytic fit; refuses options that only a network has."""
-    for name in ("inputs", "hidden", "epochs", "draft", "device"):
+    for name in ("inputs", "hidden", "epochs", "draft", "sampling", "device"):
         if context.get_parameter_source(name) != ParameterSource.DEFAULT:
             raise click.BadParameter(f"--{name} is for networks, not analytic models")
     settings = {"gain": gain, "samples": context.params["samples"], "seed": context.params["seed"]}
@@ -117,6 +117,13 @@ def _validation(quality: dict[str, Any]) -> str:
     help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material; 40000 for an "
     "analytic model.",
 )
+@click.option(
+    "--sampling",
+    type=click.Choice(["rusinkiewicz", "hemisphere"]),
+    default="rusinkiewicz",
+    help="How training directions are distributed: uniform in the Rusinkiewicz angles, dense about "
+    "highlights; or over the solid angle.",
+)
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
 @click.option(
@@ -135,6 +142,7 @@ def command(
     epochs: int,
     draft: bool,
     samples: int | None,
+    sampling: str,
     seed: int,
     jobs: int | None,
     device: str | None,
@@ -156,7 +164,13 @@ def command(
     check_outputs(targets.values(), files)
     epochs = max(1, epochs // 5) if draft else epochs
     recipe = Recipe(
-        hidden=hidden, epochs=epochs, samples=samples, seed=seed, inputs=inputs, gain=gain
+        hidden=hidden,
+        epochs=epochs,
+        samples=samples,
+        seed=seed,
+        inputs=inputs,
+        gain=gain,
+        sampling=sampling,
     )
     interrupted = threading.Event()
 

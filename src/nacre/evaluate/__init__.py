@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         angular_errors,
         flip,
         image_errors,
+        similarity_map,
     )
     from nacre.evaluate.physics import (
         Estimate,
@@ -49,6 +50,7 @@ __all__ = [
     "physical_facts",
     "picture",
     "reciprocity_error",
+    "similarity_map",
     "write_plot",
 ]
 
@@ -59,7 +61,14 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "drawing": ["picture"],
         "facts": ["physical_facts"],
         "lobes": ["Lobe", "lobe"],
-        "metrics": ["AngularErrors", "ImageErrors", "angular_errors", "flip", "image_errors"],
+        "metrics": [
+            "AngularErrors",
+            "ImageErrors",
+            "angular_errors",
+            "flip",
+            "image_errors",
+            "similarity_map",
+        ],
         "physics": ["Estimate", "albedo", "anisotropy", "known_share", "reciprocity_error"],
         "plot": ["lobe_figure", "write_plot"],
     },

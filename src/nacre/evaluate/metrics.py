@@ -104,7 +104,6 @@ def image_errors(
     covered = np.ones(truth.shape[:2], bool) if mask is None else mask
     if covered.shape != truth.shape[:2] or not covered.any():
         raise ValueError(f"the mask {covered.shape} selects nothing of {truth.shape}")
-    structural = require("skimage.metrics", "render")
     a, b = tone_map(truth, gamma), tone_map(other, gamma)
     difference = a[covered].astype(np.float64) - b[covered]
     rmse = math.sqrt(np.mean(difference**2))
@@ -113,10 +112,40 @@ def image_errors(
         mae=float(np.mean(np.abs(difference))),
         rmse=rmse,
         psnr=-20.0 * math.log10(rmse) if rmse > 0.0 else math.inf,
-        ssim=float(structural.structural_similarity(a, b, channel_axis=-1, data_range=1.0)),
+        ssim=_structural_similarity(a, b)[0],
         flip=float(np.mean(flip_map[covered])),
     )
     return errors, flip_map
+
+
+def similarity_map(truth: Floats, other: Floats) -> Floats:
+    """Structural similarity about every pixel of two tone-mapped pictures.
+
+    Parameters
+    ----------
+    truth, other
+        Values of display in [0, 1], shapes (height, width, 3), at least 7 x 7.
+
+    Returns
+    -------
+    array of shape (height, width)
+        SSIM (Wang et al. 2004) of a 7 x 7 window, colour channels averaged; 1 where equal.
+
+    Raises
+    ------
+    MissingExtraError
+        If scikit-image is not installed.
+    """
+    return _structural_similarity(truth, other)[1]
+
+
+def _structural_similarity(truth: Floats, other: Floats) -> tuple[float, Floats]:
+    """SSIM of two pictures of display values, and its map with channels averaged."""
+    metrics = require("skimage.metrics", "render")
+    mean, whole = metrics.structural_similarity(
+        truth, other, channel_axis=-1, data_range=1.0, full=True
+    )
+    return float(mean), np.asarray(whole).mean(axis=-1)
 
 
 def flip(truth: Floats, other: Floats) -> Floats:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.evaluate.draws import REPLICATES, Proposal, draw_pairs, pair_density, sobol
-from nacre.geometry import from_spherical, join
+from nacre.geometry import from_spherical, join, uniform_hemisphere
 from nacre.parallel import thread_map
 
 Floats = npt.NDArray[np.floating]
@@ -168,10 +168,7 @@ def known_share(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
         As for :func:`albedo`.
     """
     u = sobol(4, count, seed)
-    wi, wo = (
-        join(from_spherical(np.arccos(1.0 - u[..., k]), 2.0 * math.pi * u[..., k + 1]))
-        for k in (0, 2)
-    )
+    wi, wo = (join(uniform_hemisphere(u[..., k], u[..., k + 1])) for k in (0, 2))
     return float(brdf.valid(wi, wo).mean())
 
 

@@ -31,7 +31,7 @@ INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0))
 MAX_MATERIALS = 7
 """As many as there are colours that can be told apart."""
 
-_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Of Okabe and Ito's palette for all kinds of colour vision."""
 _REFERENCE = "#a3a6ab"
 
@@ -208,7 +208,7 @@ def _style(index: int, count: int) -> dict[str, Any]:
     """How the lines of a material look."""
     if count > 1 and index == 0:
         return {"color": _REFERENCE, "linewidth": 3.2, "solid_capstyle": "butt"}
-    return {"color": _COLORS[index - (count > 1)], "linewidth": 1.2, "solid_capstyle": "round"}
+    return {"color": COLORS[index - (count > 1)], "linewidth": 1.2, "solid_capstyle": "round"}
 
 
 def _arrange(figure: Any, names: Sequence[str], width: float) -> tuple[list[Place], float]:

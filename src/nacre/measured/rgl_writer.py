@@ -243,4 +243,5 @@ def _to_sample(
     """Luminance to draw samples by: nowhere 0 where f_r is known, not 0 throughout."""
     if not bright.any():
         return np.where(known, 1.0, 0.0) if known.any() else np.ones(known.shape)
-    return bright + np.where(known, _LEAST_LUMINANCE * bright.mean(), 0.0)
+    brighter = bright + np.where(known, _LEAST_LUMINANCE * bright.mean(), 0.0)
+    return np.minimum(brighter, 0.5 * _LARGEST)  # rounding must not take it over the bound

@@ -84,19 +84,20 @@ def draw(
     progress: Callable[[int, int], None] | None = None,
     inputs: str = PAPER,
     gain: float = 1.0,
+    distribution: str = "rusinkiewicz",
 ) -> Samples:
-    """Samples uniform in the Rusinkiewicz angles, ready to train on.
+    """Samples at random directions, ready to train on.
 
     Parameters
     ----------
-    brdf, count, seed, progress
+    brdf, count, seed, progress, distribution
         As for :func:`nacre.sampling.draw_samples`, which also has the errors.
     inputs
         Name of the parametrisation; see :func:`nacre.neural.inputs.network_inputs`.
     gain
         Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|.
     """
-    samples = draw_samples(brdf, count, seed, progress)
+    samples = draw_samples(brdf, count, seed, progress, distribution)
     values = np.empty((count, input_count(inputs, brdf.isotropic)), np.float32)
 
     def fill(start: int) -> None:

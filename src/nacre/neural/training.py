@@ -24,7 +24,7 @@ from nacre.neural.scattered import (
     validation_errors,
 )
 from nacre.parallel import one_blas_thread
-from nacre.sampling import fit_lobes
+from nacre.sampling import DISTRIBUTIONS, fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
@@ -86,6 +86,9 @@ class Recipe:
         Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
         counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
         with enhanced ones. A scan has a loss of its own.
+    sampling
+        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; a scan
+        has its own.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -97,6 +100,7 @@ class Recipe:
     seed: int = 0
     inputs: str = PAPER
     gain: float | None = None
+    sampling: str = "rusinkiewicz"
 
     def __post_init__(self) -> None:
         input_count(self.inputs, True)
@@ -113,6 +117,9 @@ class Recipe:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         if not 0 < self.held_out < 1:
             raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
+        if self.sampling not in DISTRIBUTIONS:
+            known = ", ".join(DISTRIBUTIONS)
+            raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
         if self.seed < 0:
             raise ValueError(f"seed must not be negative, got {self.seed}")
         if self.batch < BLOCK or self.batch % BLOCK:
@@ -186,9 +193,9 @@ def fit(
 
     chosen = recipe.held_out, recipe.seed
     if scan is None:
-        training, held_out = draw(
-            brdf, count, recipe.seed, sampled, recipe.inputs, recipe.loss_gain
-        ).split(recipe.held_out)
+        options = recipe.inputs, recipe.loss_gain, recipe.sampling
+        drawn = draw(brdf, count, recipe.seed, sampled, *options)
+        training, held_out = drawn.split(recipe.held_out)
     else:
         training, held_out = scattered_samples(scan, count, *chosen, sampled, recipe.inputs)
     quality = train(trainer, training, held_out, recipe, progress)

@@ -5,6 +5,6 @@ a material.
 from nacre.sampling.fit import fit_lobes
 from nacre.sampling.fitted import LobeSampledBrdf
 from nacre.sampling.lobes import BlinnPhongMixture
-from nacre.sampling.uniform import draw_samples
+from nacre.sampling.uniform import DISTRIBUTIONS, draw_samples
 
-__all__ = ["BlinnPhongMixture", "LobeSampledBrdf", "draw_samples", "fit_lobes"]
+__all__ = ["DISTRIBUTIONS", "BlinnPhongMixture", "LobeSampledBrdf", "draw_samples", "fit_lobes"]

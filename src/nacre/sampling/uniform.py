@@ -1,4 +1,4 @@
-"""Samples of a reflectance at directions uniform in the Rusinkiewicz angles."""
+"""Samples of a reflectance at random directions."""
 
 from __future__ import annotations
 
@@ -6,10 +6,19 @@ from collections.abc import Callable
 
 import numpy as np
 
+from nacre.array import Array, Components
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.files import NacreError
-from nacre.geometry import join, uniform_rusinkiewicz
+from nacre.geometry import join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.parallel import thread_map
+
+DISTRIBUTIONS: dict[str, Callable[[Array], tuple[Components, Components]]] = {
+    "rusinkiewicz": uniform_rusinkiewicz,
+    "hemisphere": lambda u: (uniform_hemisphere(u[0], u[1]), uniform_hemisphere(u[2], u[3])),
+}
+"""How directions are distributed: uniform in the Rusinkiewicz angles, which is dense about the
+mirror direction (the "adaptive sampling" of the NBRDF paper, section 4.1); or both directions
+uniform over the solid angle of the hemisphere, each on its own (its "uniform sampling")."""
 
 _CHUNK = 1 << 15
 _HOPELESS = 64
@@ -21,12 +30,14 @@ def draw_samples(
     count: int,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
+    distribution: str = "rusinkiewicz",
 ) -> DirectionSamples:
-    """Samples uniform in the Rusinkiewicz angles (NBRDF paper, section 3.1).
+    """Samples at random directions, by default uniform in the Rusinkiewicz angles.
 
-    theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an anisotropic
-    reflectance, else 0. Pairs with a direction below the horizon, and samples that are not valid
-    or not finite, are dropped and replaced, so that `count` remain.
+    Then theta_h and theta_d lie in [0, pi/2), phi_d in [0, 2 pi); phi_h in [0, 2 pi) for an
+    anisotropic reflectance, else 0 (NBRDF paper, section 3.1). Pairs with a direction below the
+    horizon, and samples that are not valid or not finite, are dropped and replaced, so that `count`
+    remain.
 
     Parameters
     ----------
@@ -38,6 +49,8 @@ def draw_samples(
         The same seed gives the same samples.
     progress
         Called with the number of samples drawn and `count`.
+    distribution
+        One of :data:`DISTRIBUTIONS`.
 
     Returns
     -------
@@ -55,7 +68,7 @@ def draw_samples(
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k)), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), distribution), wave):
             kept = min(len(part), count - filled)
             for whole, piece in ((wi, part.wi), (wo, part.wo), (rgb, part.rgb)):
                 whole[filled : filled + kept] = piece[:kept]
@@ -66,12 +79,12 @@ def draw_samples(
     return DirectionSamples(wi, wo, rgb)
 
 
-def _draw_chunk(brdf: Brdf, seed: tuple[int, int]) -> DirectionSamples:
+def _draw_chunk(brdf: Brdf, seed: tuple[int, int], distribution: str) -> DirectionSamples:
     random = np.random.default_rng(seed)
     u = random.random((4, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
         u[1] = 0.0
-    wi, wo = uniform_rusinkiewicz(u)
+    wi, wo = DISTRIBUTIONS[distribution](u)
     visible = (wi[2] > 0) & (wo[2] > 0)
     wi, wo = (join(w)[visible] for w in (wi, wo))
     known = brdf.valid(wi, wo)

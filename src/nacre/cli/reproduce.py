@@ -1,0 +1,142 @@
+"""`nacre reproduce`."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from nacre.cli.console import (
+    Stages,
+    console,
+    environment_option,
+    file_path,
+    print_facts,
+    status,
+)
+from nacre.files import NacreError, printable
+
+_EXPERIMENTS = ("table1", "fig6", "fig7", "fig8", "fig9", "fig10", "fig17")
+
+
+def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    """Print every method and stop."""
+    if not value:
+        return
+    from nacre.reproduce import Settings, methods
+
+    print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
+    context.exit()
+
+
+@click.command("reproduce")
+@click.argument("experiment", type=click.Choice(_EXPERIMENTS))
+@click.argument("files", nargs=-1, required=True, type=file_path())
+@click.option(
+    "-o",
+    "--output",
+    type=file_path(),
+    default="reproduced",
+    help="Folder for the CSV, the Markdown table and the pictures.",
+)
+@click.option("--methods", "chosen", metavar="NAME,NAME", help="Default: see docs/fidelity.md.")
+@click.option(
+    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
+    help="Print the names of all methods.",
+)  # fmt: skip
+@click.option(
+    "--published",
+    type=file_path(),
+    multiple=True,
+    help="Folder of published networks, MATERIAL.h5 each. May be given several times.",
+)
+@environment_option
+@click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
+@click.option("--epochs", type=click.IntRange(1), default=100, help="Of networks.")
+@click.option("--quick", is_flag=True, help="Small pictures and short fits: figures to look at.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Of fits.")
+@click.option("--cache", type=file_path(), help="Finished trials. Default: OUTPUT/cache.")
+@click.option("--fresh", is_flag=True, help="Make trials again that are in the cache.")
+@click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
+def command(
+    experiment: str,
+    files: tuple[Path, ...],
+    output: Path,
+    chosen: str | None,
+    published: tuple[Path, ...],
+    environment: Path | None,
+    size: int,
+    epochs: int,
+    quick: bool,
+    seed: int,
+    cache: Path | None,
+    fresh: bool,
+    jobs: int | None,
+) -> None:
+    """Make a table or figure of the NBRDF paper again from the materials in FILES.
+
+    Every pair of a material and a method is tried once and kept: a run that was stopped goes on,
+    and other experiments on the same materials find what they need.
+    """
+    from nacre.files import require
+    from nacre.render.environment import load_environment
+    from nacre.reproduce import EXPERIMENTS, Settings, methods, run
+    from nacre.reproduce.cache import Cache
+    from nacre.reproduce.methods import TRUTH
+
+    require("matplotlib.figure", "plot")
+    for folder in published:
+        if not folder.is_dir():
+            raise NacreError(
+                f"{folder}: is no folder; --published takes the folder of the networks"
+            )
+    lighting = load_environment(environment) if environment else None
+    settings = Settings(size=size, epochs=epochs, seed=seed, environment=lighting)
+    if quick:
+        settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)
+    known = methods(settings, published)
+    kind = EXPERIMENTS[experiment]
+    names = _names(chosen, known) if chosen else kind.choose(known)
+    if kind.anisotropic:
+        _check_anisotropic(files, experiment)
+    output.mkdir(parents=True, exist_ok=True)
+    with Stages() as stages:
+        study = run(
+            files,
+            {name: known[name] for name in (TRUTH, *names)},
+            settings,
+            Cache(cache or output / "cache"),
+            jobs=jobs,
+            fresh=fresh,
+            progress=stages.add(experiment),
+        )
+        if not any(method != TRUTH for _, method in study.trials):
+            reasons = sorted(set(study.skipped.values()))
+            raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
+        paths = kind.write(experiment, study, names, output)
+    for method, reason, where in study.left_out():
+        line = f"left out: {method} ({', '.join(where)}): {reason}"
+        status.print(printable(line), markup=False)
+    for path in paths:
+        console.print(printable(str(path)), markup=False)
+    console.print(f"differs from the paper: {kind.differs}", markup=False)
+
+
+def _names(chosen: str, known: Container[str]) -> list[str]:
+    """Names of methods with commas between them."""
+    names = list(dict.fromkeys(part.strip() for part in chosen.split(",")))
+    for name in names:
+        if name not in known or name == "truth":
+            raise click.BadParameter(f"--methods: {name!r} is no method; --list prints them")
+    return names
+
+
+def _check_anisotropic(files: tuple[Path, ...], experiment: str) -> None:
+    """Raise if a material is isotropic."""
+    from nacre.formats import load
+
+    for path in files:
+        if load(path).isotropic:
+            raise NacreError(f"{path}: is isotropic; {experiment} is of anisotropic materials")

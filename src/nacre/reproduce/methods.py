@@ -1,0 +1,161 @@
+"""The representations that experiments compare, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, astuple, dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from nacre import analytic
+from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
+from nacre.brdf import Brdf
+from nacre.files import NacreError, digest
+from nacre.formats import load
+from nacre.measured.rgl import RglBrdf, tabulate
+from nacre.measured.rgl_writer import Resolution
+from nacre.neural import NeuralBrdf, Recipe, fit
+from nacre.reproduce.trial import Settings
+
+TRUTH = "truth"
+"""Name of the method that keeps a material as it is."""
+
+GAIN = 16.0
+"""Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
+
+SIZES = {
+    "nbrdf-105": (6, 6),
+    "nbrdf-183": (9, 9),
+    "nbrdf-315": (13, 13),
+    "nbrdf-435": (16, 16),
+    "nbrdf-675": (21, 21),
+    "nbrdf-1095": (28, 28),
+    "nbrdf-1695": (36, 36),
+    "nbrdf-2625": (46, 46),
+}
+"""Hidden layers of the networks, by names that say their number of weights."""
+
+_TABLE = Resolution(1, 8, 16, 16, 24)
+"""Of an RGL table of 48 KB."""
+_NUMBER = 4
+"""Bytes that a stored number takes."""
+
+
+class UnavailableError(NacreError):
+    """A method that has nothing for this material."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to represent a material.
+
+    Parameters
+    ----------
+    about
+        What it is, for people, in a few words.
+    fit
+        From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
+    footprint
+        Bytes that such a representation takes.
+    family
+        "network", "analytic" or "table"; figures group by it.
+    settings
+        JSON-able settings: results are kept apart by them.
+    """
+
+    about: str
+    fit: Callable[[Brdf], Brdf]
+    footprint: Callable[[Any], int]
+    family: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+def methods(settings: Settings, published: Iterable[Path] = ()) -> dict[str, Method]:
+    """Every method by name.
+
+    Parameters
+    ----------
+    settings
+        Of the fits.
+    published
+        Folders of networks that others fitted, each under the name of its material.
+    """
+    recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
+    networks = {
+        name: _network(
+            f"network, hidden layers {hidden[0]}-{hidden[1]}", replace(recipe, hidden=hidden)
+        )
+        for name, hidden in SIZES.items()
+    }
+    models = {
+        name: _model(settings, f"analytic model, loss gain {GAIN:g}", model, GAIN)
+        for name, model in MODELS.items()
+    }
+    return {
+        TRUTH: Method("the material itself", lambda brdf: brdf, lambda brdf: 0, "truth"),
+        **networks,
+        "nbrdf-675-uniform": _network(
+            "network, hidden layers 21-21, trained on uniform directions",
+            replace(recipe, sampling="hemisphere"),
+        ),
+        "published": _published(tuple(published)),
+        **models,
+        "ggx-gain-1": _model(settings, "GGX, the paper's loss", MODELS["ggx"], 1.0),
+        "rgl-48k": Method(
+            "adaptive table of the RGL database, 48 KB", _table, _table_bytes, "table",
+            {"resolution": astuple(_TABLE)},
+        ),
+    }  # fmt: skip
+
+
+def _network(about: str, recipe: Recipe) -> Method:
+    """An NBRDF."""
+    chosen = {"recipe": asdict(recipe)}
+    return Method(about, lambda brdf: fit(brdf, recipe), _network_bytes, "network", chosen)
+
+
+def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: float) -> Method:
+    options = {"gain": gain, "seed": settings.seed}
+    return Method(
+        about,
+        partial(_fit_model, model=model, options=options),
+        lambda brdf: _NUMBER * sum(parameter.size for parameter in brdf.parameters),
+        "analytic",
+        {"model": model.model, **options},
+    )
+
+
+def _fit_model(brdf: Brdf, model: type[AnalyticBrdf], options: dict[str, Any]) -> Brdf:
+    if brdf.isotropic and model is AnisotropicGgx:
+        raise UnavailableError("is for anisotropic materials; on isotropic ones it is ggx")
+    return analytic.fit(brdf, model, **options)
+
+
+def _published(folders: tuple[Path, ...]) -> Method:
+    def find(brdf: Brdf) -> Brdf:
+        name = f"{Path((brdf.source or {}).get('file', brdf.name)).stem}.h5"
+        for folder in folders:
+            if (folder / name).is_file():
+                return load(folder / name)
+        raise UnavailableError(f"no published network {name} in the folders given")
+
+    about = "network that the authors published, hidden layers 21-21"
+    known = {path.name: digest(path) for folder in folders for path in sorted(folder.glob("*.h5"))}
+    return Method(about, find, _network_bytes, "network", {"networks": known})
+
+
+def _network_bytes(network: NeuralBrdf) -> int:
+    return _NUMBER * network.weight_count
+
+
+def _table(brdf: Brdf) -> RglBrdf:
+    if not brdf.isotropic:
+        raise UnavailableError("48 KB hold no table of an anisotropic material")
+    return tabulate(brdf, _TABLE)
+
+
+def _table_bytes(brdf: RglBrdf) -> int:
+    tables = brdf.tables
+    parts = (tables.ndf, tables.sigma, tables.vndf, tables.luminance, tables.rgb)
+    return int(sum(part.nbytes for part in parts))

@@ -1,0 +1,104 @@
+"""Trials as tables: CSV with all of them, Markdown with their mean, spread and worst."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nacre.files import atomic_path
+from nacre.reproduce.study import Study
+from nacre.reproduce.trial import HIGHER_IS_BETTER, Trial
+
+_DECIMALS = {"SSIM": 4, "PSNR": 1}
+"""Of figures in tables; other errors have four."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One figure of one method over materials.
+
+    Parameters
+    ----------
+    mean, deviation
+        Mean and standard deviation (of the population) over the materials.
+    worst
+        The worst value.
+    material
+        Where that is.
+    """
+
+    mean: float
+    deviation: float
+    worst: float
+    material: str
+
+
+def summarise(trials: Sequence[Trial], figure: str) -> Summary:
+    """Mean, standard deviation and worst of a figure; `trials` has at least one."""
+    values = np.array([trial.figures[figure] for trial in trials])
+    order = np.argsort(values)
+    worst = int(order[0] if figure.endswith(HIGHER_IS_BETTER) else order[-1])
+    with np.errstate(invalid="ignore"):  # equal pictures have an infinite PSNR
+        mean, deviation = float(values.mean()), float(values.std())
+    return Summary(mean, deviation, float(values[worst]), trials[worst].material)
+
+
+def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title: str = "") -> str:
+    """A table with a line a method, by size: mean ± standard deviation, worst (material).
+
+    What the figures' names share with the title is left out of the columns' heads.
+    """
+    heads = (figure.removeprefix(f"{title} ") for figure in figures)
+    columns = ("method", "bytes", "materials", *heads)
+    lines = [_row(columns), "|---" + "|---:" * (len(columns) - 1) + "|"]
+    found = [(study.mean_size(method), method) for method in methods if study.of(method)]
+    for size, method in sorted(found, key=lambda item: item[0]):
+        trials = study.of(method)
+        cells = (_cell(summarise(trials, figure), figure) for figure in figures)
+        lines.append(_row((method, f"{size:,.0f}", str(len(trials)), *cells)))
+    return "\n".join(lines) + "\n"
+
+
+def readable(value: float, figure: str) -> str:
+    """A figure as text, with the decimals that tables give it."""
+    if not math.isfinite(value):
+        return "∞" if value > 0 else "–"
+    return f"{value:.{_DECIMALS.get(figure.rpartition(' ')[2], 4)}f}"
+
+
+def write_csv(study: Study, methods: Iterable[str], path: Path) -> None:
+    """Every trial of the methods, a line each: sizes, seconds, and all figures.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    trials = [trial for method in methods for trial in study.of(method)]
+    figures = list(trials[0].figures) if trials else []
+    rows: list[Sequence[object]] = [("material", "method", "bytes", "seconds", *figures)]
+    rows += [
+        (t.material, t.method, t.size, round(t.seconds, 3), *(t.figures[f] for f in figures))
+        for t in trials
+    ]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    with atomic_path(path) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8")
+
+
+def _cell(summary: Summary, figure: str) -> str:
+    mean, deviation, worst = (
+        readable(value, figure) for value in (summary.mean, summary.deviation, summary.worst)
+    )
+    return f"{mean} ± {deviation}, {worst} ({summary.material})"
+
+
+def _row(cells: Iterable[str]) -> str:
+    return "| " + " | ".join(cells) + " |"

@@ -1,0 +1,197 @@
+"""One material by one method: its representation, and how far that is from the material."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.color import tone_map
+from nacre.evaluate.metrics import angular_errors, image_errors, similarity_map
+from nacre.render.environment import Environment
+from nacre.render.lights import DIRECTIONS, Light
+from nacre.render.sphere import SIZE, render_sphere, standard_lights
+
+if TYPE_CHECKING:
+    from nacre.reproduce.methods import Method
+
+Figures = Mapping[str, float]
+"""Values by name, such as "environment SSIM"; :data:`FIGURES` has the names."""
+
+LIGHTS = ("environment", "directional")
+MEASURES = ("SSIM", "PSNR", "MAE", "RMSE", "FLIP")
+ANGLES = ("angular relative error", "log-cosine error")
+FIGURES = (*(f"{light} {measure}" for light in LIGHTS for measure in MEASURES), *ANGLES)
+HIGHER_IS_BETTER = ("SSIM", "PSNR")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all trials of an experiment share.
+
+    Parameters
+    ----------
+    size
+        Pixels along an edge of the pictures.
+    directions
+        Light directions at a pixel under the environment.
+    epochs, samples
+        Of networks; see :class:`nacre.neural.Recipe`.
+    seed
+        Of fits and of pairs of directions.
+    environment
+        The map; the package's own where None.
+    """
+
+    size: int = SIZE
+    directions: int = DIRECTIONS
+    epochs: int = 100
+    samples: int | None = None
+    seed: int = 0
+    environment: Environment | None = field(default=None, compare=False)
+
+    @cached_property
+    def lights(self) -> Mapping[str, Light]:
+        """The lights of the pictures by name."""
+        return standard_lights(self.environment, self.directions)
+
+    @cached_property
+    def facts(self) -> dict[str, int | str | None]:
+        """What identifies the protocol: all of the above, the map by its hash."""
+        pixels = b"" if self.environment is None else self.environment.pixels.tobytes()
+        facts = asdict(self) | {"environment": hashlib.sha256(pixels).hexdigest()}
+        return {k: v for k, v in facts.items() if k not in ("epochs", "samples")}
+
+    def summary(self) -> str:
+        """The settings in one line, for people."""
+        samples = (
+            "as many samples as usual" if self.samples is None else f"{self.samples:,} samples"
+        )
+        lit = "the built-in studio" if self.environment is None else self.environment.name
+        return (
+            f"spheres {self.size} pixels wide, {self.directions} directions of light, environment "
+            f"{lit or 'given'}; networks trained for {self.epochs} epochs on {samples}; "
+            f"seed {self.seed}"
+        )
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A sphere under one light.
+
+    Parameters
+    ----------
+    shown
+        Tone-mapped bytes, shape (size, size, 3).
+    similarity
+        SSIM to the material itself, shape (size, size), float16.
+    mask
+        Pixels that the sphere covers, shape (size, size).
+    """
+
+    shown: npt.NDArray[np.uint8]
+    similarity: npt.NDArray[np.float16]
+    mask: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a trial found.
+
+    Parameters
+    ----------
+    material, method
+        Names.
+    size
+        Bytes of the representation.
+    seconds
+        Of the fit.
+    figures
+        Errors by the names in :data:`FIGURES`.
+    """
+
+    material: str
+    method: str
+    size: int
+    seconds: float
+    figures: Figures
+
+
+class Reference:
+    """A material with its spheres, which are rendered once.
+
+    Parameters
+    ----------
+    name
+        Of the material, for people.
+    brdf
+        The material.
+    settings
+        Of the trials.
+    """
+
+    def __init__(self, name: str, brdf: Brdf, settings: Settings) -> None:
+        self.name, self.brdf, self.settings = name, brdf, settings
+
+    @cached_property
+    def spheres(self) -> dict[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]]:
+        """Linear picture and mask under each light."""
+        return {name: self.sphere(self.brdf, light) for name, light in self.settings.lights.items()}
+
+    def sphere(
+        self, brdf: Brdf, light: Light
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
+        """Linear picture and mask of any reflectance."""
+        return render_sphere(brdf, light, self.settings.size)
+
+
+def attempt(
+    reference: Reference, name: str, method: Method
+) -> tuple[Trial, dict[str, Picture], Brdf]:
+    """Fit one material by one method, and compare.
+
+    Returns
+    -------
+    trial
+        The figures.
+    pictures
+        A sphere under each light.
+    fitted
+        The representation.
+
+    Raises
+    ------
+    NacreError
+        If the method has nothing for this material.
+    MissingExtraError
+        If scikit-image or flip-evaluator is not installed.
+    """
+    truth = reference.brdf
+    start = time.perf_counter()
+    fitted = method.fit(truth)
+    seconds = time.perf_counter() - start
+    figures: dict[str, float] = {}
+    pictures: dict[str, Picture] = {}
+    for light_name, light in reference.settings.lights.items():
+        image, mask = reference.spheres[light_name]
+        other = image if fitted is truth else reference.sphere(fitted, light)[0]
+        errors, _ = image_errors(image, other, mask)
+        figures |= {f"{light_name} {m}": float(getattr(errors, m.lower())) for m in MEASURES}
+        mapped = tone_map(image), tone_map(other)
+        pictures[light_name] = Picture(
+            np.rint(255.0 * mapped[1]).astype(np.uint8),
+            similarity_map(*mapped).astype(np.float16),
+            mask,
+        )
+    angles = angular_errors(truth, fitted, seed=reference.settings.seed)
+    values = angles.relative_median, angles.log_cosine
+    figures |= dict(zip(ANGLES, values, strict=True))
+    size = method.footprint(fitted)
+    return Trial(reference.name, name, size, seconds, figures), pictures, fitted

@@ -1,0 +1,106 @@
+"""Tables and figures of a small study."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from nacre.analytic import MODELS
+from nacre.reproduce import EXPERIMENTS, Settings, methods, run
+from nacre.reproduce.cache import Cache
+from nacre.reproduce.labels import place_labels
+from nacre.reproduce.lobes import lobe_errors
+from nacre.reproduce.summary import markdown, readable, summarise
+from nacre.reproduce.trial import FIGURES, Trial
+from tests.reproduce.support import SETTINGS, Grey, small_methods, write_materials
+
+figures = pytest.importorskip("matplotlib.figure", reason="needs the extra 'plot'")
+pytest.importorskip("skimage", reason="needs the extra 'render'")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    known = small_methods(Grey(refuse=True))
+    return run(write_materials(folder), known, SETTINGS, Cache(folder / "cache"))
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_every_experiment_writes_its_files(study, tmp_path, name):
+    paths = EXPERIMENTS[name].write(name, study, ["grey", "nbrdf-675"], tmp_path)
+    assert set(paths) == set(tmp_path.iterdir())
+    assert (len(paths) == 2) == (name == "table1")
+    for path in paths[2:]:
+        assert path.read_bytes().startswith(b"\x89PNG")
+    rows = list(csv.reader(paths[0].read_text(encoding="utf-8").splitlines()))
+    assert [row[:2] for row in rows[1:]] == [["a", "grey"], ["a", "nbrdf-675"], ["b", "nbrdf-675"]]
+    assert all(len(row) == len(rows[0]) for row in rows)
+    text = paths[1].read_text(encoding="utf-8")
+    assert "**Differs from the paper:** " in text
+    assert "- grey: not for b (b)" in text
+    assert "16 pixels wide" in text
+
+
+def test_experiments_choose_methods_that_exist():
+    known = methods(Settings())
+    for name, kind in EXPERIMENTS.items():
+        chosen = kind.choose(known)
+        assert chosen, name
+        assert set(chosen) <= set(known) - {"truth"}
+    compared = EXPERIMENTS["table1"].choose([*known, "a new one"])
+    assert {"nbrdf-675", "nbrdf-675-uniform", "a new one", *MODELS} <= set(compared)
+    assert "nbrdf-105" not in compared
+    assert "nbrdf-105" in EXPERIMENTS["fig17"].choose(known)
+
+
+def trial(material: str, value: float) -> Trial:
+    return Trial(material, "x", 12, 0.5, dict.fromkeys(FIGURES, value))
+
+
+def test_summaries_have_mean_deviation_and_worst():
+    trials = [trial("a", 1.0), trial("b", 2.0), trial("c", 6.0)]
+    error = summarise(trials, "environment MAE")
+    assert (error.mean, error.worst, error.material) == (3.0, 6.0, "c")
+    assert error.deviation == pytest.approx(math.sqrt(14.0 / 3.0))
+    quality = summarise(trials, "environment SSIM")
+    assert (quality.worst, quality.material) == (1.0, "a")
+
+
+def test_equal_pictures_have_no_spread_of_psnr():
+    item = summarise([trial("a", math.inf), trial("b", 30.0)], "directional PSNR")
+    assert (readable(item.mean, "PSNR"), readable(item.deviation, "PSNR")) == ("∞", "–")
+    assert (item.worst, item.material) == (30.0, "b")
+
+
+def test_markdown_counts_materials(study):
+    lines = markdown(study, ["grey", "nbrdf-675"], ["environment SSIM"], "environment").splitlines()
+    assert lines[0] == "| method | bytes | materials | SSIM |"
+    assert lines[2].startswith("| grey | 12 | 1 |")
+    assert lines[3].startswith("| nbrdf-675 | 2,700 | 2 |")
+    assert lines[3].endswith(("(a) |", "(b) |"))
+
+
+def test_lobe_errors_are_decades():
+    bright, dim = (MODELS["lambert"](diffuse=(x, x, x)) for x in (0.5, 0.05))
+    assert lobe_errors(bright, dim) == pytest.approx([1.0] * 4)
+    assert lobe_errors(bright, bright) == [0.0] * 4
+
+
+def test_labels_do_not_cover_each_other():
+    figure = figures.Figure((5.0, 4.0))
+    axes = figure.add_axes((0.1, 0.1, 0.8, 0.8))
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(0.0, 1.0)
+    random = np.random.default_rng(0)
+    points = 0.4 + 0.1 * random.random((12, 2))
+    place_labels(axes, [(x, y, f"method {k}") for k, (x, y) in enumerate(points)])
+    figure.draw_without_rendering()
+    text_alone = pytest.importorskip("matplotlib.text").Text.get_window_extent
+    boxes = [text_alone(text) for text in axes.texts]  # without their lines
+    overlaps = [a.overlaps(b) for a, b in itertools.combinations(boxes, 2)]
+    assert len(boxes) == 12
+    assert not any(overlaps)

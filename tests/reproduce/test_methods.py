@@ -1,0 +1,54 @@
+"""The registry of methods: sizes, and what they refuse."""
+
+from __future__ import annotations
+
+import pytest
+
+import nacre
+from nacre.files import NacreError
+from nacre.neural import NeuralBrdf
+from nacre.neural.training import initial_layers
+from nacre.reproduce import Settings, methods
+from nacre.reproduce.methods import SIZES
+from tests.reflectances import Brushed, Glossy
+from tests.reproduce.support import SETTINGS, write_materials
+
+
+def test_networks_have_the_weights_that_their_names_say():
+    known = methods(Settings())
+    for name, hidden in SIZES.items():
+        network = NeuralBrdf(initial_layers(hidden, 0))
+        assert name == f"nbrdf-{network.weight_count}"
+        assert known[name].footprint(network) == 4 * network.weight_count
+        assert known[name].settings["recipe"]["hidden"] == hidden
+    assert known["nbrdf-675-uniform"].settings["recipe"]["sampling"] == "hemisphere"
+
+
+def test_footprints_count_what_is_stored(tmp_path):
+    truth, known = Glossy(0.3, 0.05, 0.3), methods(SETTINGS)
+    assert known["lambert"].footprint(known["lambert"].fit(truth)) == 12
+    network = known["nbrdf-105"].fit(truth)
+    assert known["nbrdf-105"].footprint(network) == 420
+    table = known["rgl-48k"].fit(truth)
+    nacre.save(table, tmp_path / "table.bsdf")
+    size = known["rgl-48k"].footprint(table)
+    assert 0.95 * (tmp_path / "table.bsdf").stat().st_size < size <= 48 * 1024
+
+
+def test_published_networks_are_found_by_the_name_of_the_material(tmp_path):
+    (path, other) = write_materials(tmp_path)
+    folder = tmp_path / "networks"
+    folder.mkdir()
+    nacre.save(nacre.load(path), folder / "a.h5")
+    published = methods(SETTINGS, [tmp_path, folder])["published"]
+    assert published.fit(nacre.load(path)).weight_count == 83
+    with pytest.raises(NacreError, match=r"no published network b\.h5"):
+        published.fit(nacre.load(other))
+
+
+def test_methods_refuse_materials_that_they_cannot_hold():
+    known = methods(SETTINGS)
+    with pytest.raises(NacreError, match="48 KB hold no table"):
+        known["rgl-48k"].fit(Brushed())
+    with pytest.raises(NacreError, match="on isotropic ones it is ggx"):
+        known["ggx-anisotropic"].fit(Glossy(0.3, 0.05, 0.3))

@@ -1,0 +1,32 @@
+"""Directions of samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nacre.sampling import DISTRIBUTIONS, draw_samples
+from tests.reflectances import Brushed
+from tests.scans import Gloss
+
+
+@pytest.mark.parametrize("brdf", [Gloss(), Brushed()])
+def test_hemisphere_samples_are_uniform_over_the_solid_angle(brdf):
+    samples = draw_samples(brdf, 40_000, 0, distribution="hemisphere")
+    # Archimedes: heights of points on a sphere are uniform.
+    for w in (samples.wi, samples.wo):
+        heights = np.histogram(w[:, 2], 10, (0.0, 1.0))[0]
+        assert heights == pytest.approx(np.full(10, 4_000), rel=0.1)
+    turn = np.arctan2(samples.wo[:, 1], samples.wo[:, 0])
+    assert np.histogram(turn, 8)[0] == pytest.approx(np.full(8, 5_000), rel=0.1)
+    np.testing.assert_allclose(samples.rgb, brdf.eval(samples.wi, samples.wo), rtol=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(samples.wi, axis=1), 1.0, atol=1e-6)
+
+
+def test_rusinkiewicz_samples_are_denser_about_the_mirror_direction():
+    near = {}
+    for name in DISTRIBUTIONS:
+        samples = draw_samples(Gloss(), 20_000, 0, distribution=name)
+        half = samples.wi + samples.wo
+        near[name] = np.mean(half[:, 2] > 0.99 * np.linalg.norm(half, axis=1))
+    assert near["rusinkiewicz"] > 2.0 * near["hemisphere"]
