@@ -244,4 +244,5 @@ def _to_sample(
     if not bright.any():
         return np.where(known, 1.0, 0.0) if known.any() else np.ones(known.shape)
     brighter = bright + np.where(known, _LEAST_LUMINANCE * bright.mean(), 0.0)
-    return np.minimum(brighter, 0.5 * _LARGEST)  # rounding must not take it over the bound
+    # Rounding must not take it over the bound.
+    return np.asarray(np.minimum(brighter, 0.5 * _LARGEST), np.float64)
