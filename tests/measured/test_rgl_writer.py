@@ -14,7 +14,7 @@ from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.files import FormatError
 from nacre.measured import MerlBrdf, RglBrdf, merl, rgl
-from nacre.measured.microfacets import NormalGrid, polar_nodes
+from nacre.microfacets import NormalGrid, polar_nodes
 from nacre.measured.rgl_writer import Resolution
 from nacre.measured.tensor_file import read_tensors, write_tensors
 from tests.reflectances import Glossy
