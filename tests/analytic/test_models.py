@@ -51,21 +51,21 @@ def test_pytorch_gives_what_numpy_gives_and_its_derivatives(brdf):
     torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     wi, wo = pairs(200)
     light, view = (tuple(torch.from_numpy(np.ascontiguousarray(c)) for c in w.T) for w in (wi, wo))
-    values = {
+    leaves = {
         name: tuple(torch.tensor(v, dtype=torch.float64, requires_grad=True) for v in value)
         if isinstance(value, tuple)
         else torch.tensor(value, dtype=torch.float64, requires_grad=True)
-        for name, value in brdf.values.items()
+        for name, value in ((p.name, brdf.values[p.name]) for p in brdf.parameters)
     }
-    rgb = torch.stack(brdf.formula(values, light, view), -1)
+    rgb = torch.stack(brdf.formula({**brdf.operands, **leaves}, light, view), -1)
     np.testing.assert_allclose(rgb.detach().numpy(), brdf.eval(wi, wo), rtol=1e-9)
     total = rgb.sum()
-    for name, value in values.items():
+    for name, value in leaves.items():
         for channel, leaf in enumerate(value if isinstance(value, tuple) else (value,)):
             derivative = float(torch.autograd.grad(total, leaf, retain_graph=True)[0])
 
             def moved(step, name=name, channel=channel):
-                changed = dict(brdf.values)
+                changed = dict(brdf.operands)
                 old = changed[name]
                 if isinstance(old, tuple):
                     new = list(old)

@@ -20,13 +20,16 @@ from nacre.geometry import join, split, uniform_rusinkiewicz
 
 Vector = npt.NDArray[np.float64]
 
-SWEEPS = 60
-"""How often every table is solved for."""
+TABLES = ("distribution", "fresnel", "masking")
+SWEEPS = 8
+"""How often every table is solved for alone."""
+STEPS = 40
+"""How often all are solved for together."""
 
 _SOFTENING = 0.05
 """Residuals below this share of the mean count as squares."""
 _DAMPING = 1e-4
-"""Pull of a step to 0, relative to the curvature of each number, and of their mean."""
+"""Of the first steps."""
 _CLOSE = 1e-6
 """Relative difference below which the slope of the logarithm stands for its secant."""
 _SHORTEST, _LONGEST = 0.3, 3.0
@@ -70,12 +73,19 @@ class Channel:
         self._logs = np.log1p(self._cosine * self._values)
         self._weights = weights
 
-    def fit(self, sweeps: int = SWEEPS) -> Factors:
-        """The tables after some sweeps over all of them."""
+    def fit(self, sweeps: int = SWEEPS, steps: int = STEPS) -> Factors:
+        """The tables after sweeps over one after the other, then steps of all at once."""
         found = self._start()
         for _ in range(sweeps):
-            for name in ("distribution", "fresnel", "masking"):
-                found = self._improve(found, name)
+            for name in TABLES:
+                found = self._step(found, [name], _DAMPING)
+        damping, loss = _DAMPING, self._loss(found)
+        for _ in range(steps):
+            tried = self._step(found, TABLES, damping)
+            if (lower := self._loss(tried)) < loss:
+                found, loss, damping = tried, lower, 0.3 * damping
+            else:
+                damping *= 10.0
         return found
 
     def _start(self) -> Factors:
@@ -90,22 +100,44 @@ class Channel:
         ones = np.ones(NODES)
         return Factors(0.1 * float(np.median(self._values)) + _LEAST, np.exp(mean), ones, ones)
 
-    def _improve(self, found: Factors, name: str) -> Factors:
-        """Solve for one table and the base; every number changes by a factor near 1."""
+    def _step(self, found: Factors, names: Sequence[str], damping: float) -> Factors:
+        """Solve for some tables and the base; every number changes by a factor near 1."""
         half, difference, light, view = self._cells
         d, f = _at(found.distribution, half), _at(found.fresnel, difference)
         g_light, g_view = _at(found.masking, light), _at(found.masking, view)
-        factors = {
+        uses = {
             "distribution": [(half, f * g_light * g_view)],
             "fresnel": [(difference, d * g_light * g_view)],
             "masking": [(light, d * f * g_view), (view, d * f * g_light)],
-        }[name]
-        error = found.base + self._scale * d * f * g_light * g_view - self._values
-        rows = [(cell, self._scale * rest) for cell, rest in factors]
-        table: Vector = getattr(found, name)
-        step = _solve(rows, table, found.base, error, self._compressive(error))
+        }
+        error = self._error(found)
+        terms = [(np.zeros(len(error), np.int64), np.full(len(error), found.base))]
+        for k, name in enumerate(names):
+            table, first = getattr(found, name), 1 + k * NODES
+            for (node, part), rest in uses[name]:
+                scaled = self._scale * rest
+                terms += [
+                    (first + node, scaled * (1.0 - part) * table[node]),
+                    (first + node + 1, scaled * part * table[node + 1]),
+                ]
+        size = 1 + len(names) * NODES
+        step = _solve(terms, size, error, self._compressive(error), damping)
         change = np.clip(1.0 + step, _SHORTEST, _LONGEST)
-        return found._replace(**{name: table * change[:-1]}, base=found.base * float(change[-1]))
+        rows = change[1:].reshape(len(names), NODES)
+        tables = {name: getattr(found, name) * row for name, row in zip(names, rows, strict=True)}
+        return found._replace(base=found.base * float(change[0]), **tables)
+
+    def _error(self, found: Factors) -> Vector:
+        """Model less data."""
+        half, difference, light, view = self._cells
+        masking = _at(found.masking, light) * _at(found.masking, view)
+        facets = _at(found.distribution, half) * _at(found.fresnel, difference) * masking
+        error: Vector = found.base + self._scale * facets - self._values
+        return error
+
+    def _loss(self, found: Factors) -> float:
+        logs = np.log1p(self._cosine * (self._values + self._error(found))) - self._logs
+        return float(np.average(np.abs(logs), weights=self._weights))
 
     def _compressive(self, error: Vector) -> Vector:
         """Weights with which squared errors of f_r add up to absolute ones of its logarithm."""
@@ -166,30 +198,27 @@ def _at(table: Vector, cell: Cell) -> Vector:
 
 
 def _solve(
-    rows: Sequence[tuple[Cell, Vector]], table: Vector, base: float, error: Vector, weights: Vector
+    terms: Sequence[tuple[npt.NDArray[np.int64], Vector]],
+    size: int,
+    error: Vector,
+    weights: Vector,
+    damping: float,
 ) -> Vector:
-    """Relative changes of a table and of the base with the least weighted squares, (nodes + 1,).
+    """The step of the numbers with the least weighted squares of what error it leaves, (size,).
 
     Parameters
     ----------
-    rows
-        Where a sample takes values of the table, and what each is multiplied by.
-    table, base
-        Their values now.
+    terms
+        Which number each sample depends on, and its derivative: each of shape (n,).
+    size
+        How many numbers there are.
     error
         Model less data of every sample.
     weights
         Of its square.
+    damping
+        Pull of the step to 0, relative to the curvature of each number and a little of their mean.
     """
-    size = NODES + 1
-    terms: list[tuple[npt.NDArray[np.int64], Vector]] = [
-        (np.full(len(error), NODES), np.full(len(error), base))
-    ]
-    for (node, part), rest in rows:
-        terms += [
-            (node, rest * (1.0 - part) * table[node]),
-            (node + 1, rest * part * table[node + 1]),
-        ]
     products, slope = np.zeros(size * size), np.zeros(size)
     for k, (column, value) in enumerate(terms):
         weighted = weights * value
@@ -200,5 +229,5 @@ def _solve(
     half = products.reshape(size, size)
     normal = half + half.T
     curvature = np.diag(normal)
-    damping = _DAMPING * (curvature + curvature.mean()) + 1e-300
-    return np.asarray(np.linalg.solve(normal + np.diag(damping), -slope), np.float64)
+    pull = damping * (curvature + 0.01 * curvature.mean()) + 1e-300
+    return np.asarray(np.linalg.solve(normal + np.diag(pull), -slope), np.float64)

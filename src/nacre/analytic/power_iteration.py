@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from nacre.analytic.model import TableParameter, Values
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.geometry import from_rusinkiewicz_angles, join
-from nacre.microfacets import NormalGrid, polar_nodes
+from nacre.microfacets import GRAZING, NormalGrid, polar_nodes
 
 _AZIMUTHS = 32
 """Nodes of the half vector's azimuth, over which D is averaged."""
@@ -103,7 +104,8 @@ def _fresnel(brdf: Brdf, facets: TabulatedMicrofacets) -> npt.NDArray[np.floatin
     angles = half_angles()[None, :], 0.0, even_angles()[:, None], 0.5 * np.pi
     wi, wo = (join(w) for w in from_rusinkiewicz_angles(*angles))
     truth, whole = brdf.eval(wi, wo), facets.eval(wi, wo)[..., 0]
-    known = brdf.valid(wi, wo) & np.isfinite(truth).all(axis=-1) & (whole > _DARK)
+    high = np.minimum(wi[..., 2], wo[..., 2]) > math.cos(GRAZING)
+    known = high & brdf.valid(wi, wo) & np.isfinite(truth).all(axis=-1) & (whole > _DARK)
     ratio = np.where(known[..., None], truth / np.maximum(whole, _DARK)[..., None], 0.0)
     count = known.sum(axis=1)
     mean = ratio.sum(axis=1) / np.maximum(count, 1)[:, None]
