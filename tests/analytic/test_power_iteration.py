@@ -69,7 +69,7 @@ def test_the_distribution_and_the_fresnel_term_of_ggx_come_back():
     )
 
 
-@pytest.mark.parametrize(("alpha", "error"), [(0.05, 0.07), (0.1, 0.02), (0.4, 0.01)])
+@pytest.mark.parametrize(("alpha", "error"), [(0.05, 0.07), (0.1, 0.03), (0.4, 0.01)])
 def test_a_material_of_microfacets_only_is_its_own_fit(alpha, error):
     """What is left is linear interpolation between 90 nodes."""
     truth = Ggx(diffuse=(0, 0, 0), specular=COLOUR, roughness=alpha)

@@ -12,9 +12,13 @@ import numpy as np
 from nacre.analytic.cook_torrance import cosine_product
 from nacre.analytic.factor import NODES, FactoredBrdf, half_angles, locate, lookup
 from nacre.analytic.factorisation import Channel, Factors, draw
-from nacre.analytic.model import DIFFUSE, SCALE, TableParameter, Values, lambertian
+from nacre.analytic.model import DIFFUSE, Parameter, TableParameter, Values, lambertian
 from nacre.array import Array, Components
 from nacre.brdf import Brdf, DirectionSamples
+
+
+SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), colour=True)
+"""Scale of the product; far from 1 where F or G are largest at angles that hardly occur."""
 
 
 class Npf(FactoredBrdf):
@@ -27,7 +31,7 @@ class Npf(FactoredBrdf):
     """
 
     model = "npf"
-    parameters = (DIFFUSE, SCALE)
+    parameters = (DIFFUSE, SPECULAR)
     tables = (
         TableParameter("distribution", 3, NODES, 1e12),
         TableParameter("fresnel", 3, NODES, 1.0),
@@ -71,7 +75,7 @@ def _normalised(channels: list[Factors]) -> dict[str, Any]:
     for base, distribution, fresnel, masking in channels:
         density, reflected, seen = weights @ distribution, fresnel.max(), masking.max()
         rows["diffuse"].append(min(math.pi * base, DIFFUSE.high))
-        rows["specular"].append(min(density * reflected * seen**2, SCALE.high))
+        rows["specular"].append(min(density * reflected * seen**2, SPECULAR.high))
         rows["distribution"].append(distribution / density)
         rows["fresnel"].append(fresnel / reflected)
         rows["masking"].append(masking / seen)
