@@ -16,7 +16,6 @@ from nacre.analytic.model import DIFFUSE, Parameter, TableParameter, Values, lam
 from nacre.array import Array, Components
 from nacre.brdf import Brdf, DirectionSamples
 
-
 SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), colour=True)
 """Scale of the product; far from 1 where F or G are largest at angles that hardly occur."""
 
