@@ -1,9 +1,10 @@
 """Fit of a product of tables by alternating weighted least squares.
 
 After Bagher, Snyder and Nowrouzezahrai 2016: one table after the other is solved for while the
-others stay, and weights compress the range of f_r. Their objective weighs squared differences of
-f_r; here the weights also make them absolute differences of log(1 + k f cos), which every model of
-this package is fitted by.
+others stay, with weights that compress the range of f_r. Which weights theirs are we could not
+establish. Here they turn squares into absolute differences of log(1 + k f cos), by which every
+model of this package is fitted. Steps of all tables at once follow, which are not in the paper:
+alternating alone gets stuck far from tables that made the data.
 """
 
 from __future__ import annotations
