@@ -27,6 +27,8 @@ from nacre.microfacets import GRAZING, NormalGrid, polar_nodes
 
 _AZIMUTHS = 32
 """Nodes of the half vector's azimuth, over which D is averaged."""
+_LARGEST = 1e3
+"""Bound of F."""
 _DARK = 1e-4
 """f_r in 1/sr of facets that reflect everything, below which they tell nothing of F."""
 
@@ -44,7 +46,7 @@ class TabulatedMicrofacets(FactoredBrdf):
     tables = (
         TableParameter("distribution", 1, NODES, 1e12),
         TableParameter("area", 1, NODES, 10.0),
-        TableParameter("fresnel", 3, NODES, 1.0),
+        TableParameter("fresnel", 3, NODES, _LARGEST),
     )
 
     @staticmethod
@@ -64,7 +66,8 @@ class TabulatedMicrofacets(FactoredBrdf):
         """D by power iteration on light sent straight back, then F from what D leaves to explain.
 
         F is the mean over theta_h, at phi_d = 90 degrees, of f_r over that of facets that reflect
-        everything, at most 1. Samples, gain and seed do not matter.
+        everything. It exceeds 1 where more than single reflection by facets is to be explained, as on
+        white paper. Samples, gain and seed do not matter.
 
         Returns
         -------
@@ -113,4 +116,4 @@ def _fresnel(brdf: Brdf, facets: TabulatedMicrofacets) -> npt.NDArray[np.floatin
     if not count.any():
         return np.zeros((3, NODES))
     mended = [np.interp(nodes, nodes[count > 0], channel[count > 0]) for channel in mean.T]
-    return np.asarray(np.clip(mended, 0.0, 1.0), np.float64)
+    return np.asarray(np.clip(mended, 0.0, _LARGEST), np.float64)
