@@ -66,8 +66,8 @@ class TabulatedMicrofacets(FactoredBrdf):
         """D by power iteration on light sent straight back, then F from what D leaves to explain.
 
         F is the mean over theta_h, at phi_d = 90 degrees, of f_r over that of facets that reflect
-        everything. It exceeds 1 where more than single reflection by facets is to be explained, as on
-        white paper. Samples, gain and seed do not matter.
+        everything. It exceeds 1 where facets alone cannot explain what is reflected, as on white
+        paper. Samples, gain and seed do not matter.
 
         Returns
         -------
