@@ -165,9 +165,20 @@ class Brdf(abc.ABC):
         """
         raise NacreError(f"{self.name or 'this material'}: is known in RGB only, not by wavelength")
 
+    @property
+    def footprint(self) -> int | None:
+        """Bytes of the numbers that f_r comes from; None where it comes from no stored numbers.
+
+        Each number counts once, with the bytes it takes in memory: float32 as a rule. Not counted
+        is what is computed from them or serves sampling only, and the few numbers of fitted lobes.
+        """
+        return None
+
     def describe(self) -> dict[str, Any]:
         """Facts about this reflectance in the order they should be shown."""
         facts = {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
+        if self.footprint is not None:
+            facts["memory bytes"] = self.footprint
         if self.wavelengths is None:
             return facts
         span = [float(self.wavelengths[0]), float(self.wavelengths[-1])]

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from nacre.analytic import MODELS, AnalyticBrdf
+from nacre.analytic.factor import even_angles, half_angles
 
 DIFFUSE = {"diffuse": (0.05, 0.1, 0.3)}
 BLUE = {**DIFFUSE, "specular": (0.05, 0.04, 0.03)}
@@ -16,6 +19,18 @@ def grey(**values: float) -> dict[str, tuple[float, float, float]]:
     """The same number for every channel."""
     return {name: (value, value, value) for name, value in values.items()}
 
+
+def factors(roughness: float) -> dict[str, np.ndarray]:
+    """Tables of GGX facets of a conductor, and masking without correlation."""
+    h, d = half_angles(), even_angles()
+    slopes = (np.sin(h) / roughness) ** 2 + np.cos(h) ** 2
+    distribution = 1.0 / (np.pi * roughness**2 * slopes**2)
+    fresnel = [0.5 + 0.5 * (1.0 - np.cos(d)) ** 5] * 3
+    area = 0.5 * (np.cos(d) + np.hypot(np.cos(d), roughness * np.sin(d)))
+    return {"distribution": distribution, "fresnel": fresnel, "area": area}
+
+
+TABLES = factors(0.3)
 
 _VALUES: dict[str, dict[str, Any]] = {
     "lambert": DIFFUSE,
@@ -36,6 +51,17 @@ _VALUES: dict[str, dict[str, Any]] = {
         **grey(alpha=0.05, p=0.7, normal_reflectance=0.2, slope=0.05, normalisation=8.0),
         "lambda": (2.0, 2.0, 2.0),
         **grey(log_c=-4.0, k=6.0, theta_0=0.1),
+    },
+    "tabulated-microfacets": {
+        "distribution": [TABLES["distribution"]],
+        "area": [TABLES["area"]],
+        "fresnel": TABLES["fresnel"],
+    },
+    "npf": {
+        **SHINY,
+        "distribution": [TABLES["distribution"]] * 3,
+        "fresnel": TABLES["fresnel"],
+        "masking": [np.cos(even_angles()) / TABLES["area"]] * 3,
     },
 }
 

@@ -88,6 +88,27 @@ def test_bad_content_is_one_line(content, message, tmp_path):
     assert len(str(error.value)) - len(str(path)) < 600
 
 
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (3.0, "3 rows of 90 numbers"),
+        ([[1.0] * 89] * 3, "3 rows of 90 numbers"),
+        ([[1.0] * 90, [1.0] * 90, [1.0] * 89], "parameters: "),
+        ([[math.nan] * 90] * 3, "must lie in"),
+        ([[-1e-3] * 90] * 3, "must lie in"),
+        ([[1.1] * 90] * 3, "must lie in"),
+        ([["x"] * 90] * 3, "parameters: "),
+    ],
+)
+def test_bad_tables_of_a_model_are_one_line(table, message, tmp_path):
+    path = tmp_path / "bad.json"
+    values = EXAMPLES["npf"].values | {"fresnel": table}
+    path.write_text(json.dumps({"model": "npf", "parameters": values}))
+    with pytest.raises(FormatError, match=message) as error:
+        nacre.load(path)
+    assert len(str(error.value)) < 300
+
+
 def test_truncated_files_are_refused(tmp_path):
     nacre.save(EXAMPLES["ggx"], tmp_path / "whole.json")
     data = (tmp_path / "whole.json").read_bytes().rstrip()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from nacre.analytic import MODELS
+from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.fresnel import dielectric
 from nacre.geometry import split
 from nacre.render import bsdf
@@ -51,21 +52,21 @@ def test_pytorch_gives_what_numpy_gives_and_its_derivatives(brdf):
     torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     wi, wo = pairs(200)
     light, view = (tuple(torch.from_numpy(np.ascontiguousarray(c)) for c in w.T) for w in (wi, wo))
-    values = {
+    leaves = {
         name: tuple(torch.tensor(v, dtype=torch.float64, requires_grad=True) for v in value)
         if isinstance(value, tuple)
         else torch.tensor(value, dtype=torch.float64, requires_grad=True)
-        for name, value in brdf.values.items()
+        for name, value in ((p.name, brdf.values[p.name]) for p in brdf.parameters)
     }
-    rgb = torch.stack(brdf.formula(values, light, view), -1)
+    rgb = torch.stack(brdf.formula({**brdf.operands, **leaves}, light, view), -1)
     np.testing.assert_allclose(rgb.detach().numpy(), brdf.eval(wi, wo), rtol=1e-9)
     total = rgb.sum()
-    for name, value in values.items():
+    for name, value in leaves.items():
         for channel, leaf in enumerate(value if isinstance(value, tuple) else (value,)):
             derivative = float(torch.autograd.grad(total, leaf, retain_graph=True)[0])
 
             def moved(step, name=name, channel=channel):
-                changed = dict(brdf.values)
+                changed = dict(brdf.operands)
                 old = changed[name]
                 if isinstance(old, tuple):
                     new = list(old)
@@ -105,6 +106,8 @@ def test_the_channels_of_a_colour_do_not_mix(brdf):
 
 
 def test_free_numbers_and_bounded_ones_are_the_same(brdf):
+    if isinstance(brdf, FactoredBrdf):
+        pytest.skip("no fit searches its numbers")
     for parameter in brdf.parameters:
         middle = parameter.at(np.array([0.01, 0.5, 0.99]))
         np.testing.assert_allclose(

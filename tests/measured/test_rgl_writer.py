@@ -14,9 +14,9 @@ from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.files import FormatError
 from nacre.measured import MerlBrdf, RglBrdf, merl, rgl
-from nacre.measured.microfacets import NormalGrid, polar_nodes
 from nacre.measured.rgl_writer import Resolution
 from nacre.measured.tensor_file import read_tensors, write_tensors
+from nacre.microfacets import NormalGrid, polar_nodes
 from tests.reflectances import Glossy
 from tests.variants import require_mitsuba
 

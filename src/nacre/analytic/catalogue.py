@@ -8,7 +8,9 @@ from nacre.analytic.cook_torrance import CookTorrance, SchlickCookTorrance
 from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.analytic.lambert import Lambert
 from nacre.analytic.model import AnalyticBrdf
+from nacre.analytic.npf import Npf
 from nacre.analytic.phong import BlinnPhong, Lafortune
+from nacre.analytic.power_iteration import TabulatedMicrofacets
 from nacre.analytic.sgd import Sgd
 from nacre.analytic.ward import Ward, WardDuer
 
@@ -27,6 +29,8 @@ _CLASSES: tuple[type[AnalyticBrdf], ...] = (
     AbcMicrofacet,
     AbcSmooth,
     Sgd,
+    TabulatedMicrofacets,
+    Npf,
 )
 
 MODELS: dict[str, type[AnalyticBrdf]] = {kind.model: kind for kind in _CLASSES}

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.least_absolute import minimise
 from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf, DirectionSamples
@@ -44,7 +45,8 @@ def fit(
 
     The mean of |log(1 + k f cos) - log(1 + k g cos)| over samples and channels is brought to a
     minimum from several starts. With a gain k of 1 that is the loss of the NBRDF paper (equation
-    1), which a network is trained on; a larger one gives more weight to what is dark.
+    1), which a network is trained on; a larger one gives more weight to what is dark. A model with
+    tables finds them in its own way (:mod:`nacre.analytic.factor`).
 
     Parameters
     ----------
@@ -58,7 +60,8 @@ def fit(
     samples
         How many to draw.
     starts
-        How many sets of parameters to start from; the best quarter of them goes on twice.
+        How many sets of parameters to start from; the best quarter of them goes on twice. A model
+        with tables has one start.
     seed
         Of samples and starts: the same seed gives the same parameters.
     progress
@@ -83,20 +86,21 @@ def fit(
     drawn = drawn[np.random.default_rng((seed, 1)).permutation(len(drawn))]
     if brdf.isotropic and not model.isotropic:
         drawn = _turned(drawn, seed)
-    problem = _Problem(model, drawn, gain)
+    values: Values
+    settings: dict[str, Any] = {"gain": gain, "samples": len(drawn)}
     report = progress or (lambda stage, done, total, note: None)
     with one_blas_thread(), np.errstate(all="ignore"):
-        free, loss = _search(problem, starts, seed, report)
+        if issubclass(model, FactoredBrdf):
+            values, facts = model.extract(brdf, drawn, gain, seed)
+            loss = _loss(model(**values), drawn, gain)
+            settings |= facts
+        else:
+            values, loss = _search(_Problem(model, drawn, gain), starts, seed, report)
+            settings["starts"] = starts
     if not math.isfinite(loss):
         raise NacreError(f"{brdf.name or 'reflectance'}: {model.model} cannot be fitted to it")
-    fitted = model(name=brdf.name, **problem.values(free))
-    fitted.metadata["fit"] = {
-        "gain": gain,
-        "samples": len(drawn),
-        "starts": starts,
-        "seed": seed,
-        "loss": loss,
-    }
+    fitted = model(name=brdf.name, **values)
+    fitted.metadata["fit"] = settings | {"seed": seed, "loss": loss}
     if brdf.source:
         fitted.metadata["source"] = dict(brdf.source)
     return fitted
@@ -178,7 +182,17 @@ class _Problem:
         return rows
 
 
-def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tuple[Vector, float]:
+def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
+    """Mean loss of a fitted model over samples."""
+    cosine = gain * samples.wi[:, 2:].astype(np.float64)
+    found, truth = (
+        np.log1p(cosine * np.maximum(f, 0.0))
+        for f in (brdf.eval(samples.wi, samples.wo), samples.rgb)
+    )
+    return float(np.abs(found - truth).mean())
+
+
+def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tuple[Values, float]:
     """The best parameters found, and their mean loss over all samples."""
     candidates = [problem.start(np.random.default_rng((seed, 2, k))) for k in range(starts)]
     counts = [max(1, starts // 4**k) for k in range(len(_ROUNDS))]
@@ -193,4 +207,4 @@ def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tupl
             done += 1
             report("fitting", done, total, f"loss {loss:.5f}")
         candidates = [found for _, _, found in sorted(best, key=lambda x: x[:2])]
-    return candidates[0], min(best, key=lambda x: x[:2])[0]
+    return problem.values(candidates[0]), min(best, key=lambda x: x[:2])[0]

@@ -7,18 +7,21 @@ import math
 import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from nacre.array import Array, Components, namespace
+from nacre.array import Array, Components, Table, namespace
 from nacre.sampling import LobeSampledBrdf
 
-Value: TypeAlias = float | tuple[float, float, float]
-"""A number, or one a colour channel."""
+Value: TypeAlias = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
+"""A number, one a colour channel, or a table of them: rows of numbers."""
 
 Values: TypeAlias = Mapping[str, Any]
-"""Parameters by name: arrays, or tuples of three where there is one a colour channel."""
+"""Parameters by name: arrays, tuples of three where there is one a colour channel, and
+:class:`nacre.array.Table`.
+"""
 
 CHANNELS = 3
 
@@ -83,12 +86,58 @@ class Parameter:
         if numbers.shape != ((CHANNELS,) if self.colour else ()):
             kind = "three numbers" if self.colour else "one number"
             raise ValueError(f"{self.name} takes {kind}, got {reprlib.repr(value)}")
-        if not (np.isfinite(numbers) & (numbers >= self.low) & (numbers <= self.high)).all():
+        if not _within(numbers, self.low, self.high):
             raise ValueError(
                 f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {reprlib.repr(value)}"
             )
         checked: Value = tuple(numbers.tolist()) if self.colour else float(numbers)
         return checked
+
+
+@dataclass(frozen=True)
+class TableParameter:
+    """A function of one angle that a model has as numbers at nodes.
+
+    Parameters
+    ----------
+    name
+        As in the model's files.
+    rows
+        1, or 3 where each colour channel has its own.
+    nodes
+        Numbers in a row.
+    high
+        Bound; the lower one is 0.
+    """
+
+    name: str
+    rows: int
+    nodes: int
+    high: float
+
+    @property
+    def size(self) -> int:
+        """How many numbers it takes."""
+        return self.rows * self.nodes
+
+    def check(self, value: Any) -> Value:
+        """`value` as rows of numbers, each the shortest that stands for the same float32.
+
+        Raises
+        ------
+        ValueError
+            If it is of another shape, not finite or out of bounds.
+        """
+        numbers = np.array(value, np.float64)
+        if numbers.shape != (self.rows, self.nodes):
+            raise ValueError(f"{self.name} takes {self.rows} rows of {self.nodes} numbers")
+        if not _within(numbers, 0.0, self.high):
+            raise ValueError(f"{self.name} must lie in [0, {self.high:g}] throughout")
+        return tuple(tuple(float(str(x)) for x in row) for row in numbers.astype(np.float32))
+
+
+def _within(numbers: Array, low: float, high: float) -> bool:
+    return bool((np.isfinite(numbers) & (numbers >= low) & (numbers <= high)).all())
 
 
 class AnalyticBrdf(LobeSampledBrdf):
@@ -104,7 +153,8 @@ class AnalyticBrdf(LobeSampledBrdf):
     metadata
         JSON-able facts about the fit and its source, kept in the file.
     **values
-        Every one of :attr:`parameters` by name: a number, or three for a colour.
+        Every one of :attr:`parameters` and :attr:`tables` by name: a number, three for a colour,
+        rows of numbers for a table.
 
     Raises
     ------
@@ -117,14 +167,18 @@ class AnalyticBrdf(LobeSampledBrdf):
 
     parameters: ClassVar[tuple[Parameter, ...]]
 
+    tables: ClassVar[tuple[TableParameter, ...]] = ()
+    """What a model has as tables beside its parameters; it brings its own fit then."""
+
     def __init__(
         self, *, name: str = "", metadata: Mapping[str, Any] | None = None, **values: Any
     ) -> None:
-        known = [parameter.name for parameter in self.parameters]
-        if set(values) != set(known):
+        known = self.numbers()
+        names = [parameter.name for parameter in known]
+        if set(values) != set(names):
             given = ", ".join(values)[:200]
-            raise ValueError(f"{self.model} takes {', '.join(known)}; got {given}")
-        self.values: dict[str, Value] = {p.name: p.check(values[p.name]) for p in self.parameters}
+            raise ValueError(f"{self.model} takes {', '.join(names)}; got {given}")
+        self.values: dict[str, Value] = {p.name: p.check(values[p.name]) for p in known}
         self.name = name
         self.metadata = dict(metadata or {})
 
@@ -143,15 +197,36 @@ class AnalyticBrdf(LobeSampledBrdf):
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; parameters enter a Dr.Jit kernel as literals."""
-        return self.formula(self.values, wi, wo)
+        return self.formula(self.operands, wi, wo)
+
+    @cached_property
+    def operands(self) -> Values:
+        """What :meth:`formula` takes: the values, tables as arrays to gather from."""
+        tables = {table.name for table in self.tables}
+        return {k: Table(v) if k in tables else v for k, v in self.values.items()}
+
+    @property
+    def footprint(self) -> int:
+        """See :class:`nacre.brdf.Brdf`; float32 numbers."""
+        return 4 * sum(parameter.size for parameter in self.numbers())
+
+    @classmethod
+    def numbers(cls) -> tuple[Parameter | TableParameter, ...]:
+        """All that a material of this model is made of."""
+        return (*cls.parameters, *cls.tables)
 
     def summary(self) -> str:
         """The model and its parameters in one line, rounded."""
-        return ", ".join([self.model, *(f"{k} {_shown(v)}" for k, v in self.values.items())])
+        return ", ".join([self.model, *(f"{k} {v}" for k, v in self._shown().items())])
+
+    def _shown(self) -> dict[str, str]:
+        """Parameters, rounded, and sizes of tables."""
+        tables = {table.name: f"{table.rows} x {table.nodes}" for table in self.tables}
+        return {k: tables.get(k) or _rounded(v) for k, v in self.values.items()}
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        values = {k: _shown(v) for k, v in self.values.items()}
+        values = self._shown()
         source = self.metadata.get("source", {})
         facts = {
             "fitted to": source.get("file"),
@@ -161,7 +236,7 @@ class AnalyticBrdf(LobeSampledBrdf):
         return super().describe() | values | {k: v for k, v in facts.items() if v is not None}
 
 
-def _shown(value: Value) -> str:
+def _rounded(value: Value) -> str:
     if isinstance(value, tuple):
         return f"({', '.join(f'{v:.4g}' for v in value)})"
     return f"{value:.4g}"

@@ -25,7 +25,6 @@ _UNITS = {
     "points with a negative channel": "share of tabulated points",
     "points below the horizon": "share of tabulated points",
     "memory bytes": "bytes",
-    "weight bytes": "bytes",
     "wavelengths nm": "nm",
     "bytes": "bytes",
     "training loss": "mean log-cosine loss",

@@ -68,11 +68,6 @@ class AdaptiveWarp:
     def __str__(self) -> str:
         return "the table's own warp"
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the tables, in bytes."""
-        return self._vndf.nbytes + self._luminance.nbytes
-
     def view(self, wo: Components) -> View:
         """Turn `wo` into the measured range of azimuths and find its slices.
 

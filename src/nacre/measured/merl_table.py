@@ -82,6 +82,11 @@ class MerlBrdf(LobeSampledBrdf):
         valid: npt.NDArray[np.bool_] = np.all(self._nodes.values >= 0.0, axis=-1)
         return valid
 
+    @property
+    def footprint(self) -> int:
+        """See :class:`nacre.brdf.Brdf`."""
+        return self._nodes.values.nbytes
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`."""
         red, green, blue, known = self._interpolate(wi, wo)
@@ -102,7 +107,6 @@ class MerlBrdf(LobeSampledBrdf):
             "interpolation": self.interpolation,
             "value range": [float(f_r.min()), float(f_r.max())] if f_r.size else None,
             "invalid samples": float(1.0 - mask.mean()),
-            "memory bytes": self._nodes.values.nbytes,
         }
 
     def _interpolate(self, wi: Components, wo: Components) -> tuple[Array, Array, Array, Array]:

@@ -59,6 +59,11 @@ class RglBrdf(Brdf):
             for channel in np.moveaxis(tables.rgb, 2, 0)
         ]
 
+    @property
+    def footprint(self) -> int:
+        """See :class:`nacre.brdf.Brdf`; the luminance serves sampling only."""
+        return self.tables.footprint
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`."""
         view = self._warp.view(wo)
@@ -120,9 +125,6 @@ class RglBrdf(Brdf):
             "table range": [float(rgb.min()), float(rgb.max())],
             "points with a negative channel": float((rgb < 0.0).any(axis=2).mean()),
             "points below the horizon": float((rgb <= 0.0).all(axis=2).mean()),
-            "memory bytes": self._warp.nbytes
-            + sum(grid.nbytes for grid in (self._ndf, self._sigma, *self._rgb))
-            + (0 if tables.spectra is None else tables.spectra.nbytes),
         }
 
 

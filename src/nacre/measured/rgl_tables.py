@@ -82,6 +82,13 @@ class RglTables:
         return len(self.phi_i) <= 2
 
     @property
+    def footprint(self) -> int:
+        """Bytes of the numbers that f_r comes from: all but the luminance."""
+        colours = self.rgb if self.spectra is None else self.spectra
+        used = (self.phi_i, self.theta_i, self.ndf, self.sigma, self.vndf, colours)
+        return sum(table.nbytes for table in used)
+
+    @property
     def reduction(self) -> int:
         """How often the measured range of incident azimuths fits into a full turn: 1, 2 or 4."""
         if self.isotropic:

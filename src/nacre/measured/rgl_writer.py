@@ -2,7 +2,7 @@
 
 What :mod:`nacre.measured.adaptive` reads (Dupuy and Jakob 2018, "An Adaptive Parameterization for
 Efficient Material Acquisition and Rendering"), computed from the material itself: the density of
-microfacet normals by power iteration (:mod:`nacre.measured.microfacets`), from it the densities of
+microfacet normals by power iteration (:mod:`nacre.microfacets`), from it the densities of
 visible normals that warp the square, and on the warped square the colour relative to what the
 microfacets alone would give.
 """
@@ -22,11 +22,11 @@ from nacre.color import luminance
 from nacre.files import FormatError, PathLike
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
-from nacre.measured.microfacets import GRAZING, NormalGrid
 from nacre.measured.rgl_tables import RglTables
 from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
+from nacre.microfacets import GRAZING, NormalGrid
 
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""
@@ -93,6 +93,9 @@ class Resolution:
 
 ISOTROPIC = Resolution(1, 40, 72, 32, 128)
 """Default for isotropic materials."""
+
+COMPACT = Resolution(1, 12, 17, 4, 32)
+"""An isotropic table of 48 KB, as the NBRDF paper's Table 3 has it; the best of those tried."""
 
 ANISOTROPIC = Resolution(33, 16, 48, 64, 64)
 """Default for anisotropic materials."""

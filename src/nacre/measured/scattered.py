@@ -123,6 +123,12 @@ class ScatteredBrdf(LobeSampledBrdf):
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
         return self._tree.near(split(wi), split(wo), 1).sample[:, 0]
 
+    @property
+    def footprint(self) -> int:
+        """See :class:`nacre.brdf.Brdf`; float64, and directions of three numbers."""
+        colours = self.samples.rgb if self.spectra is None else self.spectra
+        return self.samples.wi.nbytes + self.samples.wo.nbytes + colours.nbytes
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`.
 

@@ -67,6 +67,11 @@ class UtiaBrdf(LobeSampledBrdf):
         valid: npt.NDArray[np.bool_] = np.all(self.stored >= 0.0, axis=0)
         return valid
 
+    @property
+    def footprint(self) -> int:
+        """See :class:`nacre.brdf.Brdf`."""
+        return self.stored.nbytes
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`."""
         blend = _blend(wi, wo)
@@ -86,7 +91,6 @@ class UtiaBrdf(LobeSampledBrdf):
             "grid": f"theta_i x phi_i x theta_v x phi_v: {' x '.join(map(str, SHAPE[1:]))}",
             "value range": [float(f_r.min()), float(f_r.max())] if f_r.size else None,
             "invalid samples": float(1.0 - mask.mean()),
-            "memory bytes": self.stored.nbytes + self._nodes.values.nbytes,
         }
 
     def _sum(self, channel: int, blend: Blend) -> Array:

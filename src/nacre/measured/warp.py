@@ -48,11 +48,6 @@ class Grid:
         self.values = Table(values)
         self.height, self.width = values.shape[1:]
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the tables, in bytes."""
-        return self.values.values.nbytes
-
     def locate(self, x: Array, y: Array) -> Patch:
         """Cell of a point; points outside the square are moved onto its border."""
         xp = namespace(x, y)
@@ -114,11 +109,6 @@ class Warp(Grid):
         super().__init__(exact / total[:, None, None])
         self._rows = Table(along_y / total[:, None])
         self._columns = Table(along_x / total[:, None, None])
-
-    @property
-    def nbytes(self) -> int:
-        """See :attr:`Grid.nbytes`."""
-        return super().nbytes + self._rows.values.nbytes + self._columns.values.nbytes
 
     def sample(self, u: Array, v: Array, blend: Blend) -> tuple[Array, Array, Array]:
         """Point (x, y) of the density from uniform (u, v), and the density there.

@@ -118,6 +118,11 @@ class NeuralBrdf(Brdf):
         """Number of weights and biases."""
         return sum(layer.weights.size + layer.biases.size for layer in self.layers)
 
+    @property
+    def footprint(self) -> int:
+        """See :class:`nacre.brdf.Brdf`."""
+        return 4 * self.weight_count
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
         xp = namespace(*wi, *wo)
@@ -136,7 +141,6 @@ class NeuralBrdf(Brdf):
             "inputs": self.inputs,
             "layers": "-".join(map(str, self.sizes)),
             "weights": self.weight_count,
-            "weight bytes": 4 * self.weight_count,
             "sampler": str(self.sampler),
             "fitted to": source.get("file"),
             "fitted to sha256": source.get("sha256"),

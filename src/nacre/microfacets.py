@@ -89,20 +89,59 @@ class NormalGrid:
             return np.full(self.shape, 1.0 / math.pi)
         return density / total
 
-    def density(self, brdf: Brdf) -> _Floats:
+    def density(self, brdf: Brdf, correlated: bool = False) -> _Floats:
         """Density of microfacet normals D of a reflectance, in 1/sr, normalised.
 
         The eigenvector of f_r(o, o) cos(o) sigma(o) for the largest eigenvalue. Where f_r is not
         known it is interpolated along the polar angle.
+
+        Parameters
+        ----------
+        brdf
+            Any reflectance.
+        correlated
+            Whether light sent straight back is shadowed as models have it that correlate heights
+            and not directions (Heitz 2014, equation 99), 2 sigma(o) - cos(o) standing for
+            sigma(o); else what the viewer sees is lit.
         """
         back = self._straight_back(brdf)
+        shadowed = self._views[..., 2] if correlated else 0.0
         density = self.normalized(np.zeros(self.shape))
         for _ in range(_ITERATIONS):
             previous = density
-            density = self.normalized(back * self.projected_area(density))
+            area = self.projected_area(density)
+            density = self.normalized(back * (2.0 * area - shadowed if correlated else area))
             if np.abs(density - previous).max() <= _CONVERGED * density.max():
                 break
         return density
+
+    def ggx_roughness(self, density: _Floats) -> float:
+        """Alpha of the isotropic GGX distribution with the same mean slope.
+
+        Dupuy et al. 2015: the mean of |tan theta| over slopes is pi alpha / 2.
+
+        Parameters
+        ----------
+        density
+            D in 1/sr at the nodes, normalised.
+        """
+        sine = np.sqrt(1.0 - self.normals[..., 2] ** 2)
+        return 2.0 / math.pi * float(np.sum(self._weights * density * sine))
+
+    def beckmann_roughness(self, density: _Floats) -> float:
+        """Alpha of the isotropic Beckmann distribution with the same variance of slopes.
+
+        Dupuy et al. 2015: the mean of tan(theta)^2 over slopes is alpha^2.
+
+        Parameters
+        ----------
+        density
+            As for :meth:`ggx_roughness`.
+        """
+        cosine = self.normals[..., 2]
+        above = cosine > math.cos(GRAZING)
+        square = np.where(above, (1.0 - cosine**2) / np.where(above, cosine, 1.0), 0.0)
+        return math.sqrt(float(np.sum(self._weights * density * square)))
 
     def highlight(self, brdf: Brdf, theta_d: float) -> _Floats:
         """Mean of f_r over pairs of directions at an angle from their half vector, normalised.
