@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.analytic.least_absolute import minimise
+from nacre.least_absolute import minimise
 from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.files import NacreError
