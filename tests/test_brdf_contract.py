@@ -18,6 +18,7 @@ from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
+from nacre.neural.inputs import ENHANCED, PAPER, input_count
 from nacre.sampling import BlinnPhongMixture, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
@@ -27,13 +28,14 @@ from tests.variants import require_mitsuba
 DEGREES = (0.0, 30.0, 60.0, 80.0)
 
 
-def network(isotropic: bool) -> NeuralBrdf:
+def network(isotropic: bool, inputs: str = PAPER) -> NeuralBrdf:
     random = np.random.default_rng(0)
+    sizes = (input_count(inputs, isotropic), 21, 21, 3)
     layers = [
         Layer(random.normal(0, 0.4, (a, b)).astype(np.float32), np.full(b, 0.05, np.float32))
-        for a, b in itertools.pairwise((6, 21, 21, 3))
+        for a, b in itertools.pairwise(sizes)
     ]
-    brdf = NeuralBrdf(layers, isotropic=isotropic, name="random")
+    brdf = NeuralBrdf(layers, isotropic=isotropic, name="random", inputs=inputs)
     brdf.sampler = fit_lobes(brdf)
     return brdf
 
@@ -64,6 +66,8 @@ def real(folder: str, name: str) -> Brdf:
 MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "isotropic network": lambda _: network(True),
     "anisotropic network": lambda _: network(False),
+    "isotropic network of enhanced inputs": lambda _: network(True, ENHANCED),
+    "anisotropic network of enhanced inputs": lambda _: network(False, ENHANCED),
     "MERL table of a network": lambda _: tabulate(network(True)),
     "UTIA table of a network": lambda _: utia.tabulate(network(False)),
     "RGL table of a network": lambda _: rgl.tabulate(network(True)),

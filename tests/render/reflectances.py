@@ -11,7 +11,8 @@ import numpy as np
 from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.geometry import dot, half_vector
-from nacre.neural.nbrdf import HIDDEN, INPUTS, OUTPUTS, Layer, NeuralBrdf
+from nacre.neural.inputs import PAPER, input_count
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture
 
 
@@ -60,7 +61,8 @@ class Tilted(Constant):
 def network(seed: int, specular: float = 0.5, exponent: float = 50.0, **options: Any) -> NeuralBrdf:
     """An NBRDF of random weights that is positive nearly everywhere."""
     random = np.random.default_rng(seed)
-    sizes = (INPUTS, *HIDDEN, OUTPUTS)
+    count = input_count(options.get("inputs", PAPER), options.get("isotropic", True))
+    sizes = (count, *HIDDEN, OUTPUTS)
     layers = [
         Layer(
             random.normal(0, (1.0 / rows) ** 0.5, (rows, columns)).astype(np.float32),

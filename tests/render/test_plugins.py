@@ -32,6 +32,8 @@ def reflectance(name: str) -> Brdf:
         return Constant(0.2, 0.5, 0.8)
     if name == "anisotropic":
         return network(3, isotropic=False)
+    if name == "enhanced":
+        return network(4, inputs="enhanced")
     if name.startswith("random"):
         return network(int(name[len("random") :]))
     if name.endswith("tabulated"):
@@ -40,7 +42,7 @@ def reflectance(name: str) -> Brdf:
     return nacre.load(require_data(folder, f"{name.removesuffix(' measured')}_rgb.{ending}"))
 
 
-NAMES = ("constant", "anisotropic", "random1", *PUBLISHED, "satin_rosaline measured")
+NAMES = ("constant", "anisotropic", "enhanced", "random1", *PUBLISHED, "satin_rosaline measured")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -234,22 +236,24 @@ def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
         assert gradient[index] == pytest.approx((high - low) / (2 * step), rel=0.03)
 
 
+@pytest.mark.parametrize("inputs", ["paper", "enhanced"])
 @pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
 def test12_cooperative_weights_change_without_recompiling(
-    rgb: Any, directions: Pairs, precision: str, tolerance: float
+    rgb: Any, directions: Pairs, precision: str, tolerance: float, inputs: str
 ) -> None:
     wi, wo = directions
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
-    bsdf = nacre.render.bsdf(network(1), "cooperative", precision)
-    other = nacre.render.bsdf(network(2), "cooperative", precision)
+    first, second = (network(seed, inputs=inputs) for seed in (1, 2))
+    bsdf = nacre.render.bsdf(first, "cooperative", precision)
+    other = nacre.render.bsdf(second, "cooperative", precision)
     params = rgb.traverse(bsdf)
     params["weights"] = rgb.traverse(other)["weights"]
     params.update()
-    for brdf in (network(2), bsdf.material()):
+    for brdf in (second, bsdf.material()):
         found = np.array(bsdf.eval(rgb.BSDFContext(), si, light)).T
         expected = brdf.eval(wi, wo) * np.maximum(wi[:, 2:], 0)
         np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance)
-    for found_layer, layer in zip(bsdf.material().layers, network(2).layers, strict=True):
+    for found_layer, layer in zip(bsdf.material().layers, second.layers, strict=True):
         np.testing.assert_allclose(found_layer.weights, layer.weights, atol=tolerance)
         np.testing.assert_allclose(found_layer.biases, layer.biases, atol=tolerance)
 

@@ -1,0 +1,123 @@
+"""The parametrisations of a network's inputs."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.files import FormatError, NacreError
+from nacre.geometry import half_difference, isotropic, join, split, uniform_rusinkiewicz
+from nacre.neural import Layer, NeuralBrdf, Recipe, fit
+from nacre.neural.inputs import ENHANCED, INPUTS, LARGEST_INPUT, PAPER, input_count, network_inputs
+from nacre.neural.samples import BLOCK, draw
+from tests.reflectances import Brushed, Glossy
+
+
+def pairs(count: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(3)
+    wi, wo = (join(w) for w in uniform_rusinkiewicz(random.random((4, count))))
+    above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+    return wi[above], wo[above]
+
+
+def network(inputs: str, turned: bool) -> NeuralBrdf:
+    random = np.random.default_rng(0)
+    sizes = (input_count(inputs, turned), 21, 21, 3)
+    layers = [
+        Layer(random.normal(0, 0.4, (a, b)), np.full(b, 0.1)) for a, b in itertools.pairwise(sizes)
+    ]
+    return NeuralBrdf(layers, isotropic=turned, inputs=inputs)
+
+
+def test_the_papers_inputs_are_the_half_and_difference_vectors():
+    wi, wo = map(split, pairs())
+    h, d = half_difference(wi, wo)
+    np.testing.assert_array_equal(network_inputs(wi, wo, False, PAPER), [*h, *d])
+    turned = [*np.broadcast_arrays(*isotropic(h)), *d]
+    np.testing.assert_array_equal(np.broadcast_arrays(*network_inputs(wi, wo, True, PAPER)), turned)
+
+
+@pytest.mark.parametrize("inputs", INPUTS)
+@pytest.mark.parametrize("turned", [True, False])
+def test_inputs_are_bounded_up_to_the_horizon(inputs, turned):
+    wi, wo = pairs()
+    grazing = wi * [1.0, 1.0, 1e-9]
+    grazing /= np.linalg.norm(grazing, axis=1, keepdims=True)
+    mirror = wi * [-1.0, -1.0, 1.0]
+    for light, view in ((wi, wo), (grazing, wo), (wo, grazing), (wi, mirror), (-wi, wo)):
+        values = network_inputs(split(light), split(view), turned, inputs)
+        assert len(values) == input_count(inputs, turned)
+        assert all(np.isfinite(v).all() and np.abs(v).max() <= LARGEST_INPUT for v in values)
+
+
+def test_isotropic_networks_of_enhanced_inputs_are_mirror_symmetric():
+    wi, wo = pairs()
+    flip = np.array([1.0, -1.0, 1.0])
+    enhanced, paper = network(ENHANCED, True), network(PAPER, True)
+    np.testing.assert_allclose(
+        enhanced.eval(wi, wo), enhanced.eval(wi * flip, wo * flip), rtol=1e-12
+    )
+    assert np.abs(paper.eval(wi, wo) - paper.eval(wi * flip, wo * flip)).max() > 1e-3
+
+
+@pytest.mark.parametrize("inputs", INPUTS)
+@pytest.mark.parametrize("turned", [True, False])
+def test_files_keep_the_inputs(tmp_path, inputs, turned):
+    before = network(inputs, turned)
+    nacre.save(before, tmp_path / "x.safetensors")
+    after = nacre.load(tmp_path / "x.safetensors")
+    assert isinstance(after, NeuralBrdf)
+    assert (after.inputs, after.isotropic) == (inputs, turned)
+    np.testing.assert_array_equal(after.eval(*pairs()), before.eval(*pairs()))
+
+
+def test_published_files_hold_the_papers_inputs_only(tmp_path):
+    with pytest.raises(FormatError, match="paper's inputs"):
+        nacre.save(network(ENHANCED, True), tmp_path / "x.h5")
+    assert not list(tmp_path.iterdir())
+
+
+def test_unknown_inputs_and_wrong_gains_are_refused():
+    with pytest.raises(NacreError, match="paper, enhanced"):
+        Recipe(inputs="better")
+    for gain in (0.0, -1.0, float("nan"), 1e9):
+        with pytest.raises(ValueError, match="gain"):
+            Recipe(gain=gain)
+    assert (Recipe().loss_gain, Recipe(inputs=ENHANCED).loss_gain) == (1.0, 32.0)
+    assert Recipe(inputs=ENHANCED, gain=2.0).loss_gain == 2.0
+
+
+def test_a_gain_scales_what_the_loss_sees():
+    plain, scaled = (
+        draw(Glossy(0.2, 0.3, 0.3), 4096, 1, gain=k).blocks.reshape(-1, 10, BLOCK)
+        for k in (1.0, 16.0)
+    )
+    np.testing.assert_array_equal(scaled[:, :6], plain[:, :6])
+    np.testing.assert_allclose(scaled[:, 9], 16.0 * plain[:, 9], rtol=1e-6)
+    np.testing.assert_allclose(
+        np.expm1(scaled[:, 6:9]), 16.0 * np.expm1(plain[:, 6:9]), rtol=1e-4, atol=1e-5
+    )
+
+
+def dark_error(truth: nacre.Brdf, brdf: nacre.Brdf) -> float:
+    wi, wo = pairs()
+    a, b = (np.log1p(32.0 * x.eval(wi, wo) * wi[:, 2:]) for x in (truth, brdf))
+    return float(np.abs(a - b).mean())
+
+
+def test_a_gain_brings_the_dark_parts_closer():
+    truth = Glossy(0.2, 0.1, 0.1)
+    plain, scaled = (fit(truth, Recipe(epochs=12, samples=80_000, gain=k)) for k in (1.0, 32.0))
+    assert dark_error(truth, scaled) < 0.85 * dark_error(truth, plain)
+
+
+@pytest.mark.parametrize("truth", [Glossy(0.2, 0.1, 0.1), Brushed()], ids=["isotropic", "brushed"])
+def test_networks_of_enhanced_inputs_fit(truth):
+    count = 80_000 if truth.isotropic else 200_000
+    network = fit(truth, Recipe(epochs=12, samples=count, inputs=ENHANCED))
+    assert network.metadata["fit"]["inputs"] == ENHANCED
+    assert network.metadata["fit"]["gain"] == 32.0
+    assert dark_error(truth, network) < 0.03
