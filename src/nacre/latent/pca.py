@@ -21,7 +21,6 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.files import NacreError
-from nacre.geometry import join
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 
@@ -30,6 +29,9 @@ Mask = npt.NDArray[np.bool_]
 
 EPSILON = 1e-3
 """Added before logarithms, and the least weight of a node (Nielsen et al. 2015)."""
+
+LARGEST = 1e6
+"""Bound of the values of a code and of the numbers of a basis: products of them stay finite."""
 
 _BRIGHTEST = math.log(1e6)
 """Bound of ln(f w + e): whatever a code holds, what it stands for is finite."""
@@ -156,9 +158,9 @@ class Basis:
         Raises
         ------
         ValueError
-            If the code has another length, or is not finite.
+            If the code has another length, or a value is a million or more.
         """
-        return PcaBrdf(self, np.asarray(code, np.float32), name)
+        return PcaBrdf(self, code, name)
 
 
 class PcaBrdf(MerlBrdf):
@@ -169,21 +171,22 @@ class PcaBrdf(MerlBrdf):
     basis
         What the code belongs to.
     code
-        Shape (k,).
+        Shape (k,); kept as float32.
     name
         Of the material.
 
     Raises
     ------
     ValueError
-        If the code has another length, or is not finite.
+        If the code has another length, or a value is a million or more.
     """
 
-    def __init__(self, basis: Basis, code: npt.NDArray[np.float32], name: str = "") -> None:
-        if code.shape != (len(basis),) or not np.isfinite(code).all():
-            raise ValueError(f"expected {len(basis)} finite values, got shape {code.shape}")
-        self.basis, self.code = basis, code
-        logs = np.minimum(basis.logarithms(code.astype(np.float64)), _BRIGHTEST)
+    def __init__(self, basis: Basis, code: npt.ArrayLike, name: str = "") -> None:
+        values = np.asarray(code, np.float64)
+        if values.shape != (len(basis),) or not (np.abs(values) < LARGEST).all():
+            raise ValueError(f"a code has {len(basis)} values below a million, got {values.shape}")
+        self.basis, self.code = basis, values.astype(np.float32)
+        logs = np.minimum(basis.logarithms(self.code), _BRIGHTEST)
         f_r = np.maximum(np.exp(logs) - EPSILON, 0.0) / basis.weights()[:, None]
         stored = np.full((*basis.mask.shape, 3), INVALID, np.float32)
         stored[basis.mask] = f_r / np.asarray(SCALES)
@@ -213,10 +216,19 @@ def reflectance(table: MerlBrdf) -> Floats:
     return np.moveaxis(table.stored, 0, -1) * np.asarray(SCALES, np.float32)
 
 
+def node_cosines(resolution: Resolution) -> tuple[Floats, Floats]:
+    """Cosines of light and view at the nodes of a grid, float32."""
+    light, view = (np.empty(resolution.dimensions, np.float32) for _ in range(2))
+    for i in range(resolution.theta_h):
+        wi, wo = node_directions(resolution, slice(i, i + 1))
+        light[i], view[i] = wi[2][0], wo[2][0]
+    return light, view
+
+
 def node_weights(resolution: Resolution) -> Floats:
     """w = max(cos theta_i cos theta_o, e) at the nodes of a grid, float32."""
-    wi, wo = map(join, node_directions(resolution))
-    return np.maximum(wi[..., 2] * wo[..., 2], EPSILON).astype(np.float32)
+    light, view = node_cosines(resolution)
+    return np.maximum(light * view, np.float32(EPSILON))
 
 
 def encoded(f_r: Floats, weights: Floats) -> Floats:

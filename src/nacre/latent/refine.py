@@ -6,10 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.geometry import join
-from nacre.latent.pca import EPSILON, Basis
+from nacre.latent.pca import EPSILON, Basis, node_cosines
 from nacre.least_absolute import minimise
-from nacre.measured.merl import node_directions
 
 GAIN = 30.0
 """k of the loss."""
@@ -56,10 +54,8 @@ def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Fl
     # angles, of which a node stands for as many as its row counts.
     row = np.nonzero(basis.mask)[0]
     chance = known * np.sqrt(row + 0.5)
-    drawn = np.random.default_rng(seed).choice(
-        len(row), min(_NODES, np.count_nonzero(known)), replace=False, p=chance / chance.sum()
-    )
-    cosine = join(node_directions(basis.resolution)[0])[..., 2][basis.mask][drawn]
+    drawn = np.random.default_rng(seed).choice(len(row), _NODES, p=chance / chance.sum())
+    cosine = node_cosines(basis.resolution)[0][basis.mask][drawn]
     weights = basis.weights()[drawn]
     target = np.log1p(gain * values[drawn] * cosine[:, None])
     slope = gain * cosine / weights
