@@ -81,7 +81,9 @@ def main() -> None:
             start = time.perf_counter()
             bases[separate] = train(materials, size, separate=separate)
             spent = time.perf_counter() - start
-            note = f"{len(training)} materials, {bases[separate].nbytes / 1e6:.1f} MB, {spent:.0f} s"
+            note = (
+                f"{len(training)} materials, {bases[separate].nbytes / 1e6:.1f} MB, {spent:.0f} s"
+            )
             print(f"basis for {name}: {note}", file=sys.stderr, flush=True)
         found, seconds = [], []
         for path in held_out:

@@ -9,10 +9,10 @@ code is constant, and its part is that of the biases. Each material is fitted by
 - with `--wide`, stereographic, 4 x 106: the hidden layers of the 2019 network, 34,877 weights, from
   half the samples and a tenth of the epochs, which still take several times as long.
 
-All minimise the log-cosine loss of the NBRDF paper by nacre's recipe; the 2019 paper has the squared
-error of whitened logarithms. Figures are those of `benchmarks.fidelity`. Where a folder is named,
-it gets one picture a light: materials from left to right, and from top to bottom the truth and the
-fits in the order above.
+All minimise the log-cosine loss of the NBRDF paper by nacre's recipe; the 2019 paper has the
+squared error of whitened logarithms. Figures are those of `benchmarks.fidelity`. Where a folder is
+named, it gets one picture a light: materials from left to right, and from top to bottom the truth
+and the fits in the order above.
 
 Run `python -m experiments.stereographic_inputs [FILE...] [--wide] [--pictures FOLDER]`
 from the root of the repository; without files, the RGL tables and three published networks.
@@ -54,9 +54,7 @@ def main() -> None:
     files = options.files or [*sorted((data / "rgl").glob("*.bsdf")), *networks]
     recipes = {
         "nbrdf": nacre.Recipe(),
-        "stereographic": nacre.Recipe(
-            hidden=(22, 22), inputs="stereographic", samples=SAMPLES
-        ),
+        "stereographic": nacre.Recipe(hidden=(22, 22), inputs="stereographic", samples=SAMPLES),
     }
     if options.wide:
         recipes["stereographic, 4 x 106"] = nacre.Recipe(

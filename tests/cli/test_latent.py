@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 GRID = ["--resolution", "30,15,15"]
 
 
-def test_a_material_goes_through_its_code(folder, capsys):
+def test_a_material_goes_through_its_code(capsys, folder):
     assert "8 materials, 9 values" in capsys.readouterr().out
     random = np.random.default_rng(1)
     w = random.normal(size=(2, 2000, 3))

@@ -82,13 +82,15 @@ def test_a_damaged_basis_is_refused_or_harmless(path):
     cuts = [whole[:length] for length in (1, 8, 40, 200, len(whole) - 1)]
     for content in cuts + [mutated(whole, random) for _ in range(100)]:
         path.write_bytes(content)
+        message = ""
         try:
             made = load_basis(path)
         except FormatError as error:
-            assert str(error).startswith(str(path))
-            assert "\n" not in str(error)
+            message = str(error)
+        if message or content in cuts:
+            assert message.startswith(str(path))
+            assert "\n" not in message
         else:
-            assert content not in cuts
             assert np.isfinite(made.decode(np.ones(len(made))).stored).all()
 
 
@@ -120,7 +122,9 @@ def test_tensors_that_do_not_fit_are_refused(path, name, change):
         load_basis(path)
 
 
-@pytest.mark.parametrize("resolution", [[24, 12, 13], [1024, 1024, 1024], [0, 1, 1], [24], "x", None])
+@pytest.mark.parametrize(
+    "resolution", [[24, 12, 13], [1024, 1024, 1024], [0, 1, 1], [24], "x", None]
+)
 def test_a_resolution_that_is_not_true_is_refused(path, resolution):
     data = path.read_bytes()
     size = int.from_bytes(data[:8], "little")

@@ -9,11 +9,11 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.least_absolute import minimise
 from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import split
+from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread
 from nacre.sampling import draw_samples
 

@@ -40,7 +40,7 @@ def save_basis(basis: Basis, path: PathLike) -> None:
         "resolution": list(astuple(basis.resolution)),
         "metadata": basis.metadata,
     }
-    tensors = {
+    tensors: dict[str, npt.NDArray[Any]] = {
         "mask": np.packbits(basis.mask),
         "uses": basis.uses.astype(np.int32),
         **{

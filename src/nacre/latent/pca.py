@@ -56,7 +56,7 @@ class Basis:
     centre
         Mean of ln(f w + e) over training materials and channels, shape (nodes,), float32.
     components
-        Orthonormal, shape (components, nodes), float32.
+        Shape (components, nodes), float32; their products with the colours are orthonormal.
     uses
         Which component a value of the code is for, shape (k,).
     colours
@@ -95,7 +95,7 @@ class Basis:
         components = self.components[:, nodes]
         return self.centre[nodes, None] + components.T @ shares.astype(components.dtype)
 
-    def project(self, brdf: Brdf) -> Floats:
+    def project(self, brdf: Brdf) -> npt.NDArray[np.float64]:
         """The code of a reflectance: least squares over the nodes at which it is known.
 
         Parameters
@@ -122,8 +122,8 @@ class Basis:
         normal = gram * (self.colours @ self.colours.T)
         sums = (part @ (logs - self.centre[:, None])[known]).astype(np.float64)
         right = np.einsum("kc,kc->k", sums[self.uses], self.colours)
-        code: Floats = np.linalg.solve(normal + _RIDGE * np.eye(len(self)), right)
-        return code / self.deviations
+        code = np.linalg.solve(normal + _RIDGE * np.eye(len(self)), right)
+        return np.asarray(code / self.deviations, np.float64)
 
     def values(self, brdf: Brdf) -> tuple[Floats, Mask]:
         """f_r in 1/sr at the nodes that take part, shape (nodes, 3), and where it is known.
@@ -142,7 +142,7 @@ class Basis:
         return reflectance(table)[self.mask], known
 
     def weights(self) -> Floats:
-        """w at the nodes that take part, shape (nodes,)."""
+        """Weights w at the nodes that take part, shape (nodes,)."""
         return node_weights(self.resolution)[self.mask]
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> PcaBrdf:
@@ -226,7 +226,7 @@ def node_cosines(resolution: Resolution) -> tuple[Floats, Floats]:
 
 
 def node_weights(resolution: Resolution) -> Floats:
-    """w = max(cos theta_i cos theta_o, e) at the nodes of a grid, float32."""
+    """Weights w = max(cos theta_i cos theta_o, e) at the nodes of a grid, float32."""
     light, view = node_cosines(resolution)
     return np.maximum(light * view, np.float32(EPSILON))
 

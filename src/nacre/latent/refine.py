@@ -15,10 +15,10 @@ _NODES = 10_000
 """Nodes drawn: a code has a few dozen values."""
 _STEPS = 50
 
-Floats = npt.NDArray[np.floating]
+Vector = npt.NDArray[np.float64]
 
 
-def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Floats:
+def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Vector:
     """The code that comes closest in log(1 + k f cos theta_i).
 
     The projection is closest in the logarithm of f w, which counts what is dark as much as what is
@@ -62,20 +62,20 @@ def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Fl
     directions = basis.components[:, drawn].T[:, basis.uses] * basis.deviations
     colours = basis.colours.T.astype(np.float64)
 
-    def scaled(code: Floats) -> Floats:
-        """k (f w + e) cos theta_i / w, shape (drawn, 3)."""
-        grown: Floats = np.exp(basis.logarithms(code, drawn).astype(np.float64))
+    def scaled(code: Vector) -> Vector:
+        """The product k (f w + e) cos theta_i / w, shape (drawn, 3)."""
+        grown: Vector = np.exp(basis.logarithms(code, drawn).astype(np.float64))
         return grown * slope[:, None]
 
-    def residuals(code: Floats) -> Floats:
+    def residuals(code: Vector) -> Vector:
         above = np.maximum(scaled(code) - EPSILON * slope[:, None], 0.0)
-        difference: Floats = np.log1p(above) - target
+        difference: Vector = np.log1p(above) - target
         return difference
 
-    def jacobian(code: Floats, _: Floats) -> Floats:
+    def jacobian(code: Vector, _: Vector) -> Vector:
         grown = scaled(code)
         rate = grown / (1.0 + np.maximum(grown - EPSILON * slope[:, None], 0.0))
-        rows: Floats = np.einsum("nk,nc,ck->knc", directions, rate, colours, optimize=True)
+        rows: Vector = np.einsum("nk,nc,ck->knc", directions, rate, colours, optimize=True)
         return rows
 
     with np.errstate(over="ignore", invalid="ignore"):

@@ -103,7 +103,8 @@ def _tabulated(
     """ln(f w + e) at the nodes where all are known, shape (materials, 3, nodes); these; names."""
     weights = node_weights(resolution)
     mask = np.ones(resolution.dimensions, bool)
-    rows, names = [], []
+    rows: list[npt.NDArray[np.float32]] = []
+    names = []
     for index, load in enumerate(materials):
         brdf = load()
         table = on_grid(brdf, resolution)
@@ -132,7 +133,7 @@ def _components(
 
     def rows(slab: slice) -> npt.NDArray[np.float64]:
         part = np.einsum("gc,mcn->mgn", colours, logs[:, :, slab], optimize=True)
-        return part.reshape(-1, part.shape[2])
+        return np.asarray(part.reshape(-1, part.shape[2]), np.float64)
 
     gram = sum(part @ part.T for part in map(rows, slabs))
     squares, vectors = np.linalg.eigh(gram)
