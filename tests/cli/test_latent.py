@@ -43,6 +43,7 @@ def test_a_material_goes_through_its_code(capsys, folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ([], "Missing command"),
         (["train", "made0.json", "-o", "x.safetensors"], "two materials"),
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),

@@ -128,10 +128,10 @@ def test_tensors_that_do_not_fit_are_refused(path, name, change):
 def test_a_resolution_that_is_not_true_is_refused(path, resolution):
     data = path.read_bytes()
     size = int.from_bytes(data[:8], "little")
-    text = json.loads(data[8 : 8 + size])["__metadata__"]["nacre"]
+    text = json.loads(data[8 : 8 + size])["__metadata__"]["nacre basis"]
     header = json.loads(text) | {"resolution": resolution}
     tensors = safetensors.numpy.load(data)
-    path.write_bytes(safetensors.numpy.save(tensors, {"nacre": json.dumps(header)}))
+    path.write_bytes(safetensors.numpy.save(tensors, {"nacre basis": json.dumps(header)}))
     with pytest.raises(FormatError, match=r"basis\.safetensors"):
         load_basis(path)
 
@@ -139,8 +139,8 @@ def test_a_resolution_that_is_not_true_is_refused(path, resolution):
 def test_neither_passes_for_a_material(path):
     file = path.with_name("x.json")
     save_code(basis(6).decode(np.zeros(6)), file)
-    for wrong in (path, file):
-        with pytest.raises(FormatError):
+    for wrong, message in ((path, "not a nacre material"), (file, "no known format")):
+        with pytest.raises(FormatError, match=message):
             nacre.load(wrong)
     with pytest.raises(FormatError, match="not a whole safetensors"):
         load_basis(file)

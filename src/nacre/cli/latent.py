@@ -14,7 +14,7 @@ _basis_option = click.option(
 )
 
 
-@click.group("latent")
+@click.group("latent", no_args_is_help=False)
 def command() -> None:
     """Materials as codes of a few values, in a basis that they share.
 

@@ -21,7 +21,7 @@ from nacre.measured.merl import Resolution
 VERSION = 1
 BASIS, CODE = "log-relative PCA basis", "log-relative PCA code"
 """What files say that they are."""
-_KEY = "nacre"
+_KEY = "nacre basis"
 _BASIS_LIMIT, _CODE_LIMIT = 1 << 30, 1 << 20
 _TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")
 
