@@ -86,13 +86,13 @@ def check_values(brdf: Brdf) -> None:
     json.dumps(brdf.describe(), ensure_ascii=False).encode()
     assert isinstance(brdf.name, str)
     for dtype in (np.float32, np.float64):
-        wi, wo = WI.astype(dtype), WO.astype(dtype)
+        wi, wo = np.asarray(WI, dtype), np.asarray(WO, dtype)
         values, valid = brdf.eval(wi, wo), brdf.valid(wi, wo)
         assert values.shape == (len(wi), 3)
         assert values.dtype == dtype
         assert np.isfinite(values).all(), "f_r is not finite"
         assert (values >= 0.0).all()
-        above = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
+        above = (WI[:, 2] > 0.0) & (WO[:, 2] > 0.0)
         assert (values[~above] == 0.0).all()
         assert valid.shape == (len(wi),)
         assert valid.dtype == np.bool_

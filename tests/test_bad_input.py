@@ -29,9 +29,10 @@ CUTS = 40
 @pytest.fixture(params=ENTRIES)
 def case(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Target]:
     entry = ENTRIES[request.param]
-    if entry.name == "Cornell scan":
-        pytest.importorskip("colour")
-    with target(entry, SPECIMENS[entry.name], tmp_path) as made:
+    specimen = SPECIMENS[entry.name]
+    if specimen.module:
+        pytest.importorskip(specimen.module)
+    with target(entry, specimen, tmp_path) as made:
         yield made
 
 

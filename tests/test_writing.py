@@ -84,6 +84,24 @@ formats.save(formats.load(sys.argv[1]), sys.argv[2])
 """
 
 
+class Blinding(Brdf):
+    """f_r at the largest float32."""
+
+    def eval_components(self, wi, wo):
+        f = 1e39 + 0.0 * (wi[2] + wo[2])
+        return f, f, f
+
+
+@pytest.mark.parametrize("ending", [".binary", ".npz", ".bin", ".exr", ".csv", ".bsdf"])
+def test_values_that_a_file_cannot_hold_are_bounded(ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"x{ending}"
+    resolution = {".binary": (6, 6, 6), ".npz": (6, 6, 6), ".bsdf": (1, 6, 8, 8, 16)}.get(ending)
+    formats.writer(path, resolution)(Blinding(), path)
+    f_r = nacre.load(path).eval([0.0, 0.0, 1.0], [0.6, 0.0, 0.8])
+    assert np.isfinite(f_r).all()
+    assert (f_r > 1e28).all()
+
+
 def test_a_killed_writer_leaves_the_old_file_and_does_not_hinder_the_next(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     source, path = tmp_path / "source.binary", tmp_path / "folder" / "paint.binary"

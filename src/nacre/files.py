@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import secrets
 from collections.abc import Callable, Iterator
@@ -22,7 +23,12 @@ class NacreError(Exception):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__("".join(c if c.isprintable() else repr(c)[1:-1] for c in message))
+        super().__init__(printable(message))
+
+
+def printable(text: str) -> str:
+    """One line without control characters, whatever a file or its name holds."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def reason(error: Exception) -> str:
@@ -129,6 +135,20 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_json(content: object) -> None:
+    """Refuse what could be read from JSON but not be written again, or shown.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or a text holds half a character or is nested too deep.
+    """
+    try:
+        json.dumps(content, allow_nan=False, ensure_ascii=False).encode()
+    except RecursionError as error:
+        raise ValueError("nested too deep") from error
 
 
 def check_writable(path: PathLike) -> None:

@@ -16,7 +16,7 @@ from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
 
-_formats: list[Format] = [NEURAL, *MEASURED, *ANALYTIC, *PUBLISHED]
+_formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]
 
 
 def formats() -> tuple[Format, ...]:

@@ -57,6 +57,13 @@ CONTENT = {"model": "ggx", "parameters": EXAMPLES["ggx"].values}
     [
         ({**CONTENT, "model": "gxx"}, "'gxx' is not one of"),
         ({**CONTENT, "model": 3}, "field 'model' is not a string"),
+        ({**CONTENT, "model": "x" * 2000}, "is not one of"),
+        ({**CONTENT, "version": [9] * 2000}, "update nacre"),
+        ({**CONTENT, "parameters": {"x" * 2000: 1}}, "ggx takes"),
+        (
+            {**CONTENT, "parameters": CONTENT["parameters"] | {"roughness": [1] * 2000}},
+            "one number",
+        ),
         ({**CONTENT, "version": 2}, "version 2"),
         ({"model": "ggx"}, "field 'parameters' is not an object"),
         ({**CONTENT, "parameters": {"name": 1, "metadata": 2}}, "parameters: "),
@@ -66,6 +73,8 @@ CONTENT = {"model": "ggx", "parameters": EXAMPLES["ggx"].values}
         ({**CONTENT, "parameters": CONTENT["parameters"] | {"roughness": math.nan}}, "roughness"),
         ({**CONTENT, "parameters": CONTENT["parameters"] | {"diffuse": [[1], 2]}}, "parameters: "),
         ({**CONTENT, "name": []}, "field 'name'"),
+        ({**CONTENT, "name": "\ud800"}, "surrogates"),
+        ({**CONTENT, "metadata": {"fit": {"epochs": math.nan}}}, "not JSON compliant"),
         ({**CONTENT, "metadata": {"fit": 3}}, "metadata field 'fit'"),
     ],
 )
@@ -76,6 +85,7 @@ def test_bad_content_is_one_line(content, message, tmp_path):
         nacre.load(path)
     assert "\n" not in str(error.value)
     assert "bad.json" in str(error.value)
+    assert len(str(error.value)) - len(str(path)) < 600
 
 
 def test_truncated_files_are_refused(tmp_path):
@@ -110,6 +120,10 @@ def test_a_table_of_several_lists_them(tmp_path):
         nacre.load(path)
     with pytest.raises(FormatError, match="no material 'tin'; choose one of steel, brass"):
         nacre.load(path, "tin")
+    path.write_text("".join(LINE.replace("steel", f"steel-{k}") + "\n" for k in range(900)))
+    with pytest.raises(FormatError, match=r"steel-3, .* \.\.\.$") as error:
+        nacre.load(path, "x" * 900)
+    assert len(str(error.value)) - len(str(path)) < 600
 
 
 def test_a_name_is_for_tables_only(tmp_path):

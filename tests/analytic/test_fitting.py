@@ -41,6 +41,12 @@ def test_the_same_seed_gives_the_same_parameters():
     assert one.values != three.values
 
 
+def test_an_anisotropic_model_of_an_isotropic_material_is_isotropic():
+    fitted = fit(EXAMPLES["cook-torrance"], MODELS["ggx-anisotropic"], samples=5000)
+    values = fitted.values
+    assert values["roughness_x"] == pytest.approx(values["roughness_y"], rel=0.2)
+
+
 def test_black_can_be_fitted():
     random = np.random.default_rng(0)
     wi, wo = hemisphere(random, 500), hemisphere(random, 500)

@@ -115,6 +115,22 @@ def test_free_numbers_and_bounded_ones_are_the_same(brdf):
         np.testing.assert_allclose(ends, [parameter.low, parameter.high], atol=1e-12 * width)
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_bounds_give_numbers_of_single_precision(model):
+    random = np.random.default_rng(4)
+    wi, wo = (hemisphere(random, 200) for _ in range(2))
+    wi[0], wo[:2] = (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)
+    wi[2:40] *= (1.0, 1.0, 1e-4)
+    wi /= np.linalg.norm(wi, axis=1, keepdims=True)
+    for _ in range(100):
+        shares = [random.choice((0.0, 1e-9, 1e-3, 1.0)) for _ in MODELS[model].parameters]
+        values = {
+            p.name: np.broadcast_to(min(p.low + (p.high - p.low) * share, p.high), (3,) * p.colour)
+            for p, share in zip(MODELS[model].parameters, shares, strict=True)
+        }
+        assert np.isfinite(MODELS[model](**values).eval(wi, wo)).all(), values
+
+
 def test_parameters_are_checked():
     kind = MODELS["ggx"]
     good = EXAMPLES["ggx"].values
@@ -126,6 +142,14 @@ def test_parameters_are_checked():
         kind(**good | {"diffuse": 0.5})
     with pytest.raises(ValueError, match="ggx takes diffuse, specular, roughness"):
         kind(diffuse=(0, 0, 0))
+    for wrong in ("0.5", True, None, {}):
+        with pytest.raises(ValueError, match="roughness takes numbers"):
+            kind(**good | {"roughness": wrong})
+
+
+def test_a_lobe_of_no_direction_gives_numbers():
+    nowhere = {**EXAMPLES["lafortune"].values, "c_xy": 0.0, "c_z": 0.0}
+    assert np.isfinite(MODELS["lafortune"](**nowhere).eval(*pairs(50))).all()
 
 
 @pytest.mark.parametrize("index", [1.3, 1.5, 3.0])

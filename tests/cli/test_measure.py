@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -16,6 +17,8 @@ SCENE = """<scene version="3.0.0">
   <shape type="sphere"><bsdf type="diffuse" id="matte">
     <rgb name="reflectance" value="0.5, 0.25, 0.1"/></bsdf></shape>
   <shape type="sphere"><bsdf type="roughconductor" id="metal"/></shape>
+  <shape type="sphere"/>
+  <shape type="sphere"><bsdf type="diffuse"/></shape>
 </scene>"""
 
 
@@ -67,8 +70,8 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
     assert code == 0, text
     assert_diffuse(tmp_path / "x.binary", 1e-3)
     for extra, words in (
-        ([], "use --bsdf (found: matte, metal)"),
-        (["--bsdf", "x"], "no BSDF 'x'"),
+        ([], "use --bsdf (found: matte, metal, 2 without an id)"),
+        (["--bsdf", "x"], "no BSDF 'x' on a shape (found: matte, metal, 2 without an id)"),
     ):
         code, text = run("measure", *scene, *extra, "-o", tmp_path / "y.binary")
         assert code == 2
@@ -84,6 +87,13 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
         ('{"type": "diffuse", "wrong": 1}', "wrong"),
         ('{"type": "sphere"}', "is not a BSDF"),
         ('{"type": "conductor"}', "single directions only"),
+        ('{"type": 3}', "expected an object with a type"),
+        ('{"type": "diffuse", "reflectance": NaN}', "NaN is not a number"),
+        ("[" * 100_000, "nested too deeply"),
+        (
+            '{"type": "bumpmap", "map": {"type": "checkerboard"}, "b": {"type": "diffuse"}}',
+            "try a bitmap",
+        ),
     ],
 )
 def test_what_cannot_be_measured_is_refused_in_one_line(tmp_path, description, words):
@@ -121,7 +131,49 @@ def test_a_table_has_the_resolution_that_is_asked_for(tmp_path):
     assert_diffuse(path, 1e-3)
 
 
+def test_textures_are_read_in_their_middle(tmp_path):
+    import mitsuba as mi
+
+    pixels = np.full((4, 4, 3), [0.5, 0.25, 0.1], np.float32)
+    mi.Bitmap(pixels).write(str(tmp_path / "flat.exr"))
+    texture = {"type": "bitmap", "filename": str(tmp_path / "flat.exr"), "raw": True}
+    description = json.dumps({"type": "diffuse", "reflectance": texture})
+    code, text = run("measure", description, "-o", tmp_path / "x.binary")
+    assert code == 0, text
+    assert_diffuse(tmp_path / "x.binary", 1e-3)
+
+
+def test_a_bump_makes_a_material_anisotropic(tmp_path):
+    import mitsuba as mi
+
+    ramp = np.repeat(np.tile(np.linspace(0, 1, 16, dtype=np.float32), (16, 1))[..., None], 3, 2)
+    mi.Bitmap(ramp).write(str(tmp_path / "ramp.exr"))
+    texture = {"type": "bitmap", "filename": str(tmp_path / "ramp.exr"), "raw": True}
+    description = json.dumps({"type": "bumpmap", "map": texture, "nested": {"type": "diffuse"}})
+    code, text = run("measure", description, "-o", tmp_path / "x.binary")
+    assert code == 2
+    assert "hold isotropic reflectance only; x is anisotropic" in text
+
+
+@pytest.mark.parametrize(
+    ("description", "words"),
+    [
+        ('{"type": "plastic"}', "without mirror reflection\n"),
+        ('{"type": "mask", "opacity": 0.5, "b": {"type": "diffuse"}}', "without transmission\n"),
+        (GREY, ""),
+    ],
+)
+def test_what_no_table_holds_is_said(tmp_path, description, words):
+    code, text = run("measure", description, "-o", tmp_path / "x.bin")
+    assert code == 0, text
+    assert words in text
+    assert ("note" in text) == bool(words)
+
+
 def test_one_source_is_wanted(tmp_path):
+    code, text = run("measure", GREY, "--bsdf", "x", "-o", tmp_path / "x.bsdf")
+    assert code == 2
+    assert "--bsdf chooses from a --scene" in text
     for arguments in ([], [GREY, "--scene", "x.xml"]):
         code, text = run("measure", *arguments, "-o", tmp_path / "x.bsdf")
         assert code == 2

@@ -67,7 +67,8 @@ class _Handler(BaseHTTPRequestHandler):
         if start:
             self.send_header("Content-Range", f"bytes {start}-{size - 1}/{size}")
         if server.tells_length:
-            self.send_header("Content-Length", str(size - start))
+            length = fault[1] if fault and fault[0] == "length" else str(size - start)
+            self.send_header("Content-Length", length)
         else:
             self.close_connection = True
         headers = {"ETag": server.tag, "Last-Modified": server.date, "Content-Type": server.kind}

@@ -27,6 +27,13 @@ def test_whole_file_and_its_progress(server, content, transfer, tmp_path):
     assert [done for done, _ in reports] == sorted(done for done, _ in reports)
 
 
+def test_a_length_beyond_all_numbers_is_named_as_the_servers_fault(server, transfer, tmp_path):
+    server.faults = [("length", "9" * 5000)]
+    with pytest.raises(TransferError, match="answers wrongly"):
+        transfer(server.url, tmp_path / "file")
+    assert not (tmp_path / "file").exists()
+
+
 @pytest.mark.parametrize("validator", ["tag", "date"])
 def test_goes_on_where_the_connection_broke_off(server, content, transfer, tmp_path, validator):
     server.tag, server.date = '"first"', "Wed, 01 Feb 2006 00:00:00 GMT"

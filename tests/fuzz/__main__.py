@@ -47,7 +47,7 @@ def chosen(words: list[str]) -> list[Format]:
 
 
 def fuzz(entry: Format, seconds: int, output: Path) -> tuple[str, bool]:
-    """Run the fuzzer until the time is over, again when it dies; a line of figures, and if bad."""
+    """Run the fuzzer until the time is over, again when it ends; a line of figures, and if bad."""
     output.mkdir(parents=True, exist_ok=True)
     for old in [*output.glob("failure-*"), *output.glob("crash-*")]:
         old.unlink()

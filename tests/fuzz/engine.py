@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import ctypes
+import os
 import resource
 from pathlib import Path
 from random import Random
+from typing import Any
 
 MEMORY_LIMIT = 2 << 30
 """Bytes of address space that the process may take beyond what it has at the start."""
+_REPLACED = 4 << 30
+"""Bytes of inputs after which a new process goes on: mutators leave some in memory."""
 _SHORTEST_LIMIT = 1 << 15
 """Inputs may be at least this long; longer where whole files are."""
 _REBUILT, _PATCHED = 0.3, 0.4
@@ -55,12 +60,31 @@ def main() -> None:
             f"-artifact_prefix={arguments.output}/crash-",
             f"-max_total_time={arguments.seconds}",
             f"-max_len={longest}",
-            "-timeout=60",
+            f"-runs={_REPLACED // longest}",
+            "-timeout=120",
+            "-report_slow_units=120",  # wall time, which other programs take; see TIME_LIMIT
             "-rss_limit_mb=4096",
             "-print_final_stats=1",
         ]
         atheris.Setup(flags, test, custom_mutator=mutate)
+        leave = _leave_at_once()  # which must outlive the call
         atheris.Fuzz()
+        del leave
+
+
+def _leave_at_once() -> Any:
+    """End the process where it would begin to: Mitsuba's threads, still running, would abort it.
+
+    Returns
+    -------
+    handle
+        Of the C callback, to be kept.
+    """
+    callback = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_void_p)(
+        lambda status, _: os._exit(status)
+    )
+    ctypes.CDLL(None).on_exit(callback, None)
+    return callback
 
 
 if __name__ == "__main__":

@@ -58,9 +58,9 @@ def material(phi_i: npt.ArrayLike, seed: int = 0, size: int = 12) -> dict[str, n
 
     def smooth(*shape: int) -> npt.NDArray[np.float32]:
         """Positive, a few nodes a wave along every axis, equal where azimuths meet."""
-        total = np.full(shape, 1.6)
+        total: npt.NDArray[Any] = np.full(shape, 1.6)
         for _ in range(4):
-            phase = rng.uniform(0.0, 2.0 * np.pi)
+            phase: Any = rng.uniform(0.0, 2.0 * np.pi)
             for axis, count in enumerate(shape):
                 step = rng.uniform(0.2, 0.9) * np.arange(count)
                 phase = phase + step.reshape([-1 if a == axis else 1 for a in range(len(shape))])

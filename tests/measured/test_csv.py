@@ -302,3 +302,10 @@ def test_long_files_take_memory_and_time_in_proportion(tmp_path: Path, text: str
         assert tracemalloc.get_traced_memory()[1] < 8 * LONG + 500_000
     finally:
         tracemalloc.stop()
+
+
+def test_a_name_that_is_not_unicode_is_written_with_marks(tmp_path):
+    up = np.array([[0.0, 0.0, 1.0]])
+    brdf = ScatteredBrdf(up, up, up, "a\udcff")  # as Python has the byte 255 in a file's name
+    comma_separated.save(brdf, tmp_path / "x.csv")
+    assert nacre.load(tmp_path / "x.csv").name == "a?"

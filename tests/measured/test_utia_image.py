@@ -6,9 +6,7 @@ import functools
 import struct
 import sys
 import tracemalloc
-import zlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +18,7 @@ from nacre.files import FormatError, MissingExtraError
 from nacre.measured import UtiaBrdf, utia, utia_image
 from nacre.measured.utia_table import SHAPE
 from tests.measured import support
+from tests.specimens.images import png_bytes
 
 from .support import write
 
@@ -31,21 +30,6 @@ def random_table(seed: int = 0) -> npt.NDArray[np.float32]:
     table = np.random.default_rng(seed).random(SHAPE, dtype=np.float32)
     table[:, 1, 2, 3, 4] = -1.0
     return table
-
-
-def png_bytes(pixels: npt.NDArray[Any], width: int = EDGE, height: int = EDGE) -> bytes:
-    """A PNG image of 8 or 16 bits a channel (ISO/IEC 15948), without filters."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return (
-            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        )
-
-    bits, channels = 8 * pixels.dtype.itemsize, pixels.shape[2]
-    header = struct.pack(">2I5B", width, height, bits, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
-    rows = b"".join(b"\0" + row.astype(f">u{pixels.dtype.itemsize}").tobytes() for row in pixels)
-    image = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + image
 
 
 @pytest.fixture(scope="module")

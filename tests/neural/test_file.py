@@ -167,6 +167,7 @@ def rewritten(path, change):
         (lambda h, t: t.update(weights_1=t["weights_1"] * np.float32(1e37)), "overflow"),
         (lambda h, t: h.update(note=float("inf")), "JSON"),
         (lambda h, t: h.update(note="\ud800"), "surrogates"),
+        (lambda h, t: h.update(name="\ud800"), "surrogates"),
         (lambda h, t: t.update(weights_1=t["weights_1"].astype(np.float64)), "float32"),
         (lambda h, t: t.update(weights_2=t["weights_2"][:, :3].copy()), "not a layer"),
         (lambda h, t: t.update(biases_3=t["biases_3"][:2].copy()), "not a layer"),
@@ -215,6 +216,39 @@ def test_a_heap_of_strings_without_end_is_refused(tmp_path):
     path.write_bytes(bytes(data))
     with pytest.raises(FormatError, match="heap of strings is damaged"):
         load_h5(path)
+
+
+@pytest.mark.parametrize(
+    ("place", "part"),
+    [
+        (0, b"\xff\xff\xff\x7f"),  # the length, for which HDF5 would take 2 GiB
+        (0, b"\x01\0\0\0"),  # more would be copied
+        (4, b"weights_"),  # the address of the heap
+        (12, b"\xff\0\0\0"),  # the number there
+        (-16, b"\xff\xff\xff\x7f"),  # how many strings there are
+    ],
+)
+def test_strings_that_claim_what_is_not_there_are_refused(tmp_path, place, part):
+    path = tmp_path / "x.h5"
+    data = bytearray(keras_bytes({"weights_1": np.zeros((6, 3)), "biases_1": np.zeros(3)}))
+    for name in (b"layer_names\0", b"weight_names\0"):
+        first = data.index(name) + 16 + 24 + 24 + place  # behind name, type and shape, padded
+        damaged = data.copy()
+        damaged[first : first + len(part)] = part
+        path.write_bytes(bytes(damaged))
+        with pytest.raises(FormatError, match=r"string|not whole"):
+            load_h5(path)
+    path.write_bytes(bytes(data))
+    assert load_h5(path).sizes == (6, 3)
+
+
+def test_names_of_fixed_length_are_read(tmp_path):
+    path = tmp_path / "x.h5"
+    save_h5(network((6, 3)), path)
+    with h5py.File(path, "r+") as file:
+        for group, key in ((file, "layer_names"), (file["dense_1"], "weight_names")):
+            group.attrs[key] = np.array([n.encode() for n in group.attrs[key]], "S")
+    assert load_h5(path).sizes == (6, 3)
 
 
 def test_only_neural_materials_are_saved(tmp_path):

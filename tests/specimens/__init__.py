@@ -4,7 +4,7 @@ The tests of bad input and the fuzz targets go through :data:`SPECIMENS`: a new 
 by an entry in a module here. Nothing is a real measurement.
 """
 
-from tests.specimens import networks, rgl, scans, tables
+from tests.specimens import analytic, images, networks, rgl, scans, tables
 from tests.specimens.specimen import Specimen, mutated
 
 SPECIMENS: dict[str, Specimen] = {
@@ -12,6 +12,8 @@ SPECIMENS: dict[str, Specimen] = {
     **rgl.SPECIMENS,
     **tables.SPECIMENS,
     **scans.SPECIMENS,
+    **images.SPECIMENS,
+    **analytic.SPECIMENS,
 }
 """One entry for every format of the registry, by its name."""
 

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from tests.specimens.specimen import (
-    NUMBERS,
-    VALUES,
     Array,
     Specimen,
     odd_array,
+    odd_json,
     odd_shape,
     packed,
     replaced,
@@ -97,13 +96,6 @@ def _safetensors_valued(value: float) -> Iterable[bytes]:
         yield safetensors_bytes(_weights(), _material_header() | {"sampler": sampler})
 
 
-def _odd_json(random: Random, depth: int = 0) -> Any:
-    choices: list[Any] = [None, True, "", "x" * 300, "a\nb", "\ud800", [], {}, *NUMBERS, *VALUES]
-    if depth < 3:
-        choices += [[_odd_json(random, depth + 1)], {"kind": _odd_json(random, depth + 1)}]
-    return random.choice(choices)
-
-
 def _safetensors_rebuilt(_: bytes, random: Random) -> bytes:
     sizes = random.choice(((6, 4, 3), (6, 3), (6, 1, 2, 3), (6, 16, 16, 16, 3)))
     header, tensors = _material_header(sizes), _weights(sizes)
@@ -115,12 +107,12 @@ def _safetensors_rebuilt(_: bytes, random: Random) -> bytes:
         name = random.choice(list(tensors))
         tensors[name] = odd_array(random, odd_shape(random, random.randrange(4)), "<f2")
     elif choice < 0.7:
-        header[random.choice(list(header))] = _odd_json(random)
+        header[random.choice(list(header))] = odd_json(random)
     else:
         place = random.choice(("sampler", "source", "fit", "quality"))
         key = random.choice([*header[place], "name", "model"])
-        header[place] = header[place] | {key: _odd_json(random)}
-    return safetensors_bytes(tensors, header if random.random() < 0.97 else _odd_json(random))
+        header[place] = header[place] | {key: odd_json(random)}
+    return safetensors_bytes(tensors, header if random.random() < 0.97 else odd_json(random))
 
 
 def keras_bytes(tensors: Mapping[str, Array], **options: Any) -> bytes:
@@ -163,6 +155,7 @@ def _keras_rebuilt(_: bytes, random: Random) -> bytes:
         if random.random() < 0.3:
             shape = odd_shape(random, random.randrange(4))
         tensors[name] = odd_array(random, shape, random.choice(("f4", "f4", "f2", "f8", "i4")))
+    options: tuple[dict[str, Any], ...]
     options = ({}, {}, {"chunks": True}, {"compression": "gzip"}, {"compression": "lzf"})
     plain = all(array.ndim for array in tensors.values())
     return keras_bytes(tensors, **random.choice(options if plain else options[:1]))

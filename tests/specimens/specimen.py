@@ -43,6 +43,8 @@ class Specimen:
         Whether files are text: cut between lines, a file may be a whole one.
     companions
         Other files of the set that a file belongs to.
+    module
+        Optional dependency that reading needs, if any.
     memory
         Bytes that reading may take whatever the length of the file, beside a multiple of it.
     """
@@ -55,6 +57,7 @@ class Specimen:
     rebuild: Callable[[bytes, Random], bytes]
     text: bool = False
     companions: Mapping[str, bytes] = field(default_factory=dict)
+    module: str = ""
     memory: int = 16 << 20
 
 
@@ -78,6 +81,14 @@ def odd_array(random: Random, shape: tuple[int, ...], dtype: str) -> Array:
             if array.size:
                 array.flat[random.randrange(array.size)] = random.choice(VALUES)
         return array.astype(dtype)
+
+
+def odd_json(random: Random, depth: int = 0) -> Any:
+    """Something that JSON holds, of any kind."""
+    choices: list[Any] = [None, True, "", "x" * 300, "a\nb", "\ud800", [], {}, *NUMBERS, *VALUES]
+    if depth < 3:
+        choices += [[odd_json(random, depth + 1)], {"kind": odd_json(random, depth + 1)}]
+    return random.choice(choices)
 
 
 def odd_shape(random: Random, rank: int) -> tuple[int, ...]:

@@ -32,9 +32,16 @@ def _merl_sized(count: int) -> Iterable[bytes]:
     return (replaced(_merl_file(), 4 * axis, packed(count, 4)) for axis in range(3))
 
 
+def _merl_valued(value: float) -> Iterable[bytes]:
+    for dtype in ("<f8", "<f4", "<f2"):
+        last = np.array(value).astype(dtype)
+        yield _merl_file(dtype=dtype)[: -last.itemsize] + last.tobytes()
+
+
 def _merl_rebuilt(_: bytes, random: Random) -> bytes:
     shape = odd_shape(random, 3)
-    return struct.pack("<3i", *shape) + odd_array(random, (3, *shape), "<f8").tobytes()
+    dtype = random.choice(("<f8", "<f8", "<f4", "<f2"))
+    return struct.pack("<3i", *shape) + odd_array(random, (3, *shape), dtype).tobytes()
 
 
 # NumPy arrays
@@ -79,8 +86,8 @@ def npy_rebuilt(rank: int) -> Callable[[bytes, Random], bytes]:
         if rank == 4 and random.random() < 0.8:
             shape = (*shape[:3], 3) if random.random() < 0.7 else (3, *shape[:3])
         dtype = random.choice(("<f2", "<f4", "<f8", ">f8", "<f16", "<i4", "<c16"))
-        order = random.choice("CF")
-        return npy_bytes(np.asarray(odd_array(random, shape, dtype), order=order))
+        values = odd_array(random, shape, dtype)
+        return npy_bytes(np.asfortranarray(values) if random.random() < 0.5 else values)
 
     return rebuilt
 
@@ -113,10 +120,15 @@ def _utia_rebuilt(data: bytes, random: Random) -> bytes:
 SPECIMENS = {
     "MERL": Specimen(
         "paint.binary",
-        lambda: [_merl_file(), _merl_file((1, 1, 1))],
+        lambda: [
+            _merl_file(),
+            _merl_file((1, 1, 1)),
+            _merl_file(dtype="<f4"),
+            _merl_file(dtype="<f2"),
+        ],
         header=40,
         sized=_merl_sized,
-        valued=lambda value: [_merl_file()[:-8] + struct.pack("<d", value)],
+        valued=_merl_valued,
         rebuild=_merl_rebuilt,
     ),
     "MERL array (.npz)": Specimen(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import reprlib
 from pathlib import Path
 from typing import Any
 
 from nacre.analytic.catalogue import MODELS
 from nacre.analytic.model import AnalyticBrdf
-from nacre.files import Format, FormatError, atomic_path, read_bytes
+from nacre.files import Format, FormatError, atomic_path, check_json, read_bytes, reason
 
 VERSION = 1
 _LIMIT = 1 << 20
@@ -23,7 +24,7 @@ def save(brdf: AnalyticBrdf, path: Path) -> None:
         If `brdf` is no analytic material or the path cannot be written.
     """
     if not isinstance(brdf, AnalyticBrdf):
-        raise FormatError(f"{path}: holds analytic materials only; fit one with --model")
+        raise FormatError(f"{path}: holds analytic materials only; fit one with nacre fit --model")
     content = {
         "model": brdf.model,
         "version": VERSION,
@@ -32,7 +33,8 @@ def save(brdf: AnalyticBrdf, path: Path) -> None:
         "metadata": brdf.metadata,
     }
     try:
-        text = json.dumps(content, indent=1, allow_nan=False)
+        check_json(content)
+        text = json.dumps(content, indent=1)
     except (TypeError, ValueError) as error:
         raise FormatError(f"{path}: metadata cannot be written as JSON: {error}") from error
     with atomic_path(path) as temporary:
@@ -53,9 +55,9 @@ def load(path: Path) -> AnalyticBrdf:
         raise FormatError(f"{path}: is not whole JSON: {error}") from error
     model = _field(path, content, "model", str)
     if model not in MODELS:
-        raise FormatError(f"{path}: model {model!r} is not one of {', '.join(MODELS)}")
+        raise FormatError(f"{path}: model {model[:40]!r} is not one of {', '.join(MODELS)}")
     if (version := content.get("version", VERSION)) != VERSION:
-        raise FormatError(f"{path}: version {version!r} is not {VERSION}; update nacre")
+        raise FormatError(f"{path}: version {reprlib.repr(version)} is not {VERSION}; update nacre")
     values = _field(path, content, "parameters", dict)
     metadata = _field(path, content, "metadata", dict) if "metadata" in content else {}
     name = _field(path, content, "name", str) if "name" in content else ""
@@ -63,9 +65,14 @@ def load(path: Path) -> AnalyticBrdf:
         if not isinstance(metadata.get(part, {}), dict):
             raise FormatError(f"{path}: metadata field {part!r} is not an object")
     try:
-        return MODELS[model](name=name, metadata=metadata, **values)
+        brdf = MODELS[model](name=name, metadata=metadata, **values)
     except (ValueError, TypeError, OverflowError) as error:
         raise FormatError(f"{path}: parameters: {error}") from error
+    try:
+        check_json(content)
+    except ValueError as error:
+        raise FormatError(f"{path}: could not be written again: {reason(error)}") from error
+    return brdf
 
 
 def _field(path: Path, content: Any, name: str, kind: type[str] | type[dict[str, Any]]) -> Any:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.files import NacreError
-from nacre.geometry import split
+from nacre.geometry import join, split
 from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread
 from nacre.sampling import draw_samples
@@ -80,7 +80,10 @@ def fit(
         raise ValueError("samples and starts must be positive")
     scan = brdf.scattered()
     drawn = draw_samples(brdf, samples, seed) if scan is None else scan.samples
-    problem = _Problem(model, drawn[np.random.default_rng((seed, 1)).permutation(len(drawn))], gain)
+    drawn = drawn[np.random.default_rng((seed, 1)).permutation(len(drawn))]
+    if brdf.isotropic and not model.isotropic:
+        drawn = _turned(drawn, seed)
+    problem = _Problem(model, drawn, gain)
     report = progress or (lambda stage, done, total, note: None)
     with one_blas_thread(), np.errstate(all="ignore"):
         free, loss = _search(problem, starts, seed, report)
@@ -97,6 +100,20 @@ def fit(
     if brdf.source:
         fitted.metadata["source"] = dict(brdf.source)
     return fitted
+
+
+def _turned(samples: DirectionSamples, seed: int) -> DirectionSamples:
+    """Samples of an isotropic material, each turned about the normal by a random angle.
+
+    They all lie at few azimuths, where an anisotropic model would do as it likes at the others.
+    """
+    angle = np.random.default_rng((seed, 3)).uniform(0.0, 2.0 * math.pi, len(samples))
+    cosine, sine = np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)
+    wi, wo = (
+        join((cosine * x - sine * y, sine * x + cosine * y, z))
+        for x, y, z in map(split, (samples.wi, samples.wo))
+    )
+    return DirectionSamples(wi, wo, samples.rgb)
 
 
 class _Problem:

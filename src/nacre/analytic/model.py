@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import math
+import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
@@ -73,14 +74,19 @@ class Parameter:
         Raises
         ------
         ValueError
-            If it is of another shape, not finite or out of bounds.
+            If it is no number, of another shape, not finite or out of bounds.
         """
-        numbers = np.array(value, np.float64)
+        given = np.array(value)
+        if given.dtype.kind not in "iuf":
+            raise ValueError(f"{self.name} takes numbers, got {reprlib.repr(value)}")
+        numbers = given.astype(np.float64)
         if numbers.shape != ((CHANNELS,) if self.colour else ()):
             kind = "three numbers" if self.colour else "one number"
-            raise ValueError(f"{self.name} takes {kind}, got {value!r}")
+            raise ValueError(f"{self.name} takes {kind}, got {reprlib.repr(value)}")
         if not (np.isfinite(numbers) & (numbers >= self.low) & (numbers <= self.high)).all():
-            raise ValueError(f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {value}")
+            raise ValueError(
+                f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {reprlib.repr(value)}"
+            )
         checked: Value = tuple(numbers.tolist()) if self.colour else float(numbers)
         return checked
 
@@ -116,7 +122,8 @@ class AnalyticBrdf(LobeSampledBrdf):
     ) -> None:
         known = [parameter.name for parameter in self.parameters]
         if set(values) != set(known):
-            raise ValueError(f"{self.model} takes {', '.join(known)}; got {', '.join(values)}")
+            given = ", ".join(values)[:200]
+            raise ValueError(f"{self.model} takes {', '.join(known)}; got {given}")
         self.values: dict[str, Value] = {p.name: p.check(values[p.name]) for p in self.parameters}
         self.name = name
         self.metadata = dict(metadata or {})

@@ -53,7 +53,8 @@ class Lafortune(AnalyticBrdf):
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         """See :class:`AnalyticBrdf`."""
         n, across, along = values["exponent"], values["c_xy"], values["c_z"]
-        scale = namespace(across).maximum(abs(across), abs(along))
+        xp = namespace(across)
+        scale = xp.maximum(xp.maximum(abs(across), abs(along)), 1e-12)
         if isinstance(across, float):
             scale = float(scale)
         base = (across * (wi[0] * wo[0] + wi[1] * wo[1]) + along * wi[2] * wo[2]) / scale

@@ -13,6 +13,9 @@ from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, to_spherical
 from nacre.sampling.lobes import expm1
 
+_LARGEST_EXPONENT = 40.0
+"""Of the density of normals, so that it stays a number of float32; published ones end at 5.4."""
+
 
 def _colour(name: str, low: float, high: float, start: tuple[float, float]) -> Parameter:
     return Parameter(name, low, high, start, colour=True)
@@ -61,7 +64,8 @@ class Sgd(AnalyticBrdf):
         def channel(k: int) -> Array:
             own = {name: values[name][k] for name in values}
             x = own["alpha"] + tan2 / own["alpha"]
-            density = own["normalisation"] * xp.exp(-1.0 * x - own["p"] * xp.log(x))
+            exponent = xp.minimum(-1.0 * x - own["p"] * xp.log(x), _LARGEST_EXPONENT)
+            density = own["normalisation"] * xp.exp(exponent)
             visible = _visible(own, light) * _visible(own, view)
             reflected = xp.maximum(fresnel[k] - own["slope"] * cosine, 0.0)
             return base[k] + own["specular"] * reflected * density * visible * scale

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import math
 import re
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -84,13 +85,13 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
     if material is None and len(known) == 1:
         material = next(iter(known))
     if material not in known:
-        names = ", ".join(known)
-        missing = f"no material {material!r}" if material else f"{len(known)} materials"
+        names = textwrap.shorten(", ".join(known), 400, placeholder=" ...")
+        missing = f"no material {material[:80]!r}" if material else f"{len(known)} materials"
         raise FormatError(f"{path}: holds {missing}; choose one of {names}")
-    where = f"{path}: {material}"
+    where = f"{path}: {material[:80]}"
     diffuse, kind, given = _parse(known[material], where)
     if kind not in _MODELS:
-        raise FormatError(f"{where}: model {kind!r} is not one of {', '.join(_MODELS)}")
+        raise FormatError(f"{where}: model {kind[:40]!r} is not one of {', '.join(_MODELS)}")
     model, names_here = _MODELS[kind]
     if kind == "Bagher":
         try:

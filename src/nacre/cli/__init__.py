@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _stop(message: str, code: int = 2) -> NoReturn:
-    from nacre.cli.console import printable
+    from nacre.files import printable
 
     click.echo(f"nacre: {printable(message)}", err=True)
     sys.exit(code)

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from rich.table import Table
 from rich.text import Text
 
-from nacre.files import FormatError, check_writable
+from nacre.files import FormatError, check_writable, printable
 
 console = Console(highlight=False, soft_wrap=True)
 """Results go to standard output."""
@@ -98,9 +98,12 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def printable(text: str) -> str:
-    """One line without control characters, whatever a file or its name holds."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+def raise_all(failures: Sequence[BaseException]) -> None:
+    """Print all errors but the last, and raise that; nothing where there is none."""
+    for failure in failures[:-1]:
+        click.echo(f"nacre: {printable(str(failure))}", err=True)
+    if failures:
+        raise failures[-1]
 
 
 def _text(value: Any) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from nacre.cli.console import Stages, check_outputs, console, file_path, numbers, printable
+from nacre.cli.console import Stages, check_outputs, console, file_path, numbers, raise_all
 
 if TYPE_CHECKING:
     from nacre.analytic import AnalyticBrdf
@@ -200,7 +200,4 @@ def command(
     for result in results:
         if not result.exception():
             console.print(result.result(), markup=False)
-    for failure in failures[:-1]:
-        click.echo(f"nacre: {printable(str(failure))}", err=True)
-    if failures:
-        raise failures[-1]
+    raise_all(failures)

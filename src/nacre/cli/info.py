@@ -14,7 +14,7 @@ from nacre.cli.console import (
     file_path,
     print_facts,
     print_json,
-    printable,
+    raise_all,
 )
 from nacre.files import NacreError
 
@@ -73,10 +73,7 @@ def command(files: tuple[Path, ...], physics: bool, plot: Path | None, as_json: 
         _draw(shown, plot)
         if not as_json:
             console.print(f"{plot}: lobes in the plane of incidence", markup=False)
-    for failure in failures[:-1]:
-        click.echo(f"nacre: {printable(str(failure))}", err=True)
-    if failures:
-        raise failures[-1]
+    raise_all(failures)
 
 
 def _facts(path: Path, brdf: Brdf, physics: bool) -> tuple[dict[str, Any], dict[str, str]]:

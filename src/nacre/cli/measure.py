@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from nacre.brdf import Brdf
-from nacre.cli.console import Stages, check_outputs, console, file_path, resolution_option
+from nacre.cli.console import (
+    Stages,
+    check_outputs,
+    console,
+    file_path,
+    resolution_option,
+    status,
+)
 from nacre.files import NacreError
+
+if TYPE_CHECKING:
+    from nacre.render.virtual import MitsubaBrdf
 
 
 @click.command("measure")
@@ -33,15 +42,18 @@ def command(
     """Measure a Mitsuba BSDF virtually: a table, or a neural material fitted to it.
 
     BSDF_JSON is what mitsuba.load_dict takes, as JSON: '{"type": "principled", "roughness": 0.3}'.
-    Textures are read at one point.
+    Textures are read at one point, their middle.
     """
     from nacre.formats import check_target, target, writer
 
     if (description is None) == (scene is None):
         raise click.UsageError("expected either BSDF_JSON or --scene")
+    if name is not None and scene is None:
+        raise click.UsageError("--bsdf chooses from a --scene")
     write = writer(output, resolution)
     check_outputs([output], [scene] if scene else [])
     brdf = _from_json(description) if description is not None else _from_scene(scene, name)
+    missing = brdf.left_out()
     brdf.name = output.stem
     check_target(output, brdf)
     if target(output).holds == "neural":
@@ -49,34 +61,48 @@ def command(
 
         recipe = Recipe(epochs=20, seed=seed) if draft else Recipe(seed=seed)
         with Stages() as stages:
-            brdf = fit(brdf, recipe, progress=stages.add(output.stem))
-    write(brdf, output)
+            write(fit(brdf, recipe, progress=stages.add(output.stem)), output)
+    else:
+        write(brdf, output)
+    if missing:
+        status.print(f"note: {output}: without {' and '.join(missing)}", markup=False)
     console.print(f"{output}: {output.stat().st_size:,} bytes", markup=False)
 
 
-def _from_json(text: str) -> Brdf:
+def _from_json(text: str) -> MitsubaBrdf:
     """The reflectance that a dictionary describes."""
     try:
-        description = json.loads(text)
+        description = json.loads(text, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
         raise NacreError(
             f"BSDF_JSON: is no JSON: {error.msg} at character {error.pos + 1}"
         ) from error
-    if not isinstance(description, dict) or "type" not in description:
+    except RecursionError as error:
+        raise NacreError("BSDF_JSON: is nested too deeply") from error
+    if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError('BSDF_JSON: expected an object with a type, like {"type": "plastic"}')
     return _virtual(_mitsuba("load_dict", description, "BSDF_JSON"), "BSDF_JSON")
 
 
-def _from_scene(path: Path | None, name: str | None) -> Brdf:
+def _refuse_constant(name: str) -> None:
+    raise NacreError(f"BSDF_JSON: {name} is not a number of JSON")
+
+
+def _from_scene(path: Path | None, name: str | None) -> MitsubaBrdf:
     """The reflectance of a shape in a scene file."""
     if path is None or not path.is_file():
         raise NacreError(f"{path}: is not a file")
     scene = _mitsuba("load_file", str(path), str(path))
-    found = {shape.bsdf().id(): shape.bsdf() for shape in scene.shapes() if shape.bsdf()}
-    chosen = name if name is not None or len(found) != 1 else next(iter(found))
+    bsdfs = [shape.bsdf() for shape in scene.shapes() if shape.bsdf()]
+    found = {bsdf.id(): bsdf for bsdf in bsdfs if bsdf.id()}
+    if name is None and len(bsdfs) == 1:
+        return _virtual(bsdfs[0], f"{path}: {bsdfs[0].id() or 'its BSDF'}")
+    chosen = next(iter(found)) if name is None and len(found) == len(set(bsdfs)) == 1 else name
     if chosen not in found:
         problem = f"has no BSDF {name!r} on a shape" if name else "has not one BSDF; use --bsdf"
-        raise NacreError(f"{path}: {problem} (found: {', '.join(found) or 'none'})")
+        nameless = sum(not bsdf.id() for bsdf in bsdfs)
+        names = [*found, f"{nameless} without an id"] if nameless else found
+        raise NacreError(f"{path}: {problem} (found: {', '.join(names) or 'none'})")
     return _virtual(found[chosen], f"{path}: {chosen}")
 
 
@@ -95,7 +121,7 @@ def _mitsuba(function: str, argument: Any, where: str) -> Any:
         raise NacreError(f"{where}: Mitsuba: {' '.join(str(error).split())}") from error
 
 
-def _virtual(bsdf: Any, where: str) -> Brdf:
+def _virtual(bsdf: Any, where: str) -> MitsubaBrdf:
     """A BSDF of Mitsuba as a reflectance."""
     from nacre.render.engine import mitsuba
     from nacre.render.virtual import MitsubaBrdf
@@ -105,4 +131,7 @@ def _virtual(bsdf: Any, where: str) -> Brdf:
         raise NacreError(f"{where}: is not a BSDF")
     if not bsdf.flags() & int(mi.BSDFFlags.Smooth):
         raise NacreError(f"{where}: reflects in single directions only; nothing can be measured")
-    return MitsubaBrdf(bsdf)
+    try:
+        return MitsubaBrdf(bsdf)
+    except NacreError as error:
+        raise NacreError(f"{where}: {error}") from error

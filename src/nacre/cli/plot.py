@@ -9,9 +9,9 @@ from pathlib import Path
 import click
 
 from nacre.brdf import Brdf
-from nacre.cli.console import check_outputs, console, file_path, printable
+from nacre.cli.console import check_outputs, console, file_path
 from nacre.evaluate.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
-from nacre.files import NacreError
+from nacre.files import NacreError, printable
 
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import requests
 import urllib3
 
-from nacre.files import NacreError
+from nacre.files import NacreError, reason
 
 Progress = Callable[[int, int | None], None]
 """Takes the bytes that are there and the bytes there will be, None if that is not known."""
@@ -88,6 +88,8 @@ class Transfer:
                     problem = _reason(error)
                     if _out_of_reach(error) and self._arrived(url) == arrived:
                         raise TransferError(f"cannot reach {host}: {problem}") from error
+                except ValueError as error:  # numbers in headers that are none
+                    raise TransferError(f"{host}: answers wrongly: {reason(error)}") from error
                 else:
                     self._note.unlink(missing_ok=True)
                     self.part.replace(output_file)

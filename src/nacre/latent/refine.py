@@ -23,7 +23,7 @@ def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Ve
 
     The projection is closest in the logarithm of f w, which counts what is dark as much as what is
     bright. From there the mean absolute difference of log(1 + k f cos theta_i) is brought to a
-    minimum over nodes drawn at random.
+    minimum over nodes drawn uniformly in the Rusinkiewicz angles.
 
     Parameters
     ----------
@@ -50,10 +50,9 @@ def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Ve
     """
     start = basis.project(brdf)
     values, known = basis.values(brdf)
-    # Between uniform over nodes, which are dense near the mirror direction, and uniform over
-    # angles, of which a node stands for as many as its row counts.
+    # Rows of nodes lie at squares of equal steps: the angle that one stands for grows with them.
     row = np.nonzero(basis.mask)[0]
-    chance = known * np.sqrt(row + 0.5)
+    chance = known * (row + 0.5)
     drawn = np.random.default_rng(seed).choice(len(row), _NODES, p=chance / chance.sum())
     cosine = node_cosines(basis.resolution)[0][basis.mask][drawn]
     weights = basis.weights()[drawn]

@@ -11,8 +11,8 @@ FORMATS: tuple[Format, ...] = (
     rgl.FORMAT,
     merl.FORMAT,
     *merl_array.FORMATS,
-    cornell.FORMAT,
     *comma_separated.FORMATS,
+    cornell.FORMAT,
     utia.FORMAT,
     *utia_image.FORMATS,
 )

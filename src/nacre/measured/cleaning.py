@@ -25,8 +25,10 @@ def from_measurement(
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
 
     Samples with a direction at or below the horizon, and those negative in every channel (not
-    measured), are left out; samples of one pair of directions, to a millionth, are averaged. How
-    many is among the facts that :meth:`ScatteredBrdf.describe` shows.
+    measured), are left out. Samples of one pair of directions, to a millionth, are averaged; of an
+    isotropic material, so are those that turning and mirroring the surface make one pair: they
+    would hide how far samples are from each other. How many is among the facts that
+    :meth:`ScatteredBrdf.describe` shows.
 
     Raises
     ------
@@ -39,13 +41,17 @@ def from_measurement(
     kept = visible & known
     if not kept.any():
         raise ValueError("no sample is above the horizon and measured")
-    keys = np.round(np.concatenate([wi[kept], wo[kept]], axis=1) * 1e6).astype(np.int64)
+    pairs = np.concatenate([wi[kept], wo[kept]], axis=1)
+    keys = np.round((_turned(pairs) if isotropic else pairs) * 1e6).astype(np.int64)
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))[group.reshape(-1)]  # in the order of the file
     first = np.sort(first)
     share = np.bincount(rank)[:, None]
 
     def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        if len(first) == len(rank):
+            every: npt.NDArray[np.float64] = values[kept]
+            return every
         total = np.zeros((len(first), values.shape[1]))
         np.add.at(total, rank, values[kept])
         return total / share
@@ -65,3 +71,21 @@ def from_measurement(
         wavelengths=wavelengths,
         facts=dict(facts or {}) | counts,
     )
+
+
+def _turned(pairs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal.
+
+    y of the viewer comes without its sign: mirroring changes it.
+    """
+    light, view = pairs[:, :3], pairs[:, 3:]
+    tilted = np.hypot(light[:, 0], light[:, 1]) > 1e-6
+    x, y, _ = np.where(tilted, light.T, view.T)
+    radius = np.hypot(x, y)
+    cosine = np.divide(x, radius, out=np.ones_like(x), where=radius > 0.0)
+    sine = np.divide(y, radius, out=np.zeros_like(y), where=radius > 0.0)
+    turned = [
+        (cosine * w[:, 0] + sine * w[:, 1], np.abs(cosine * w[:, 1] - sine * w[:, 0]), w[:, 2])
+        for w in (light, view)
+    ]
+    return np.stack([*turned[0], *turned[1]], axis=1)

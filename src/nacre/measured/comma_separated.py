@@ -37,6 +37,8 @@ _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")
 """Header keys that say how many samples there are: ours, and that of ASTM E1392."""
 _USED = ("units", "values", *_COUNTS)
+_LARGEST = 3.4028234e38
+"""Bound of what is written: just below the largest float32, which nine digits round up."""
 
 _Array = npt.NDArray[np.float64]
 
@@ -110,9 +112,10 @@ def save(brdf: Brdf, path: PathLike) -> None:
         names, values = list("rgb"), samples.rgb
     else:
         names, values = [f"{w:.10g} nm" for w in wavelengths], spectra
+    values = np.clip(values, -_LARGEST, _LARGEST)
     with (
         atomic_path(path) as temporary,
-        temporary.open("w", encoding="utf-8", newline="") as file,
+        temporary.open("w", encoding="utf-8", errors="replace", newline="") as file,
     ):
         file.write(f"# name: {' '.join(brdf.name.split())}\n# units: degrees\n")
         file.write(f"# isotropic: {'yes' if brdf.isotropic else 'no'}\n# values: f_r in 1/sr\n")

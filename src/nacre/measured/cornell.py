@@ -8,13 +8,18 @@ direction is `wi`, the scattered one `wo`.
 
 from __future__ import annotations
 
+import io
+import itertools
 import math
+import re
+from array import array
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import Format, FormatError, PathLike, read_bytes
+from nacre.files import Format, FormatError, PathLike, read_bytes, reason
 from nacre.geometry import from_spherical, join
 from nacre.measured.cleaning import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
@@ -22,6 +27,7 @@ from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28
 _BAND_LIMIT = 1024
+_REMARK_LIMIT = 1000
 _ANGLES = 4
 
 
@@ -48,18 +54,16 @@ def load(path: PathLike) -> ScatteredBrdf:
         raise FormatError(f"{path}: is not ASCII text, not a Cornell scan")
     if not data.endswith(b"\n"):
         raise FormatError(f"{path}: the last line does not end; the file is cut short")
-    lines = data.decode("ascii").splitlines()
-    tokens = " ".join(line.partition("#")[0] for line in lines).split()
     try:
-        numbers = np.array(tokens, np.float64)
+        numbers = _numbers(_lines(data))
     except ValueError as error:
-        raise FormatError(f"{path}: {_reason(error)}, expected numbers") from error
+        raise FormatError(f"{path}: {reason(error)[:80]}, expected numbers") from error
     if not (np.abs(numbers) <= np.finfo(np.float32).max).all():  # also false for NaN
         raise FormatError(f"{path}: values: some are not finite")
     wavelengths, rows = _tables(path, numbers)
     wi, wo = (join(from_spherical(rows[:, k], rows[:, k + 1])).astype(np.float64) for k in (0, 2))
     spectra = rows[:, _ANGLES:]
-    title, remarks = _title(lines)
+    title, remarks = _title(_lines(data))
     try:
         return from_measurement(
             wi,
@@ -72,6 +76,19 @@ def load(path: PathLike) -> ScatteredBrdf:
         )
     except ValueError as error:
         raise FormatError(f"{path}: samples: {error}") from error
+
+
+def _lines(data: bytes) -> Iterable[str]:
+    """Lines of a text, one at a time: a list of them could take many times its memory."""
+    return io.TextIOWrapper(io.BytesIO(data), encoding="ascii")
+
+
+def _numbers(lines: Iterable[str]) -> npt.NDArray[np.float64]:
+    """All numbers outside comments; the first word that is none raises a ValueError."""
+    values = array("d")
+    for line in lines:
+        values.extend(float(word[0]) for word in re.finditer(r"\S+", line.partition("#")[0]))
+    return np.frombuffer(values) if values else np.empty(0)
 
 
 def _tables(
@@ -102,10 +119,10 @@ def _tables(
     return wavelengths, rows
 
 
-def _title(lines: list[str]) -> tuple[str, str]:
+def _title(lines: Iterable[str]) -> tuple[str, str]:
     """Name of the material and other remarks, from the comments at the start."""
     remarks = []
-    for line in lines:
+    for line in itertools.islice(lines, _REMARK_LIMIT):
         if not line.startswith("#"):
             break
         remarks.append(line.lstrip("# ").strip())
@@ -113,13 +130,8 @@ def _title(lines: list[str]) -> tuple[str, str]:
     return (about[0], "; ".join(about[1:])) if about else ("", "")
 
 
-def _reason(error: ValueError) -> str:
-    """What NumPy could not convert, on one short line."""
-    return str(error).partition("\n")[0][:80]
-
-
 def _recognise(head: bytes) -> bool:
-    return head.startswith(b"#") and head.isascii()
+    return head.startswith(b"#") and head.isascii() and b"theta_" not in head  # columns of .csv
 
 
 FORMAT = Format("Cornell scan", (".brdf",), _recognise, load)

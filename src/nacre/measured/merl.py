@@ -25,7 +25,7 @@ from nacre.brdf import Brdf
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.measured.merl_table import SCALES, Interpolation, MerlBrdf
-from nacre.measured.raw import read_values
+from nacre.measured.raw import LARGEST, read_values
 
 INVALID = -1.0
 """Stored value that :func:`save` writes for a sample that is not known."""
@@ -124,6 +124,7 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
         wi, wo = map(join, node_directions(resolution, slice(i, i + 1)))
         f_r = brdf.eval(wi, wo)
         known = (wi[..., 2] > _HORIZON) & (wo[..., 2] > _HORIZON)
+        f_r = np.minimum(f_r, LARGEST * np.asarray(SCALES))
         known &= np.isfinite(f_r).all(axis=-1) & brdf.valid(wi, wo)
         row = np.where(known[..., None], f_r / np.asarray(SCALES), INVALID)
         stored[:, i : i + 1] = np.moveaxis(row, -1, 0)

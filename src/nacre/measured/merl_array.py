@@ -127,9 +127,11 @@ def _table(content: bytes, where: str, name: str) -> MerlBrdf:
     if not all(1 <= n <= _NODE_LIMIT for n in f_r.shape[:3]):
         sizes = " x ".join(map(str, f_r.shape[:3]))
         raise FormatError(f"{where}: has {sizes} nodes, expected 90 x 90 x 180")
-    largest = LARGEST * min(SCALES)
-    check_finite(f_r, f"{where}: values", "mark missing samples by -1", largest)
-    return MerlBrdf(np.moveaxis(f_r / np.asarray(SCALES), -1, 0), name)
+    with np.errstate(over="ignore"):
+        stored = f_r / np.asarray(SCALES)
+    largest = LARGEST * (1.0 + 1e-9)  # what was multiplied by the scales when it was written
+    check_finite(stored, f"{where}: values", "mark missing samples by -1", largest)
+    return MerlBrdf(np.moveaxis(stored, -1, 0), name)
 
 
 def _recognise_npz(head: bytes) -> bool:

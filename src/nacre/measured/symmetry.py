@@ -1,6 +1,8 @@
-"""Which turns and mirrors leave an anisotropic material unchanged."""
+"""Which turns and mirrors leave a material unchanged."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -24,17 +26,25 @@ def symmetry(brdf: Brdf) -> int:
         4 if the material is unchanged by half a turn about the normal and by mirroring at the x
         axis; 2 if by half a turn alone; otherwise 1.
     """
+    if not _unchanged(brdf, lambda x, y: (-x, -y)):
+        return 1
+    return 4 if _unchanged(brdf, lambda x, y: (x, -y)) else 2
+
+
+def unchanged_by_quarter_turn(brdf: Brdf) -> bool:
+    """Whether a quarter turn about the normal leaves a material unchanged, tried as above.
+
+    No isotropic material fails: unlike other turns, this one is exact in floating point.
+    """
+    return _unchanged(brdf, lambda x, y: (-y, x))
+
+
+def _unchanged(brdf: Brdf, move: Callable[[Floats, Floats], tuple[Floats, Floats]]) -> bool:
+    """Whether f_r, and where it is known, stay when x and y of both directions move."""
     u = np.random.default_rng(0).random((4, _PAIRS))
     u[0] *= u[0]
     wi, wo = map(join, uniform_rusinkiewicz(u))
-    if not _unchanged(brdf, wi, wo, (-1.0, -1.0)):
-        return 1
-    return 4 if _unchanged(brdf, wi, wo, (1.0, -1.0)) else 2
-
-
-def _unchanged(brdf: Brdf, wi: Floats, wo: Floats, signs: tuple[float, float]) -> bool:
-    """Whether f_r, and where it is known, stay when x and y of both directions change sign."""
-    turned = [join((signs[0] * x, signs[1] * y, z)) for x, y, z in map(split, (wi, wo))]
+    turned = [join((*move(x, y), z)) for x, y, z in map(split, (wi, wo))]
     f_r, other = brdf.eval(wi, wo), brdf.eval(*turned)
     known = brdf.valid(wi, wo) & np.isfinite(f_r).all(axis=-1)
     other_known = brdf.valid(*turned) & np.isfinite(other).all(axis=-1)

@@ -11,7 +11,7 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.files import Format, FormatError, PathLike, atomic_path, check_json, read_bytes, reason
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
@@ -67,7 +67,8 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         tensors[f"biases_{index}"] = np.ascontiguousarray(layer.biases)
     # One metadata key: the library writes several in no particular order.
     try:
-        data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header, allow_nan=False)})
+        check_json(header)
+        data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header)})
     except (TypeError, ValueError) as error:
         raise FormatError(f"{path}: metadata cannot be written as JSON: {error}") from error
     if len(data) > _LIMIT:
@@ -114,7 +115,6 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
             raise ValueError(f"field {key!r} is not a table")
-    json.dumps(metadata, allow_nan=False, ensure_ascii=False).encode()  # it can be written again
     layers = []
     for index in range(1, len(header["sizes"])):
         parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
@@ -132,6 +132,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     )
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")
+    check_json(header)  # so that what was read can be written again
     return network
 
 

@@ -16,7 +16,7 @@ LARGEST_INPUT = 1.01
 _HIGHLIGHT = 1e-4
 """Added to sin^2 theta_h before its logarithm: highlights narrower than .6 degrees look alike."""
 _HORIZON = 0.01
-"""Added to cos theta_i before its logarithm."""
+"""Added to cosines before their logarithm."""
 
 
 def input_count(inputs: str, turn_half_vector: bool) -> int:
@@ -47,9 +47,9 @@ def network_inputs(
 ) -> tuple[Array, ...]:
     """The inputs of a network at a pair of directions.
 
-    "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h, and puts two
-    stretched angles in place of its height: log(sin^2 theta_h + 1e-4) / 9.2, which opens the
-    highlight up, and log(cos theta_i + .01) / 4.6, which opens up grazing light. Of an isotropic
+    "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h and of d, and
+    stretches what matters: log(sin^2 theta_h + 1e-4) / 9.2 opens up the highlight,
+    log(cos theta + .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic
     material it takes |d_y|, since mirroring changes nothing. "stereographic" is the projections of
     both directions, of light and view as they are, as networks for textures see them (Rainer,
     Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
@@ -71,10 +71,10 @@ def network_inputs(
         return (*turned, *d)
     xp = namespace(*wi, *wo)
     highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
-    grazing = xp.log(xp.maximum(wi[2], 0.0) + _HORIZON) * (1.0 / 4.6)
+    light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
     if turn_half_vector:
-        return (turned[0], highlight, grazing, d[0], xp.abs(d[1]), d[2])
-    return (turned[0], turned[1], highlight, grazing, *d)
+        return (turned[0], highlight, light, view, d[0], xp.abs(d[1]))
+    return (turned[0], turned[1], highlight, light, view, d[0], d[1])
 
 
 def _projected(w: Components) -> tuple[Array, Array]:

@@ -15,13 +15,15 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.neural.hdf5_strings import count_strings
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.npy import MAGIC, parse_npy
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
-_HEAP = b"GCOL"
+_LAYERS, _WEIGHTS = "layer_names", "weight_names"
+"""Attributes that list names."""
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
 
 
@@ -37,12 +39,12 @@ def load_h5(path: PathLike) -> NeuralBrdf:
 
     data = read_bytes(path, _LIMIT)
     try:
-        _check_heaps(data)
+        sound = {key for key in (_LAYERS, _WEIGHTS) if count_strings(data, key)}
         with h5py.File(io.BytesIO(data), "r") as file:
             layers: list[Layer] = []
-            for name in _names(file, "layer_names", len(data)):
+            for name in _names(file, _LAYERS, len(data), sound):
                 group = file[name]
-                weights = _names(group, "weight_names", len(data))
+                weights = _names(group, _WEIGHTS, len(data), sound)
                 parts = [_dataset(group[w], path, len(data)) for w in weights]
                 if parts:
                     layers.append(Layer(*parts))
@@ -72,16 +74,16 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
     content = io.BytesIO()  # HDF5 does not survive a full disk
     with h5py.File(content, "w") as file:
-        file.attrs["layer_names"] = [name.encode() for name in [*names, "lambda_1"]]
+        file.attrs[_LAYERS] = [name.encode() for name in [*names, "lambda_1"]]
         file.attrs["backend"] = b"tensorflow"
         file.attrs["keras_version"] = b"2.2.4"
         for name, layer in zip(names, network.layers, strict=True):
             parts = {f"{name}/kernel:0": layer.weights, f"{name}/bias:0": layer.biases}
             group = file.create_group(name)
-            group.attrs["weight_names"] = [part.encode() for part in parts]
+            group.attrs[_WEIGHTS] = [part.encode() for part in parts]
             for part, values in parts.items():
                 group.create_dataset(part, data=values)
-        file.create_group("lambda_1").attrs["weight_names"] = np.zeros(0)
+        file.create_group("lambda_1").attrs[_WEIGHTS] = np.zeros(0)
     with atomic_path(path) as temporary:
         temporary.write_bytes(content.getvalue())
 
@@ -111,34 +113,22 @@ def load_npy(path: PathLike) -> NeuralBrdf:
         raise FormatError(f"{path}: is not an NBRDF network: {reason(error)}") from error
 
 
-def _check_heaps(data: bytes) -> None:
-    """Refuse heaps of strings of variable length in which HDF5 would walk in circles.
+def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
+    """Names that an attribute lists, which must fit into `limit` bytes.
 
-    The layout of a "global heap collection" is in section III.E of the HDF5 file format
-    specification: objects follow each other, and one that claims no length is never left.
+    Those of variable length are read of attributes only that were found to be sound.
     """
-    at = data.find(_HEAP)
-    while at >= 0:
-        end = at + int.from_bytes(data[at + 8 : at + 16], "little")
-        place = at + 16
-        while place + 16 <= min(end, len(data)):
-            index = int.from_bytes(data[place : place + 2], "little")
-            size = int.from_bytes(data[place + 8 : place + 16], "little")
-            step = 16 + size + -size % 8 if index else size
-            if step < 16 or place + step > end:
-                raise ValueError("its heap of strings is damaged")
-            place += step
-        at = data.find(_HEAP, at + len(_HEAP))
-
-
-def _names(group: Any, key: str, limit: int) -> list[str]:
-    """Names that an attribute lists, which must fit into `limit` bytes."""
     import h5py
 
     attribute = group.attrs.get_id(key)
     if 0 in attribute.shape:
         return []
-    if h5py.check_string_dtype(attribute.dtype) is None or len(attribute.shape) != 1:
+    strings = h5py.check_string_dtype(attribute.dtype)
+    if (
+        strings is None
+        or len(attribute.shape) != 1
+        or (strings.length is None and key not in sound)
+    ):
         raise ValueError(f"attribute '{key}' is no list of strings")
     if attribute.shape[0] * attribute.dtype.itemsize > limit:
         raise ValueError(f"attribute '{key}' holds less than its shape says")

@@ -9,8 +9,9 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.files import NacreError, reason, require
 from nacre.geometry import join
+from nacre.measured.symmetry import unchanged_by_quarter_turn
 from nacre.render.engine import mitsuba
 
 
@@ -20,15 +21,16 @@ class MitsubaBrdf(Brdf):
     Parameters
     ----------
     bsdf
-        A BSDF, or a dictionary for `mitsuba.load_dict`. Without textures: it is evaluated at one
-        point.
+        A BSDF, or a dictionary for `mitsuba.load_dict`. Textures, bumps and normals are those of
+        one point, in the middle of the texture.
     name
         Name of the material.
 
     Raises
     ------
     NacreError
-        If the variant that is set is no such variant.
+        If the variant that is set is no such variant, or Mitsuba cannot evaluate the BSDF at a
+        point without a shape.
     MissingExtraError
         If Mitsuba is not installed.
     LLVMError
@@ -42,16 +44,43 @@ class MitsubaBrdf(Brdf):
                 f"needs Mitsuba's llvm_ad_rgb or cuda_ad_rgb, not {self._mi.variant()}"
             )
         self._bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
-        self.isotropic = not self._bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
         self.name = name
+        # Flags do not tell of normals that a texture tilts.
+        anisotropic = self._bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
+        self.isotropic = not anisotropic and unchanged_by_quarter_turn(self)
+
+    def left_out(self) -> list[str]:
+        """What the BSDF does with light that no reflectance has: for people, mostly empty."""
+        flags = self._mi.BSDFFlags
+        parts = {
+            "mirror reflection": int(flags.DeltaReflection),
+            "transmission": int(flags.Transmission) | int(flags.Null),
+        }
+        return [name for name, bits in parts.items() if self._bsdf.flags() & bits]
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; NumPy arrays only."""
         mi = self._mi
-        interaction = mi.SurfaceInteraction3f()
-        interaction.wi = mi.Vector3f(np.ascontiguousarray(join(wo).T, np.float32))
+        view = mi.Vector3f(np.ascontiguousarray(join(wo).T, np.float32))
         light = mi.Vector3f(np.ascontiguousarray(join(wi).T, np.float32))
-        value = self._bsdf.eval(mi.BSDFContext(), interaction, light)
+        interaction = self._interaction(np.size(wo[2]))
+        interaction.wi = view
+        try:
+            value = np.array(self._bsdf.eval(mi.BSDFContext(), interaction, light))
+        except RuntimeError as error:  # a texture that needs the shape it lies on
+            message = f"Mitsuba cannot evaluate it at a point; try a bitmap: {reason(error)}"
+            raise NacreError(message) from error
         # Mitsuba's value has the cosine in it; below the horizon it is 0 and the ratio unused.
-        rgb = np.array(value) / np.where(wi[2] > 0, wi[2], 1.0)
+        rgb = value / np.where(wi[2] > 0, wi[2], 1.0)
         return rgb[0], rgb[1], rgb[2]
+
+    def _interaction(self, count: int) -> Any:
+        """The point that is measured, `count` times: on the plane z = 0, in a texture's middle."""
+        mi = self._mi
+        interaction = require("drjit", "render").zeros(mi.SurfaceInteraction3f, count)
+        x, y, z = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Vector3f(0, 0, 1)
+        interaction.n = mi.Normal3f(z)
+        interaction.sh_frame = mi.Frame3f(x, y, z)
+        interaction.dp_du, interaction.dp_dv = x, y
+        interaction.uv = mi.Point2f(0.5, 0.5)
+        return interaction
