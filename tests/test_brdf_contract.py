@@ -14,11 +14,12 @@ import pytest
 import nacre
 from nacre.brdf import Brdf, CosineSampler
 from nacre.files import NacreError
+from nacre.latent import train
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
-from nacre.measured.merl import tabulate
+from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
-from nacre.neural.inputs import ENHANCED, PAPER, input_count
+from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
 from nacre.sampling import BlinnPhongMixture, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
@@ -59,6 +60,13 @@ def scan(brdf: Brdf) -> ScatteredBrdf:
     return ScatteredBrdf(wi, wo, brdf.eval(wi, wo), isotropic=brdf.isotropic)
 
 
+def code() -> Brdf:
+    """Half-way between two networks."""
+    names = (PAPER, ENHANCED)
+    makers = [functools.partial(network, True, inputs) for inputs in names]
+    return train(makers, 1, Resolution(30, 15, 15)).decode([0.0])
+
+
 def real(folder: str, name: str) -> Brdf:
     return nacre.load(require_data(folder, name))
 
@@ -68,6 +76,8 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "anisotropic network": lambda _: network(False),
     "isotropic network of enhanced inputs": lambda _: network(True, ENHANCED),
     "anisotropic network of enhanced inputs": lambda _: network(False, ENHANCED),
+    "network of stereographic inputs": lambda _: network(False, STEREOGRAPHIC),
+    "PCA code": lambda _: code(),
     "MERL table of a network": lambda _: tabulate(network(True)),
     "UTIA table of a network": lambda _: utia.tabulate(network(False)),
     "RGL table of a network": lambda _: rgl.tabulate(network(True)),

@@ -11,7 +11,16 @@ import nacre
 from nacre.files import FormatError, NacreError
 from nacre.geometry import half_difference, isotropic, join, split, uniform_rusinkiewicz
 from nacre.neural import Layer, NeuralBrdf, Recipe, fit
-from nacre.neural.inputs import ENHANCED, INPUTS, LARGEST_INPUT, PAPER, input_count, network_inputs
+from nacre.neural.inputs import (
+    ENHANCED,
+    INPUTS,
+    LARGEST_INPUT,
+    PAPER,
+    STEREOGRAPHIC,
+    input_count,
+    network_inputs,
+    turns_half_vector,
+)
 from nacre.neural.samples import BLOCK, draw
 from tests.reflectances import Brushed, Glossy
 
@@ -63,8 +72,10 @@ def test_isotropic_networks_of_enhanced_inputs_are_mirror_symmetric():
     assert np.abs(paper.eval(wi, wo) - paper.eval(wi * flip, wo * flip)).max() > 1e-3
 
 
-@pytest.mark.parametrize("inputs", INPUTS)
-@pytest.mark.parametrize("turned", [True, False])
+KINDS = [(inputs, turned) for inputs in INPUTS for turned in (True, False)]
+
+
+@pytest.mark.parametrize(("inputs", "turned"), [k for k in KINDS if k != (STEREOGRAPHIC, True)])
 def test_files_keep_the_inputs(tmp_path, inputs, turned):
     before = network(inputs, turned)
     nacre.save(before, tmp_path / "x.safetensors")
@@ -81,7 +92,7 @@ def test_published_files_hold_the_papers_inputs_only(tmp_path):
 
 
 def test_unknown_inputs_and_wrong_gains_are_refused():
-    with pytest.raises(NacreError, match="paper, enhanced"):
+    with pytest.raises(NacreError, match="paper, enhanced, stereographic"):
         Recipe(inputs="better")
     for gain in (0.0, -1.0, float("nan"), 1e9):
         with pytest.raises(ValueError, match="gain"):
@@ -121,3 +132,38 @@ def test_networks_of_enhanced_inputs_fit(truth):
     assert network.metadata["fit"]["inputs"] == ENHANCED
     assert network.metadata["fit"]["gain"] == 32.0
     assert dark_error(truth, network) < 0.03
+
+
+def test_stereographic_inputs_are_projections_of_light_and_view():
+    wi, wo = pairs()
+    values = network_inputs(split(wi), split(wo), False, STEREOGRAPHIC)
+    for w, (x, y) in ((wi, values[:2]), (wo, values[2:])):
+        # The projection halves the polar angle: its radius is tan(theta / 2).
+        theta = np.arccos(w[:, 2])
+        np.testing.assert_allclose(np.hypot(x, y), np.tan(theta / 2), rtol=1e-6)
+        np.testing.assert_allclose(np.arctan2(y, x), np.arctan2(w[:, 1], w[:, 0]), atol=1e-9)
+
+
+def test_networks_of_stereographic_inputs_learn_azimuths_and_blur_highlights():
+    truth = Glossy(0.2, 0.1, 0.05)
+    recipes = (Recipe(epochs=12, samples=80_000, inputs=i) for i in (PAPER, STEREOGRAPHIC))
+    paper, projected = (fit(truth, recipe) for recipe in recipes)
+    assert not projected.isotropic
+    assert projected.sizes == (4, 21, 21, 3)
+    assert projected.metadata["fit"]["gain"] == 1.0
+    assert dark_error(truth, projected) > 3.0 * dark_error(truth, paper)
+    wi, wo = pairs()
+    turn = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    one, turned = projected.eval(wi, wo), projected.eval(wi @ turn, wo @ turn)
+    diffuse = half_difference(split(wi), split(wo))[0][2] < 0.8
+    assert np.median((np.abs(one - turned) / truth.eval(wi, wo))[diffuse]) < 0.15
+    mirrored = wi * [-1.0, -1.0, 1.0]
+    low = wi[:, 2] > 0.4
+    peak, blurred = (x.eval(wi[low], mirrored[low])[:, 0].mean() for x in (truth, projected))
+    assert blurred < 0.8 * peak
+
+
+def test_isotropic_networks_have_no_stereographic_inputs():
+    assert not turns_half_vector(STEREOGRAPHIC, True)
+    with pytest.raises(ValueError, match="stereographic"):
+        network(STEREOGRAPHIC, True)

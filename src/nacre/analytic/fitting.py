@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.analytic.factor import FactoredBrdf
-from nacre.analytic.least_absolute import minimise
 from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import join, split
+from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread
 from nacre.sampling import draw_samples
 

@@ -19,6 +19,7 @@ _COMMANDS = {
     "download": "Download measured materials from a public database.",
     "fit": "Fit a neural material or an analytic model to each file.",
     "info": "Show what is in a file, and whether it is physical.",
+    "latent": "Materials as codes of a few values.",
     "measure": "Measure a Mitsuba BSDF virtually.",
     "plot": "Draw the lobes of materials over one another.",
     "reproduce": "Make a table or figure of the NBRDF paper again from given materials.",

@@ -98,9 +98,10 @@ def _validation(quality: dict[str, Any]) -> str:
 @click.option(
     "--inputs",
     default="paper",
-    type=click.Choice(["paper", "enhanced"]),
+    type=click.Choice(["paper", "enhanced", "stereographic"]),
     help="What the network sees: the paper's vectors, which its authors' tools read, or stretched "
-    "angles, which come closer at the same size.",
+    "angles, which come closer at the same size, or light and view as networks for textures do, "
+    "for comparison: highlights blur.",
 )
 @click.option(
     "--hidden",

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_rusinkiewicz_angles, join
@@ -66,6 +67,35 @@ class Resolution:
         if astuple(self) == _FULL_TURN:
             raise ValueError("360 nodes in phi_d stand for a full turn; take 180 for half a turn")
 
+    @property
+    def dimensions(self) -> tuple[int, int, int]:
+        """The three numbers."""
+        return self.theta_h, self.theta_d, self.phi_d
+
+
+def node_directions(
+    resolution: Resolution, rows: slice = slice(None)
+) -> tuple[Components, Components]:
+    """Directions (wi, wo) of the nodes with phi_h = 0; either may lie below the horizon.
+
+    Parameters
+    ----------
+    resolution
+        Of the grid.
+    rows
+        Nodes of theta_h that are asked for.
+
+    Returns
+    -------
+    wi, wo
+        Components of shapes that broadcast to (rows, theta_d, phi_d), float64.
+    """
+    n_h, n_d, n_p = resolution.dimensions
+    theta_h = ((np.arange(n_h)[rows] / n_h) ** 2 * (math.pi / 2.0))[:, None, None]
+    theta_d = (np.arange(n_d) / n_d * (math.pi / 2.0))[:, None]
+    phi_d = np.arange(n_p) / n_p * math.pi
+    return from_rusinkiewicz_angles(theta_h, 0.0, theta_d, phi_d)
+
 
 def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
     """Any isotropic reflectance on a grid like that of the MERL database.
@@ -88,20 +118,16 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MERL holds isotropic reflectance only")
-    n_h, n_d, n_p = dimensions = astuple(resolution or Resolution())
-    theta_d, phi_d = np.meshgrid(
-        np.arange(n_d) / n_d * (math.pi / 2.0), np.arange(n_p) / n_p * math.pi, indexing="ij"
-    )
-    stored = np.full((3, *dimensions), INVALID, np.float32)
-    for i in range(n_h):
-        theta_h = np.full_like(theta_d, (i / n_h) ** 2 * (math.pi / 2.0))
-        wi, wo = map(join, from_rusinkiewicz_angles(theta_h, 0.0 * theta_h, theta_d, phi_d))
+    resolution = resolution or Resolution()
+    stored = np.full((3, *resolution.dimensions), INVALID, np.float32)
+    for i in range(resolution.theta_h):
+        wi, wo = map(join, node_directions(resolution, slice(i, i + 1)))
         f_r = brdf.eval(wi, wo)
         known = (wi[..., 2] > _HORIZON) & (wo[..., 2] > _HORIZON)
         f_r = np.minimum(f_r, LARGEST * np.asarray(SCALES))
         known &= np.isfinite(f_r).all(axis=-1) & brdf.valid(wi, wo)
         row = np.where(known[..., None], f_r / np.asarray(SCALES), INVALID)
-        stored[:, i] = np.moveaxis(row, -1, 0)
+        stored[:, i : i + 1] = np.moveaxis(row, -1, 0)
     return MerlBrdf(stored, brdf.name)
 
 

@@ -12,7 +12,7 @@ from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
 from nacre.files import Format, FormatError, PathLike, atomic_path, check_json, read_bytes, reason
-from nacre.neural.inputs import ENHANCED, PAPER
+from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
 
@@ -35,6 +35,7 @@ _PARAMETRISATIONS = {
     (PAPER, False): "rusinkiewicz vectors",
     (ENHANCED, True): "enhanced rusinkiewicz vectors, phi_h = 0",
     (ENHANCED, False): "enhanced rusinkiewicz vectors",
+    (STEREOGRAPHIC, False): "stereographic light and view",
 }
 """What the file says of a network's inputs and whether it is isotropic."""
 

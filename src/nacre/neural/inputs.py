@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from nacre.array import Array, Components, namespace
 from nacre.files import NacreError
-from nacre.geometry import half_difference, isotropic
+from nacre.geometry import half_difference, isotropic, stereographic
 
-PAPER, ENHANCED = "paper", "enhanced"
-INPUTS = (PAPER, ENHANCED)
+PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
+INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC)
 """Names of the parametrisations of a network's inputs."""
 
 LARGEST_INPUT = 1.01
@@ -29,7 +29,17 @@ def input_count(inputs: str, turn_half_vector: bool) -> int:
     """
     if inputs not in INPUTS:
         raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
+    if inputs == STEREOGRAPHIC:
+        return 4
     return 6 if inputs == PAPER or turn_half_vector else 7
+
+
+def turns_half_vector(inputs: str, isotropic: bool) -> bool:
+    """Whether a network turns h to phi_h = 0 where it is fitted to a material that is isotropic.
+
+    One with stereographic inputs never does: it has to learn that azimuths do not matter.
+    """
+    return isotropic and inputs != STEREOGRAPHIC
 
 
 def network_inputs(
@@ -40,17 +50,21 @@ def network_inputs(
     "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h and of d, and
     stretches what matters: log(sin^2 theta_h + 1e-4) / 9.2 opens up the highlight,
     log(cos theta + .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic
-    material it takes |d_y|, since mirroring changes nothing.
+    material it takes |d_y|, since mirroring changes nothing. "stereographic" is the projections of
+    both directions, of light and view as they are, as networks for textures see them (Rainer,
+    Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
 
     Parameters
     ----------
     wi, wo
         Directions to the light and to the viewer.
     turn_half_vector
-        Turn h to phi_h = 0, as isotropic networks see it.
+        Turn h to phi_h = 0, as isotropic networks see it; nothing to stereographic inputs.
     inputs
         Name of the parametrisation, one of :data:`INPUTS`.
     """
+    if inputs == STEREOGRAPHIC:
+        return *_projected(wi), *_projected(wo)
     h, d = half_difference(wi, wo)
     turned = isotropic(h) if turn_half_vector else h
     if inputs == PAPER:
@@ -61,3 +75,8 @@ def network_inputs(
     if turn_half_vector:
         return (turned[0], highlight, light, view, d[0], xp.abs(d[1]))
     return (turned[0], turned[1], highlight, light, view, d[0], d[1])
+
+
+def _projected(w: Components) -> tuple[Array, Array]:
+    """Stereographic coordinates in the unit disk; finite below the horizon."""
+    return stereographic((w[0], w[1], namespace(*w).maximum(w[2], 0.0)))

@@ -14,7 +14,13 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.neural.inputs import LARGEST_INPUT, PAPER, input_count, network_inputs
+from nacre.neural.inputs import (
+    LARGEST_INPUT,
+    PAPER,
+    input_count,
+    network_inputs,
+    turns_half_vector,
+)
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
@@ -102,6 +108,8 @@ class NeuralBrdf(Brdf):
                 raise ValueError(
                     f"layer sizes do not chain: {[y.weights.shape for y in self.layers]}"
                 )
+        if self.isotropic and not turns_half_vector(self.inputs, True):
+            raise ValueError(f"a network with {self.inputs} inputs is not isotropic")
         count = input_count(self.inputs, self.isotropic)
         if sizes[0] != count or sizes[-1] != OUTPUTS:
             raise ValueError(

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Components
 from nacre.brdf import Brdf, DirectionSamples, Floats
 from nacre.geometry import split
-from nacre.neural.inputs import PAPER, input_count, network_inputs
+from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
 from nacre.parallel import thread_map
 from nacre.sampling import draw_samples
 
@@ -18,6 +20,7 @@ BLOCK = 16
 """Samples that stay together when the order of training is shuffled."""
 
 _CHUNK = 1 << 15
+_GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 
 
 @dataclass(frozen=True)
@@ -112,5 +115,19 @@ def draw(
 
 def direction_inputs(samples: DirectionSamples, isotropic: bool, inputs: str = PAPER) -> Floats:
     """Network inputs of samples, shape (n, k)."""
-    values = network_inputs(split(samples.wi), split(samples.wo), isotropic, inputs)
+    wi, wo = split(samples.wi), split(samples.wo)
+    if isotropic and not turns_half_vector(inputs, isotropic):
+        wi, wo = _spread_azimuths(wi, wo)
+    values = network_inputs(wi, wo, isotropic, inputs)
     return np.stack(np.broadcast_arrays(*values), axis=-1)
+
+
+def _spread_azimuths(wi: Components, wo: Components) -> tuple[Components, Components]:
+    """Pairs turned about the normal, one after the other by the golden angle."""
+    turn = (np.arange(len(wi[0])) * _GOLDEN_ANGLE).astype(np.float32)
+    cosine, sine = np.cos(turn), np.sin(turn)
+
+    def turned(w: Components) -> Components:
+        return cosine * w[0] - sine * w[1], sine * w[0] + cosine * w[1], w[2]
+
+    return turned(wi), turned(wo)

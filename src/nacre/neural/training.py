@@ -14,7 +14,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.neural.bound import bounded
-from nacre.neural.inputs import PAPER, input_count
+from nacre.neural.inputs import ENHANCED, PAPER, input_count, turns_half_vector
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (
@@ -80,7 +80,7 @@ class Recipe:
     seed
         The same seed gives the same network on the same machine.
     inputs
-        What the network sees of the directions: "paper" or "enhanced", see
+        What the network sees of the directions: "paper", "enhanced" or "stereographic", see
         :func:`nacre.neural.inputs.network_inputs`.
     gain
         Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
@@ -132,7 +132,7 @@ class Recipe:
         """The gain, or its default."""
         if self.gain is not None:
             return self.gain
-        return 1.0 if self.inputs == PAPER else ENHANCED_GAIN
+        return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
 
 
 def fit(
@@ -178,14 +178,15 @@ def fit(
     there kills colour channels for good.
     """
     recipe = recipe or Recipe()
-    factor = 1 if brdf.isotropic else ANISOTROPIC_FACTOR
+    isotropic = turns_half_vector(recipe.inputs, brdf.isotropic)
+    factor = 1 if isotropic else ANISOTROPIC_FACTOR
     scan = brdf.scattered()
     if scan is not None:
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
         recipe = replace(recipe, batch=half, learning_rate=0.5 * recipe.learning_rate)
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
-    inputs = input_count(recipe.inputs, brdf.isotropic)
+    inputs = input_count(recipe.inputs, isotropic)
     trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, inputs), recipe.batch, device)
 
     def sampled(done: int, total: int) -> None:
@@ -206,7 +207,7 @@ def fit(
     layers = trainer.layers()
     if scan is not None:
         layers = bounded(layers, highest(scan, *chosen))
-    network = NeuralBrdf(layers, isotropic=brdf.isotropic, name=brdf.name, inputs=recipe.inputs)
+    network = NeuralBrdf(layers, isotropic=isotropic, name=brdf.name, inputs=recipe.inputs)
     if scan is not None:
         quality |= validation_errors(scan, network, *chosen)
     report("sampling lobes", 0, 1, "")

@@ -1,0 +1,106 @@
+"""`nacre latent`."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import click
+
+from nacre.cli.console import Stages, check_outputs, console, file_path, numbers
+
+_basis_option = click.option(
+    "--basis", "basis_path", required=True, type=file_path(), help="Made by nacre latent train."
+)
+
+
+@click.group("latent", no_args_is_help=False)
+def command() -> None:
+    """Materials as codes of a few values, in a basis that they share.
+
+    The basis is principal components of log-relative reflectance.
+    """
+
+
+@command.command("train")
+@click.argument("files", nargs=-1, required=True, type=file_path())
+@click.option("-o", "--output", required=True, type=file_path(), help="Basis (.safetensors).")
+@click.option("--values", default=32, type=click.IntRange(1, 1024), help="Values of a code.")
+@click.option(
+    "--resolution",
+    default="90,45,45",
+    callback=numbers,
+    metavar="N,N,N",
+    help="Nodes of the grid: theta_h,theta_d,phi_d.",
+)
+@click.option(
+    "--separate",
+    is_flag=True,
+    help="Take each channel as a material of its own, in place of the six permutations.",
+)
+def train(
+    files: tuple[Path, ...], output: Path, values: int, resolution: tuple[int, ...], separate: bool
+) -> None:
+    """Make a basis from the isotropic materials in FILES."""
+    from nacre import latent
+    from nacre.formats import load
+    from nacre.latent.file import save_basis
+    from nacre.measured.merl import Resolution
+
+    if output.suffix.lower() != ".safetensors":
+        raise click.BadParameter(f"{output}: a basis is a .safetensors file")
+    if len(resolution) != 3:
+        raise click.BadParameter("--resolution: expected theta_h,theta_d,phi_d, like 90,45,45")
+    try:
+        grid = Resolution(*resolution)
+    except ValueError as error:
+        raise click.BadParameter(f"--resolution: {error}") from error
+    check_outputs([output], files)
+    with Stages() as stages:
+        materials = [partial(load, path) for path in files]
+        report = stages.add("basis")
+        basis = latent.train(materials, values, grid, separate=separate, progress=report)
+    save_basis(basis, output)
+    size = f"{len(basis.components)} components, {basis.nbytes:,} bytes"
+    console.print(f"{output}: {len(files)} materials, {values} values, {size}", markup=False)
+
+
+@command.command("encode")
+@click.argument("source", type=file_path())
+@_basis_option
+@click.option("-o", "--output", required=True, type=file_path(), help="Code (.json).")
+@click.option(
+    "--project", is_flag=True, help="Project only: closest in the logarithm, not in pictures."
+)
+def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
+    """Find the code of the isotropic material in SOURCE."""
+    from nacre.formats import load
+    from nacre.latent import optimised
+    from nacre.latent.file import load_basis, save_code
+
+    if output.suffix.lower() != ".json":
+        raise click.BadParameter(f"{output}: a code is a .json file")
+    check_outputs([output], [source, basis_path])
+    basis, brdf = load_basis(basis_path), load(source)
+    code = basis.project(brdf) if project else optimised(basis, brdf)
+    save_code(basis.decode(code, brdf.name), output)
+    console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)
+
+
+@command.command("decode")
+@click.argument("source", type=file_path())
+@_basis_option
+@click.option(
+    "-o", "--output", required=True, type=file_path(), help="Table (.binary, .npz, .bsdf, ...)."
+)
+def decode(source: Path, basis_path: Path, output: Path) -> None:
+    """Write the material that the code in SOURCE stands for, in the format of the output's name."""
+    from nacre.formats import check_target, writer
+    from nacre.latent.file import load_basis, load_code
+
+    write = writer(output)
+    check_outputs([output], [source, basis_path])
+    material = load_code(source, load_basis(basis_path))
+    check_target(output, material)
+    write(material, output)
+    console.print(f"{output}: {output.stat().st_size:,} bytes", markup=False)

@@ -1,0 +1,66 @@
+"""`nacre latent` from materials to a basis, a code and a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.cli import main
+from tests.latent.test_pca import MATERIALS, NEW
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for index, make in enumerate(MATERIALS):
+        nacre.save(make(), tmp_path / f"made{index}.json")
+    nacre.save(NEW, tmp_path / "new.json")
+    names = [f"made{index}.json" for index in range(len(MATERIALS))]
+    main(["latent", "train", *names, "-o", "b.safetensors", "--values", "9", *GRID])
+    return tmp_path
+
+
+GRID = ["--resolution", "30,15,15"]
+
+
+def test_a_material_goes_through_its_code(capsys, folder):
+    assert "8 materials, 9 values" in capsys.readouterr().out
+    random = np.random.default_rng(1)
+    w = random.normal(size=(2, 2000, 3))
+    w[..., 2] = np.abs(w[..., 2]) + 0.3
+    wi, wo = w / np.linalg.norm(w, axis=-1, keepdims=True)
+    for options in ([], ["--project"]):
+        main(["latent", "encode", "new.json", "--basis", "b.safetensors", "-o", "c.json", *options])
+        assert "9 values (36 bytes)" in capsys.readouterr().out
+        main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "x.binary"])
+        found, truth = nacre.load("x.binary").eval(wi, wo), NEW.eval(wi, wo)
+        assert np.median(np.abs(found - truth) / truth) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "Missing command"),
+        (["train", "made0.json", "-o", "x.safetensors"], "two materials"),
+        (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
+        (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
+        (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "theta_h"),
+        (["encode", "new.json", "--basis", "new.json", "-o", "c.json"], "safetensors"),
+        (["encode", "none.json", "--basis", "b.safetensors", "-o", "c.json"], "none.json"),
+        (["encode", "new.json", "--basis", "b.safetensors", "-o", "c.binary"], "a .json file"),
+        (["encode", "new.json", "--basis", "b.safetensors", "-o", "new.json"], "is the input"),
+        (["decode", "new.json", "--basis", "b.safetensors", "-o", "x.binary"], "whole code"),
+    ],
+)
+def test_wrong_input_is_refused_and_leaves_nothing(folder, capsys, arguments, message):
+    before = sorted(folder.iterdir())
+    with pytest.raises(SystemExit) as stopped:
+        main(["latent", *arguments])
+    assert stopped.value.code == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert sorted(folder.iterdir()) == before

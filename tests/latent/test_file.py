@@ -1,0 +1,146 @@
+"""Files of bases and codes: exact round trips, and bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+import nacre
+from nacre.files import FormatError
+from nacre.latent.file import load_basis, load_code, save_basis, save_code
+from tests.latent.test_pca import basis
+from tests.specimens import mutated
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "basis.safetensors"
+    save_basis(basis(6), path)
+    return path
+
+
+def test_a_basis_comes_back_as_it_was(path):
+    before, after = basis(6), load_basis(path)
+    for name in ("mask", "centre", "components", "uses", "colours", "deviations"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+    assert (after.resolution, after.metadata) == (before.resolution, before.metadata)
+    save_basis(after, path.with_name("two.safetensors"))
+    assert path.with_name("two.safetensors").read_bytes() == path.read_bytes()
+
+
+def test_a_code_comes_back_as_it_was(path):
+    file = path.with_name("x.json")
+    before = basis(6).decode(np.linspace(-2.0, 2.0, 6), "Farbe")
+    save_code(before, file)
+    after = load_code(file, load_basis(path))
+    np.testing.assert_array_equal(after.code, before.code)
+    np.testing.assert_array_equal(after.stored, before.stored)
+    assert after.name == "Farbe"
+
+
+def test_a_code_belongs_to_its_basis(path):
+    file = path.with_name("x.json")
+    save_code(basis(5).decode(np.zeros(5)), file)
+    with pytest.raises(FormatError, match=r"x\.json: basis: .* another one"):
+        load_code(file, load_basis(path))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("values", [0.0] * 5, "6 values"),
+        ("values", [0.0] * 5 + [float("nan")], "below a million"),
+        ("values", [0.0] * 5 + [1e300], "below a million"),
+        ("values", ["x"] * 6, "values"),
+        ("values", 3, "values"),
+        ("version", 2, "version 1"),
+        ("code of", "other", "version 1"),
+        ("basis", "0", "another one"),
+    ],
+)
+def test_a_damaged_code_is_refused(path, field, value, message):
+    file = path.with_name("x.json")
+    save_code(basis(6).decode(np.zeros(6)), file)
+    content = json.loads(file.read_text()) | {field: value}
+    file.write_text(json.dumps(content))
+    with pytest.raises(FormatError, match=message):
+        load_code(file, basis(6))
+    del content[field]
+    file.write_text(json.dumps(content))
+    with pytest.raises(FormatError, match="not a whole code"):
+        load_code(file, basis(6))
+
+
+def test_a_damaged_basis_is_refused_or_harmless(path):
+    whole = path.read_bytes()
+    random = Random(1)
+    cuts = [whole[:length] for length in (1, 8, 40, 200, len(whole) - 1)]
+    for content in cuts + [mutated(whole, random) for _ in range(100)]:
+        path.write_bytes(content)
+        message = ""
+        try:
+            made = load_basis(path)
+        except FormatError as error:
+            message = str(error)
+        if message or content in cuts:
+            assert message.startswith(str(path))
+            assert "\n" not in message
+        else:
+            assert np.isfinite(made.decode(np.ones(len(made))).stored).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("mask", lambda a: a[:-1]),
+        ("mask", lambda a: 0 * a),
+        ("centre", lambda a: a[:-1]),
+        ("centre", lambda a: a + np.nan),
+        ("centre", lambda a: a.astype(np.float64)),
+        ("components", lambda a: a[:, 1:]),
+        ("components", lambda a: a * np.float32(1e30)),
+        ("uses", lambda a: a + 100),
+        ("uses", lambda a: -a - 1),
+        ("uses", lambda a: a[:0]),
+        ("colours", lambda a: a[:, :2]),
+        ("deviations", lambda a: -a),
+    ],
+)
+def test_tensors_that_do_not_fit_are_refused(path, name, change):
+    data = path.read_bytes()
+    tensors = safetensors.numpy.load(data)
+    tensors[name] = np.ascontiguousarray(change(tensors[name]))
+    size = int.from_bytes(data[:8], "little")
+    header = json.loads(data[8 : 8 + size])["__metadata__"]
+    path.write_bytes(safetensors.numpy.save(tensors, header))
+    with pytest.raises(FormatError, match=r"basis\.safetensors"):
+        load_basis(path)
+
+
+@pytest.mark.parametrize(
+    "resolution", [[24, 12, 13], [1024, 1024, 1024], [0, 1, 1], [24], "x", None]
+)
+def test_a_resolution_that_is_not_true_is_refused(path, resolution):
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    text = json.loads(data[8 : 8 + size])["__metadata__"]["nacre basis"]
+    header = json.loads(text) | {"resolution": resolution}
+    tensors = safetensors.numpy.load(data)
+    path.write_bytes(safetensors.numpy.save(tensors, {"nacre basis": json.dumps(header)}))
+    with pytest.raises(FormatError, match=r"basis\.safetensors"):
+        load_basis(path)
+
+
+def test_neither_passes_for_a_material(path):
+    file = path.with_name("x.json")
+    save_code(basis(6).decode(np.zeros(6)), file)
+    for wrong, message in ((path, "not a nacre material"), (file, "no known format")):
+        with pytest.raises(FormatError, match=message):
+            nacre.load(wrong)
+    with pytest.raises(FormatError, match="not a whole safetensors"):
+        load_basis(file)
