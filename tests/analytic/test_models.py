@@ -10,6 +10,7 @@ import pytest
 from nacre.analytic import MODELS
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.fresnel import dielectric
+from nacre.analytic.model import TableParameter
 from nacre.geometry import split
 from nacre.render import bsdf
 from tests.analytic.materials import EXAMPLES
@@ -118,6 +119,15 @@ def test_free_numbers_and_bounded_ones_are_the_same(brdf):
         np.testing.assert_allclose(ends, [parameter.low, parameter.high], atol=1e-12 * width)
 
 
+def extreme(parameter, share, random):
+    """Values at a share of the way between the bounds; those of a table here and there."""
+    if isinstance(parameter, TableParameter):
+        chosen = random.random((parameter.rows, parameter.nodes)) < 0.5
+        return np.where(chosen, share * parameter.high, 0.0)
+    low, high = parameter.low, parameter.high
+    return np.broadcast_to(min(low + (high - low) * share, high), (3,) * parameter.colour)
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_bounds_give_numbers_of_single_precision(model):
     random = np.random.default_rng(4)
@@ -126,10 +136,10 @@ def test_bounds_give_numbers_of_single_precision(model):
     wi[2:40] *= (1.0, 1.0, 1e-4)
     wi /= np.linalg.norm(wi, axis=1, keepdims=True)
     for _ in range(100):
-        shares = [random.choice((0.0, 1e-9, 1e-3, 1.0)) for _ in MODELS[model].parameters]
+        shares = [random.choice((0.0, 1e-9, 1e-3, 1.0)) for _ in MODELS[model].numbers()]
         values = {
-            p.name: np.broadcast_to(min(p.low + (p.high - p.low) * share, p.high), (3,) * p.colour)
-            for p, share in zip(MODELS[model].parameters, shares, strict=True)
+            p.name: extreme(p, share, random)
+            for p, share in zip(MODELS[model].numbers(), shares, strict=True)
         }
         assert np.isfinite(MODELS[model](**values).eval(wi, wo)).all(), values
 

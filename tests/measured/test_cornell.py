@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -166,3 +168,12 @@ def test_angles_below_the_horizon_are_counted(tmp_path: Path) -> None:
     assert facts["samples"] == 3
     assert facts["dropped below the horizon"] == 2
     assert facts["averaged as duplicates"] == 1
+
+
+def test_reading_spectra_leaves_numpys_printing_alone(tmp_path: Path) -> None:
+    source = write(tmp_path / "a.brdf", scan_bytes())
+    script = (
+        "import sys, numpy, nacre; before = numpy.get_printoptions(); nacre.load(sys.argv[1]); "
+        "assert numpy.get_printoptions() == before and 'colour' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", script, str(source)], check=True)

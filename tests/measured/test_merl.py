@@ -283,8 +283,8 @@ def test_formats_are_registered() -> None:
         "RGL",
         "MERL",
         *(f.name for f in merl_array.FORMATS),
-        "Cornell scan",
         *(f.name for f in comma_separated.FORMATS),
+        "Cornell scan",
         "UTIA",
         *(f.name for f in utia_image.FORMATS),
     ]

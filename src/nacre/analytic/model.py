@@ -133,7 +133,8 @@ class TableParameter:
             raise ValueError(f"{self.name} takes {self.rows} rows of {self.nodes} numbers")
         if not _within(numbers, 0.0, self.high):
             raise ValueError(f"{self.name} must lie in [0, {self.high:g}] throughout")
-        return tuple(tuple(float(str(x)) for x in row) for row in numbers.astype(np.float32))
+        single = numbers.astype(np.float32)
+        return tuple(tuple(float(np.format_float_scientific(x)) for x in row) for row in single)
 
 
 def _within(numbers: Array, low: float, high: float) -> bool:

@@ -68,7 +68,7 @@ def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
 @functools.cache
 def _response() -> tuple[_Array, _Array]:
     """Wavelengths (n,) every nm from 360 to 780, and RGB of a unit value at each, (n, 3)."""
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), np.printoptions():  # it changes how NumPy prints, for all
         warnings.simplefilter("ignore")  # it misses plotting libraries that this does not need
         colour = require("colour", "spectral")
     nodes = np.arange(360.0, 781.0)
