@@ -209,9 +209,10 @@ def _azimuths(count: int, parts: int) -> npt.NDArray[np.floating]:
 def _normals(grid: NormalGrid, brdf: Brdf) -> npt.NDArray[np.floating]:
     """D that places the points of the tables: of the normals found, more of the rare ones."""
     found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
-    density = np.mean(found, axis=0)
+    density: npt.NDArray[np.floating] = np.mean(found, axis=0)
     dim = grid.normalized(density**_DIM_POWER)
-    return (1.0 - _DIM - _UNIFORM) * density + _DIM * dim + _UNIFORM / math.pi
+    mixed: npt.NDArray[np.floating] = (1.0 - _DIM - _UNIFORM) * density + _DIM * dim
+    return mixed + _UNIFORM / math.pi
 
 
 def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floating]:
