@@ -45,6 +45,7 @@ SOURCES = {
     "anisotropic, 0.15 x 0.5": Glossy(0.1, 0.3, 0.15, 0.5),
     "anisotropic, 0.05 x 0.2": Glossy(0.1, 0.3, 0.05, 0.2),
     "the same, axes off x and y": Turned(0.1, 0.3, 0.05, 0.2),
+    "metal, 0.03": Beckmann(0.0, 1.0, 0.03),
     "metal, 0.15 x 0.5": Beckmann(0.0, 1.0, 0.15, 0.5),
     "metal, 0.05 x 0.3": Beckmann(0.0, 1.0, 0.05, 0.3),
 }
