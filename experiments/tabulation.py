@@ -10,8 +10,9 @@ Each source is written with `nacre.save`, read again and held against itself:
   under the environment and under the directional light. The sphere knows views and lights up to the
   horizon, which a UTIA table has to extrapolate from 75 degrees.
 
-Sources are Lambert plus GGX of a roughness, or of two, and whatever files are named. A file that is
-a table already is tabulated anew here, as any other material.
+Sources are Lambert plus GGX of a roughness, or of two, Beckmann's distribution without a diffuse
+part, and whatever files are named. A file that is a table already is tabulated anew here, as any
+other material.
 
 Run `python -m experiments.tabulation [FILE...] [--format .bsdf]` from the root of the repository.
 """
@@ -33,7 +34,7 @@ from nacre.evaluate import compare
 from nacre.geometry import split
 from nacre.measured import RglBrdf
 from tests.measured.support import hemisphere, relative_error
-from tests.reflectances import Glossy, Turned
+from tests.reflectances import Beckmann, Glossy, Turned
 
 PAIRS = 20_000
 SOURCES = {
@@ -44,6 +45,9 @@ SOURCES = {
     "anisotropic, 0.15 x 0.5": Glossy(0.1, 0.3, 0.15, 0.5),
     "anisotropic, 0.05 x 0.2": Glossy(0.1, 0.3, 0.05, 0.2),
     "the same, axes off x and y": Turned(0.1, 0.3, 0.05, 0.2),
+    "metal, 0.03": Beckmann(0.0, 1.0, 0.03),
+    "metal, 0.15 x 0.5": Beckmann(0.0, 1.0, 0.15, 0.5),
+    "metal, 0.05 x 0.3": Beckmann(0.0, 1.0, 0.05, 0.3),
 }
 
 

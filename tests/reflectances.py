@@ -50,6 +50,17 @@ class Glossy(Brdf):
         return f, 0.5 * f, 0.1 * f + 0.0 * wi[2]
 
 
+class Beckmann(Glossy):
+    """The same with Beckmann's distribution, off whose highlight a metal is all but black."""
+
+    def distribution(self, m: Any) -> Any:
+        xp = namespace(*m)
+        a, b = self.rough
+        steep = xp.maximum(m[2] * m[2], 1e-6)
+        slope = ((m[0] / a) ** 2 + (m[1] / b) ** 2) / steep
+        return xp.exp(-slope) / (math.pi * a * b * steep * steep)
+
+
 class Turned(Glossy):
     """A lobe whose axes lie 30 degrees off x and y: half a turn changes nothing, mirrors do."""
 

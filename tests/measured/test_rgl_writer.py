@@ -17,7 +17,7 @@ from nacre.measured import MerlBrdf, RglBrdf, merl, rgl
 from nacre.measured.rgl_writer import Resolution
 from nacre.measured.tensor_file import read_tensors, write_tensors
 from nacre.microfacets import NormalGrid, polar_nodes
-from tests.reflectances import Glossy
+from tests.reflectances import Beckmann, Glossy
 from tests.variants import require_mitsuba
 
 from ..data import list_data, require_data
@@ -57,6 +57,7 @@ MATERIALS = {
     "glossy": (Glossy(0.2, 0.05, 0.3), 0.001, 0.03),
     "sharp": (Glossy(0.1, 0.5, 0.03), 0.002, 0.06),
     "anisotropic": (Glossy(0.1, 0.3, 0.15, 0.5), 0.01, 0.11),
+    "metal": (Beckmann(0.0, 1.0, 0.05, 0.3), 0.001, 0.15),
 }
 
 
@@ -76,10 +77,12 @@ def test_a_table_evaluates_like_its_source(written: tuple[Brdf, float, float, Pa
     assert isinstance(table, RglBrdf)
     assert table.isotropic == brdf.isotropic
     wi, wo = pairs()
-    error = relative_error(table.eval(wi, wo) * wi[:, 2:], brdf.eval(wi, wo) * wi[:, 2:])
+    truth = brdf.eval(wi, wo) * wi[:, 2:]
+    error = relative_error(table.eval(wi, wo) * wi[:, 2:], truth)
     assert np.median(error) < median
     assert np.quantile(error, 0.95) < high
-    assert table.valid(wi, wo).mean() > 0.99
+    lit = truth[:, 0] > 1e-6
+    assert table.valid(wi, wo)[lit].mean() > 0.99
 
 
 def test_mitsuba_evaluates_a_table_like_its_source(
@@ -116,6 +119,21 @@ def test_a_table_samples_what_it_reflects(written: tuple[Brdf, float, float, Pat
     reflected = brdf.eval(wi[drawn], wo[drawn])[:, 0] * wi[drawn, 2] / pdf[drawn]
     weights = reflected[steep] / reflected[steep].mean()
     assert weights.std() < 0.5, "samples go where the light comes from"
+
+
+@pytest.mark.parametrize("rough", [(0.05, 0.3), (0.15, 0.5)])
+def test_a_highlight_without_a_diffuse_part_has_no_halo(rough: tuple[float, float]) -> None:
+    metal = Beckmann(0.0, 1.0, *rough)
+    table = rgl.tabulate(metal)
+    wi, wo = pairs()
+    truth = metal.eval(wi, wo)[:, 0] * wi[:, 2]
+    dark = (truth < 1e-3) & (wi[:, 2] > 0.1) & (wo[:, 2] > 0.1)
+    leaked = table.eval(wi, wo)[dark, 0] * wi[dark, 2] - truth[dark]
+    assert dark.mean() > 0.4
+    assert leaked.mean() < 1e-4
+    assert np.quantile(leaked, 0.99) < 2e-3
+    for light in nacre.evaluate.compare(metal, table, size=48, directions=64).lights:
+        assert light.errors.psnr > 40.0
 
 
 def test_the_normals_of_a_microfacet_material_are_found() -> None:

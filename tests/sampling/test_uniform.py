@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from nacre.geometry import rusinkiewicz_angles, split
 from nacre.sampling import DISTRIBUTIONS, draw_samples
-from tests.reflectances import Brushed
+from tests.reflectances import Brushed, Glossy
 from tests.scans import Gloss
 
 
@@ -30,3 +31,19 @@ def test_rusinkiewicz_samples_are_denser_about_the_mirror_direction():
         half = samples.wi + samples.wo
         near[name] = np.mean(half[:, 2] > 0.99 * np.linalg.norm(half, axis=1))
     assert near["rusinkiewicz"] > 2.0 * near["hemisphere"]
+
+
+@pytest.mark.parametrize("brdf", [Glossy(0.2, 0.1, 0.3), Brushed()], ids=["isotropic", "brushed"])
+def test_mixed_samples_are_half_by_solid_angle_and_half_near_the_mirror_direction(brdf):
+    samples = draw_samples(brdf, 60_000, 0, distribution="mixed")
+    theta_h = rusinkiewicz_angles(split(samples.wi), split(samples.wo))[0]
+    even = draw_samples(brdf, 60_000, 1, distribution="hemisphere")
+    even_theta_h = rusinkiewicz_angles(split(even.wi), split(even.wo))[0]
+    # Within x of the pole lies sqrt(x / (pi / 2)) of angles drawn as a square, before those with a
+    # direction below the horizon are dropped.
+    share = np.sqrt(0.01 / (0.5 * np.pi))
+    close, even_close = ((theta < 0.01).mean() for theta in (theta_h, even_theta_h))
+    assert even_close < 0.001
+    assert 0.5 * share < close < share
+    # Far from the mirror direction most are those by solid angle.
+    assert (samples.wi[:, 2] < 0.1).mean() > 0.4 * (even.wi[:, 2] < 0.1).mean()

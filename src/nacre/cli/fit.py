@@ -120,10 +120,10 @@ def _validation(quality: dict[str, Any]) -> str:
 )
 @click.option(
     "--sampling",
-    type=click.Choice(["rusinkiewicz", "hemisphere"]),
-    default="rusinkiewicz",
+    type=click.Choice(["rusinkiewicz", "hemisphere", "mixed"]),
     help="How training directions are distributed: uniform in the Rusinkiewicz angles, dense about "
-    "highlights; or over the solid angle.",
+    "highlights; over the solid angle; or some of both. Default: rusinkiewicz, and mixed with "
+    "enhanced inputs.",
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
@@ -143,7 +143,7 @@ def command(
     epochs: int,
     draft: bool,
     samples: int | None,
-    sampling: str,
+    sampling: str | None,
     seed: int,
     jobs: int | None,
     device: str | None,

@@ -32,9 +32,12 @@ _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""
 _GRAZING_POWER = 1.5
 """How much denser views stand towards the horizon, where reflectance changes fastest; 1: evenly."""
-_UNIFORM = 0.15
-"""Part of the normals taken to be uniform: leaves points of the square to dim directions, and D,
-which divides the colour, nowhere near 0."""
+_DIM, _DIM_POWER = 0.25, 0.25
+"""Part of the normals that follows this power of D: leaves points of the square to dim directions.
+A uniform part would too, but between a bright point and a dark one f_r cos / D is interpolated, and
+reading multiplies by D: where D stays high, a highlight without a diffuse part gets a halo."""
+_UNIFORM = 1e-4
+"""Part of the normals taken to be uniform: keeps D, which divides the colour, above 0."""
 _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
 _LOW = 1e-3
@@ -134,8 +137,7 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
     theta_i = 0.5 * math.pi * (1.0 - height)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
-    found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
-    normals = (1.0 - _UNIFORM) * np.mean(found, axis=0) + _UNIFORM / math.pi
+    normals = _normals(grid, brdf)
     area = grid.projected_area(normals)
 
     views = list(itertools.product(phi_i, theta_i))
@@ -205,6 +207,15 @@ def _azimuths(count: int, parts: int) -> npt.NDArray[np.floating]:
     """Even azimuths from -pi over a part of a full turn, which `count` of them would span."""
     end = (2.0 / parts - 1.0) * math.pi
     return np.linspace(-math.pi, end, max(math.ceil((count - 1) / parts), 2) + 1)
+
+
+def _normals(grid: NormalGrid, brdf: Brdf) -> npt.NDArray[np.floating]:
+    """D that places the points of the tables: of the normals found, more of the rare ones."""
+    found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
+    density: npt.NDArray[np.floating] = np.mean(found, axis=0)
+    dim = grid.normalized(density**_DIM_POWER)
+    mixed: npt.NDArray[np.floating] = (1.0 - _DIM - _UNIFORM) * density + _DIM * dim
+    return mixed + _UNIFORM / math.pi
 
 
 def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floating]:

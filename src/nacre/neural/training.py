@@ -87,8 +87,8 @@ class Recipe:
         counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
         with enhanced ones. A scan has a loss of its own.
     sampling
-        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; a scan
-        has its own.
+        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; None
+        for "rusinkiewicz", as in the paper, or "mixed" with enhanced inputs. A scan has its own.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -100,7 +100,7 @@ class Recipe:
     seed: int = 0
     inputs: str = PAPER
     gain: float | None = None
-    sampling: str = "rusinkiewicz"
+    sampling: str | None = None
 
     def __post_init__(self) -> None:
         input_count(self.inputs, True)
@@ -117,7 +117,7 @@ class Recipe:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         if not 0 < self.held_out < 1:
             raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
-        if self.sampling not in DISTRIBUTIONS:
+        if self.distribution not in DISTRIBUTIONS:
             known = ", ".join(DISTRIBUTIONS)
             raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
         if self.seed < 0:
@@ -133,6 +133,13 @@ class Recipe:
         if self.gain is not None:
             return self.gain
         return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
+
+    @property
+    def distribution(self) -> str:
+        """The sampling, or its default."""
+        if self.sampling is not None:
+            return self.sampling
+        return "mixed" if self.inputs == ENHANCED else "rusinkiewicz"
 
 
 def fit(
@@ -194,7 +201,7 @@ def fit(
 
     chosen = recipe.held_out, recipe.seed
     if scan is None:
-        options = recipe.inputs, recipe.loss_gain, recipe.sampling
+        options = recipe.inputs, recipe.loss_gain, recipe.distribution
         drawn = draw(brdf, count, recipe.seed, sampled, *options)
         training, held_out = drawn.split(recipe.held_out)
     else:
@@ -218,6 +225,7 @@ def fit(
         "hidden": list(recipe.hidden),
         "samples": count,
         "gain": recipe.loss_gain if scan is None else None,
+        "sampling": recipe.distribution if scan is None else None,
     }
     network.metadata = {"fit": settings, "quality": quality}
     if brdf.source:

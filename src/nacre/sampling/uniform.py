@@ -12,13 +12,37 @@ from nacre.files import NacreError
 from nacre.geometry import join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.parallel import thread_map
 
+
+def _hemisphere(u: Array) -> tuple[Components, Components]:
+    return uniform_hemisphere(u[0], u[1]), uniform_hemisphere(u[2], u[3])
+
+
+def _mixed(u: Array) -> tuple[Components, Components]:
+    """Half in the Rusinkiewicz angles with theta_h as dense as MERL's nodes, half by solid angle."""
+    near = u[0] < 0.5
+    first = 2.0 * u[0] - (1.0 - near.astype(u.dtype))
+    pairs = zip(
+        uniform_rusinkiewicz(np.stack([first * first, *u[1:]])),
+        _hemisphere(np.stack([first, *u[1:]])),
+        strict=True,
+    )
+    wi, wo = (
+        tuple(np.where(near, a, b) for a, b in zip(highlight, even, strict=True))
+        for highlight, even in pairs
+    )
+    return wi, wo
+
+
 DISTRIBUTIONS: dict[str, Callable[[Array], tuple[Components, Components]]] = {
     "rusinkiewicz": uniform_rusinkiewicz,
-    "hemisphere": lambda u: (uniform_hemisphere(u[0], u[1]), uniform_hemisphere(u[2], u[3])),
+    "hemisphere": _hemisphere,
+    "mixed": _mixed,
 }
 """How directions are distributed: uniform in the Rusinkiewicz angles, which is dense about the
 mirror direction (the "adaptive sampling" of the NBRDF paper, section 4.1); or both directions
-uniform over the solid angle of the hemisphere, each on its own (its "uniform sampling")."""
+uniform over the solid angle of the hemisphere, each on its own (its "uniform sampling"); or half
+of the samples like the latter and half in the Rusinkiewicz angles, denser still near the mirror
+direction (density of theta_h as its inverse root)."""
 
 _CHUNK = 1 << 15
 _HOPELESS = 64
