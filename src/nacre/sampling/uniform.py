@@ -18,7 +18,7 @@ def _hemisphere(u: Array) -> tuple[Components, Components]:
 
 
 def _mixed(u: Array) -> tuple[Components, Components]:
-    """Half in the Rusinkiewicz angles with theta_h as dense as MERL's nodes, half by solid angle."""
+    """Half in the Rusinkiewicz angles, theta_h as dense as MERL's nodes; half by solid angle."""
     near = u[0] < 0.5
     first = 2.0 * u[0] - (1.0 - near.astype(u.dtype))
     pairs = zip(
