@@ -14,8 +14,9 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError, digest
 from nacre.formats import load
 from nacre.measured.rgl import RglBrdf, tabulate
-from nacre.measured.rgl_writer import Resolution
-from nacre.neural import NeuralBrdf, Recipe, fit
+from nacre.measured.rgl_writer import COMPACT
+from nacre.neural import Recipe, fit
+from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
 from nacre.reproduce.trial import Settings
 
 TRUTH = "truth"
@@ -36,11 +37,6 @@ SIZES = {
 }
 """Hidden layers of the networks, by names that say their number of weights."""
 
-_TABLE = Resolution(1, 8, 16, 16, 24)
-"""Of an RGL table of 48 KB."""
-_NUMBER = 4
-"""Bytes that a stored number takes."""
-
 
 class UnavailableError(NacreError):
     """A method that has nothing for this material."""
@@ -56,8 +52,6 @@ class Method:
         What it is, for people, in a few words.
     fit
         From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
-    footprint
-        Bytes that such a representation takes.
     family
         "network", "analytic" or "table"; figures group by it.
     settings
@@ -66,7 +60,6 @@ class Method:
 
     about: str
     fit: Callable[[Brdf], Brdf]
-    footprint: Callable[[Any], int]
     family: str
     settings: Mapping[str, Any] = field(default_factory=dict)
 
@@ -93,26 +86,39 @@ def methods(settings: Settings, published: Iterable[Path] = ()) -> dict[str, Met
         for name, model in MODELS.items()
     }
     return {
-        TRUTH: Method("the material itself", lambda brdf: brdf, lambda brdf: 0, "truth"),
+        TRUTH: Method("the material itself", lambda brdf: brdf, "truth"),
         **networks,
         "nbrdf-675-uniform": _network(
             "network, hidden layers 21-21, trained on uniform directions",
             replace(recipe, sampling="hemisphere"),
         ),
+        "nbrdf-298-enhanced": _network(
+            "network of enhanced inputs, hidden layers 13-12",
+            replace(recipe, hidden=(13, 12), inputs=ENHANCED),
+        ),
+        "nbrdf-675-enhanced": _network(
+            "network of enhanced inputs, hidden layers 21-21", replace(recipe, inputs=ENHANCED)
+        ),
+        "stereographic-685": _network(
+            "network of the projected directions, as for textures, hidden layers 22-22",
+            replace(recipe, hidden=(22, 22), inputs=STEREOGRAPHIC),
+        ),
         "published": _published(tuple(published)),
         **models,
         "ggx-gain-1": _model(settings, "GGX, the paper's loss", MODELS["ggx"], 1.0),
         "rgl-48k": Method(
-            "adaptive table of the RGL database, 48 KB", _table, _table_bytes, "table",
-            {"resolution": astuple(_TABLE)},
+            "adaptive table of the RGL database, 48 KB",
+            _table,
+            "table",
+            {"resolution": astuple(COMPACT)},
         ),
-    }  # fmt: skip
+    }
 
 
 def _network(about: str, recipe: Recipe) -> Method:
     """An NBRDF."""
     chosen = {"recipe": asdict(recipe)}
-    return Method(about, lambda brdf: fit(brdf, recipe), _network_bytes, "network", chosen)
+    return Method(about, lambda brdf: fit(brdf, recipe), "network", chosen)
 
 
 def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: float) -> Method:
@@ -120,7 +126,6 @@ def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: floa
     return Method(
         about,
         partial(_fit_model, model=model, options=options),
-        lambda brdf: _NUMBER * sum(parameter.size for parameter in brdf.parameters),
         "analytic",
         {"model": model.model, **options},
     )
@@ -142,20 +147,10 @@ def _published(folders: tuple[Path, ...]) -> Method:
 
     about = "network that the authors published, hidden layers 21-21"
     known = {path.name: digest(path) for folder in folders for path in sorted(folder.glob("*.h5"))}
-    return Method(about, find, _network_bytes, "network", {"networks": known})
-
-
-def _network_bytes(network: NeuralBrdf) -> int:
-    return _NUMBER * network.weight_count
+    return Method(about, find, "network", {"networks": known})
 
 
 def _table(brdf: Brdf) -> RglBrdf:
     if not brdf.isotropic:
         raise UnavailableError("48 KB hold no table of an anisotropic material")
-    return tabulate(brdf, _TABLE)
-
-
-def _table_bytes(brdf: RglBrdf) -> int:
-    tables = brdf.tables
-    parts = (tables.ndf, tables.sigma, tables.vndf, tables.luminance, tables.rgb)
-    return int(sum(part.nbytes for part in parts))
+    return tabulate(brdf, COMPACT)
