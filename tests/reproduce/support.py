@@ -49,9 +49,7 @@ class Grey:
 def small_methods(grey: Grey, albedo: float = 0.5) -> dict[str, Method]:
     """The truth, a grey, and the same again as a network that it is not."""
     return {
-        "truth": Method("itself", lambda brdf: brdf, lambda brdf: 0, "truth"),
-        "grey": Method("grey", grey, lambda brdf: 12, "analytic", {"albedo": albedo}),
-        "nbrdf-675": Method(
-            "white", lambda brdf: MODELS["lambert"](diffuse=(1, 1, 1)), lambda brdf: 2700, "network"
-        ),
+        "truth": Method("itself", lambda brdf: brdf, "truth"),
+        "grey": Method("grey", grey, "analytic", {"albedo": albedo}),
+        "nbrdf-675": Method("white", lambda brdf: MODELS["lambert"](diffuse=(1, 1, 1)), "network"),
     }
