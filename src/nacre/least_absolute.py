@@ -18,8 +18,6 @@ _ENOUGH = 1e-5
 """Relative gain of a step below which it is the last."""
 _HOPELESS = 1e8
 """Damping at which no step helps any more."""
-_LIMIT = 30.0
-"""Parameters stay within this distance of 0: beyond it they are at their bounds."""
 
 
 def minimise(
@@ -27,6 +25,7 @@ def minimise(
     jacobian: Callable[[Vector, Vector], Vector],
     start: Vector,
     iterations: int,
+    limit: float = math.inf,
 ) -> tuple[Vector, float]:
     """Parameters at which the mean absolute residual is least, near where it starts.
 
@@ -44,6 +43,8 @@ def minimise(
         Shape (p,).
     iterations
         Steps at most.
+    limit
+        Parameters stay within this distance of 0.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def minimise(
         before = loss
         while damping < _HOPELESS:
             step = np.linalg.solve(normal + np.diag(damping * scale), -slope)
-            moved = np.clip(free + np.clip(step, -_LONGEST, _LONGEST), -_LIMIT, _LIMIT)
+            moved = np.clip(free + np.clip(step, -_LONGEST, _LONGEST), -limit, limit)
             trial = residuals(moved)
             tried = float(np.abs(trial).mean())
             if tried < loss:

@@ -194,3 +194,24 @@ def test_what_cannot_be_trained_on_is_refused():
     nowhere = MerlBrdf(np.full((3, *GRID.dimensions), -1.0))
     with pytest.raises(NacreError, match="no node"):
         train([MATERIALS[0], lambda: nowhere], 1, GRID)
+
+
+def alike(step: float) -> Basis:
+    """A basis of three greys that differ by no more than a multiple of `step`."""
+    greys = [
+        Ggx(diffuse=(0.3 + s,) * 3, specular=(0.1 + s,) * 3, roughness=0.3 + s / 2)
+        for s in (0.0, step, 3.0 * step)
+    ]
+    return train([partial(lambda brdf: brdf, grey) for grey in greys], 2, GRID)
+
+
+def test_codes_far_from_the_training_materials_are_optimised():
+    tight = alike(0.02)
+    projected, code = tight.project(NEW), optimised(tight, NEW)
+    assert np.abs(projected).max() > 30.0
+    assert not np.array_equal(code, projected)
+
+
+def test_materials_too_unlike_those_of_the_basis_are_refused():
+    with pytest.raises(NacreError, match="too unlike the materials of the basis"):
+        alike(1e-4).project(NEW)

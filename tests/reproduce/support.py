@@ -12,6 +12,7 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.neural import Layer, NeuralBrdf
 from nacre.reproduce import Method, Settings
+from tests.analytic.materials import EXAMPLES
 
 SETTINGS = Settings(size=16, directions=16, epochs=1, samples=2000)
 
@@ -47,11 +48,9 @@ class Grey:
 
 
 def small_methods(grey: Grey, albedo: float = 0.5) -> dict[str, Method]:
-    """The truth, a grey, and the same again as a network that it is not."""
+    """The truth, a grey, and tables in place of a network."""
     return {
-        "truth": Method("itself", lambda brdf: brdf, lambda brdf: 0, "truth"),
-        "grey": Method("grey", grey, lambda brdf: 12, "analytic", {"albedo": albedo}),
-        "nbrdf-675": Method(
-            "white", lambda brdf: MODELS["lambert"](diffuse=(1, 1, 1)), lambda brdf: 2700, "network"
-        ),
+        "truth": Method("itself", lambda brdf: brdf, "truth"),
+        "grey": Method("grey", grey, "analytic", {"albedo": albedo}),
+        "nbrdf-675": Method("tables", lambda brdf: EXAMPLES["npf"], "network"),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import nacre
-from nacre.files import NacreError
+from nacre.files import NacreError, digest
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.reproduce import Settings, methods
@@ -42,6 +42,18 @@ def test_published_networks_are_found_by_the_name_of_the_material(tmp_path):
     assert published.fit(nacre.load(path)).weight_count == 83
     with pytest.raises(NacreError, match=r"no published network b\.h5"):
         published.fit(nacre.load(other))
+
+
+def test_published_networks_are_told_apart_as_they_are_chosen(tmp_path):
+    folders = [tmp_path / name for name in ("first", "second")]
+    path, other = write_materials(tmp_path)
+    for folder, material in zip(folders, (path, other), strict=True):
+        folder.mkdir()
+        nacre.save(nacre.load(material), folder / "a.h5")
+    before, after = (methods(SETTINGS, order)["published"] for order in (folders, folders[::-1]))
+    assert before.settings != after.settings
+    shown = {"networks": {"a.h5": digest(folders[0] / "a.h5")}}
+    assert before.settings == shown
 
 
 def test_methods_refuse_materials_that_they_cannot_hold():

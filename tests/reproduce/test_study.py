@@ -69,7 +69,7 @@ def test_what_changes_a_trial_makes_it_anew(files, tmp_path):
     assert grey.fits == 8
     files[0].write_bytes(files[1].read_bytes())  # other content under the name: a is b now
     study = run(files, small_methods(grey), SETTINGS, cache)
-    assert grey.fits == 8
+    assert grey.fits == 9
     a, b = (study.trials[name, "grey"] for name in ("a", "b"))
     assert (a.material, b.material, a.figures) == ("a", "b", b.figures)
 
@@ -92,6 +92,7 @@ def test_representations_are_kept_or_fitted_again(files, tmp_path):
     study = run(files, small_methods(grey), SETTINGS, cache)
     assert study.fitted("a", "grey").values == Grey()(None).values
     assert grey.fits == 2
+    assert not (cache.folder / f"{study.keys['a', 'truth']}.fitted.safetensors").exists()
     (cache.folder / f"{study.keys['a', 'grey']}.fitted.json").unlink()
     assert study.fitted("a", "grey").values == Grey()(None).values
     assert grey.fits == 3

@@ -173,7 +173,9 @@ def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSam
         By which they count as if all were uniform, shape (n,).
     """
     u = np.random.default_rng((seed, 3)).random((4, 2 * len(samples)))
-    u[0], u[1] = u[0] ** 2, 0.0
+    u[0] **= 2
+    if brdf.isotropic:
+        u[1] = 0.0
     wi, wo = (join(w) for w in uniform_rusinkiewicz(u))
     visible = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
     wi, wo = wi[visible], wo[visible]

@@ -27,6 +27,9 @@ SAMPLES = 40_000
 """Samples drawn of a reflectance: a model has a dozen parameters, not hundreds."""
 STARTS = 16
 
+_LIMIT = 30.0
+"""Of parameters on the whole line: beyond it they are at their bounds."""
+
 _ROUNDS = ((2_000, 15), (5_000, 20), (None, 40))
 """Samples and iterations of each round; a quarter of the starts go on to the next."""
 
@@ -202,7 +205,7 @@ def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tupl
         part = problem.first(size)
         best = []
         for k, free in enumerate(candidates[:going]):
-            found, loss = minimise(part.residuals, part.jacobian, free, iterations)
+            found, loss = minimise(part.residuals, part.jacobian, free, iterations, _LIMIT)
             best.append((loss if math.isfinite(loss) else math.inf, k, found))
             done += 1
             report("fitting", done, total, f"loss {loss:.5f}")

@@ -115,8 +115,8 @@ def _validation(quality: dict[str, Any]) -> str:
 @click.option(
     "--samples",
     type=click.IntRange(1000, 100_000_000),
-    help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material; 40000 for an "
-    "analytic model.",
+    help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material or "
+    "stereographic inputs; 40000 for an analytic model.",
 )
 @click.option(
     "--sampling",

@@ -41,7 +41,9 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     default="reproduced",
     help="Folder for the CSV, the Markdown table and the pictures.",
 )
-@click.option("--methods", "chosen", metavar="NAME,NAME", help="Default: see docs/fidelity.md.")
+@click.option(
+    "--methods", "chosen", metavar="NAME,NAME", help="What to compare. Default: all that belong."
+)
 @click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
     help="Print the names of all methods.",

@@ -113,7 +113,7 @@ class Basis:
         FormatError
             If `brdf` is anisotropic.
         NacreError
-            If it is known at none of the nodes.
+            If it is known at none of the nodes, or too unlike the training materials.
         """
         values, known = self.values(brdf)
         logs = encoded(values, self.weights())
@@ -123,7 +123,11 @@ class Basis:
         sums = (part @ (logs - self.centre[:, None])[known]).astype(np.float64)
         right = np.einsum("kc,kc->k", sums[self.uses], self.colours)
         code = np.linalg.solve(normal + _RIDGE * np.eye(len(self)), right)
-        return np.asarray(code / self.deviations, np.float64)
+        code = np.asarray(code / self.deviations, np.float64)
+        if not (np.abs(code) < 0.5 * LARGEST).all():  # half: it may grow when it is optimised
+            name = brdf.name or "reflectance"
+            raise NacreError(f"{name}: is too unlike the materials of the basis; train on more")
+        return code
 
     def values(self, brdf: Brdf) -> tuple[Floats, Mask]:
         """f_r in 1/sr at the nodes that take part, shape (nodes, 3), and where it is known.

@@ -46,7 +46,7 @@ def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Ve
     FormatError
         If `brdf` is anisotropic.
     NacreError
-        If it is known at none of the nodes.
+        If it is known at none of the nodes, or too unlike the training materials.
     """
     start = basis.project(brdf)
     values, known = basis.values(brdf)

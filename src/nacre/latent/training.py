@@ -81,7 +81,8 @@ def train(
     chosen = [(v, i, rgb) for i, (v, _, colours) in enumerate(found) for rgb in colours][:values]
     if len(chosen) < values:
         raise NacreError(
-            f"{len(materials)} materials give {len(chosen)} values of a code, not {values}"
+            f"{len(materials)} materials give {len(chosen)} values of a code, not {values}; "
+            "take more materials or fewer values"
         )
     report("components", 1, 1, "")
     used = chosen[-1][1] + 1

@@ -31,7 +31,7 @@ SAMPLES = 800_000
 ENHANCED_GAIN = 32.0
 """Default gain of the loss with enhanced inputs."""
 ANISOTROPIC_FACTOR = 5
-"""An anisotropic material takes this many times more (ibid.)."""
+"""What a network without h turned to phi_h = 0 takes more (ibid., of anisotropic materials)."""
 
 Progress = Callable[[str, int, int, str], None]
 """Called as `progress(stage, done, total, note)`."""
@@ -67,9 +67,9 @@ class Recipe:
     epochs
         Passes over the training samples; 20 make a draft.
     samples
-        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if anisotropic. Of a
-        scan with scattered samples: training samples, filling between them included; None for
-        320,000, or 1,600,000 if anisotropic.
+        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
+        anisotropic or the inputs are stereographic. Of a scan with scattered samples: training
+        samples, filling between them included; None for 320,000, or 1,600,000.
     batch
         Samples an optimiser step, a multiple of 16; a scan takes half as many.
     learning_rate
@@ -181,8 +181,7 @@ def fit(
     -----
     The loss is equation 1 of the NBRDF paper; that of scans differs, see
     :mod:`nacre.neural.scattered`, which also says how they are kept from rising towards the
-    horizon. The output is not clamped while training: a ReLU
-    there kills colour channels for good.
+    horizon. The output is not clamped while training: a ReLU there kills colour channels for good.
     """
     recipe = recipe or Recipe()
     isotropic = turns_half_vector(recipe.inputs, brdf.isotropic)

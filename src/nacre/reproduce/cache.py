@@ -2,7 +2,7 @@
 
 A trial is up to three files under one key: the figures as JSON, written last; the pictures as
 `.npz`; and the representation, where nacre has a format for it. The key is a SHA-256 of the
-material's file, the method and its settings, the protocol, and nacre's own code.
+material's file, its name, the method and its settings, the protocol, and nacre's own code.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import nacre
 from nacre.brdf import Brdf
 from nacre.files import NacreError, atomic_path
 from nacre.formats import load, save
-from nacre.reproduce.methods import Method
+from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
 
 _ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".bsdf"}
@@ -84,7 +84,7 @@ class Cache:
         self.folder.mkdir(parents=True, exist_ok=True)
         kinds = [kind.__name__ for kind in type(fitted).__mro__]
         endings = [ending for kind, ending in _ENDINGS.items() if kind in kinds]
-        if endings and trial.size:  # the material itself need not be kept
+        if endings and trial.method != TRUTH:  # the material itself need not be kept
             save(fitted, self._path(key, f".fitted{endings[0]}"))
         arrays = {f"{n} {part}": a for n, p in pictures.items() for part, a in asdict(p).items()}
         with atomic_path(self._path(key, ".npz")) as temporary:
@@ -96,10 +96,22 @@ class Cache:
         return self.folder / f"{key}{ending}"
 
 
-def key(sha256: str, name: str, method: Method, settings: Settings) -> str:
-    """Under what a trial is kept, from the SHA-256 of the material's file and all that matters."""
+def key(material: str, sha256: str, name: str, method: Method, settings: Settings) -> str:
+    """Under what a trial is kept: all that matters for it.
+
+    Parameters
+    ----------
+    material
+        Its name, by which published networks are found.
+    sha256
+        Of its file.
+    name, method
+        How it is represented.
+    settings
+        Of the trials.
+    """
     facts: dict[str, Any] = {
-        "material": sha256,
+        "material": [material, sha256],
         "method": name,
         "settings": dict(method.settings),
         "protocol": settings.facts,

@@ -146,7 +146,11 @@ def _published(folders: tuple[Path, ...]) -> Method:
         raise UnavailableError(f"no published network {name} in the folders given")
 
     about = "network that the authors published, hidden layers 21-21"
-    known = {path.name: digest(path) for folder in folders for path in sorted(folder.glob("*.h5"))}
+    known = {  # of two folders with one name the first counts
+        path.name: digest(path)
+        for folder in reversed(folders)
+        for path in sorted(folder.glob("*.h5"))
+    }
     return Method(about, find, "network", {"networks": known})
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from nacre.brdf import Brdf
@@ -131,7 +131,8 @@ def run(
         for method_name, method in methods.items():
             if stopped.is_set():
                 return
-            pair, where = (name, method_name), key(sha256, method_name, method, settings)
+            pair = name, method_name
+            where = key(name, sha256, method_name, method, settings)
             trial = None if fresh else cache.find(where)
             problem = ""
             if trial is None:
@@ -146,8 +147,8 @@ def run(
                 keys[pair] = where
                 if trial is None:
                     skipped[pair] = problem
-                else:  # the cache may know the material by another name
-                    trials[pair] = replace(trial, material=name)
+                else:
+                    trials[pair] = trial
                 report("trials", len(trials) + len(skipped), total, ", ".join(pair))
 
     with one_blas_thread(), ThreadPoolExecutor(jobs or core_count()) as pool:
