@@ -34,16 +34,24 @@ def test_rusinkiewicz_samples_are_denser_about_the_mirror_direction():
 
 
 @pytest.mark.parametrize("brdf", [Glossy(0.2, 0.1, 0.3), Brushed()], ids=["isotropic", "brushed"])
-def test_mixed_samples_are_half_by_solid_angle_and_half_near_the_mirror_direction(brdf):
-    samples = draw_samples(brdf, 60_000, 0, distribution="mixed")
+def test_mixed_samples_are_half_rusinkiewicz_and_half_what_pictures_show(brdf):
+    mixed, adaptive, even = (
+        draw_samples(brdf, 60_000, 0, distribution=name)
+        for name in ("mixed", "rusinkiewicz", "hemisphere")
+    )
+
+    def share(samples, angle):
+        """Samples whose half vector is closer to the normal than an angle."""
+        return (rusinkiewicz_angles(split(samples.wi), split(samples.wo))[0] < angle).mean()
+
+    # Fewer pairs of the second half are dropped, so that it is the larger one in the end.
+    assert share(mixed, 0.02) > 0.3 * share(adaptive, 0.02) > 5.0 * share(even, 0.02)
+    assert 0.2 < (mixed.wo[:, 2] ** 2 > 0.7).mean() < 0.6
+    np.testing.assert_allclose(mixed.rgb, brdf.eval(mixed.wi, mixed.wo), rtol=1e-5)
+
+
+def test_mixed_samples_of_a_mirror_lie_in_its_highlight():
+    mirror = Glossy(0.0, 1.0, 0.002)
+    samples = draw_samples(mirror, 40_000, 0, distribution="mixed")
     theta_h = rusinkiewicz_angles(split(samples.wi), split(samples.wo))[0]
-    even = draw_samples(brdf, 60_000, 1, distribution="hemisphere")
-    even_theta_h = rusinkiewicz_angles(split(even.wi), split(even.wo))[0]
-    # Within x of the pole lies sqrt(x / (pi / 2)) of angles drawn as a square, before those with a
-    # direction below the horizon are dropped.
-    share = np.sqrt(0.01 / (0.5 * np.pi))
-    close, even_close = ((theta < 0.01).mean() for theta in (theta_h, even_theta_h))
-    assert even_close < 0.001
-    assert 0.5 * share < close < share
-    # Far from the mirror direction most are those by solid angle.
-    assert (samples.wi[:, 2] < 0.1).mean() > 0.4 * (even.wi[:, 2] < 0.1).mean()
+    assert (theta_h < 0.01).mean() > 0.1

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.brdf import Brdf
 from nacre.files import NacreError, reason, require
 from nacre.geometry import join
 from nacre.measured.symmetry import unchanged_by_quarter_turn
 from nacre.render.engine import mitsuba
+from nacre.sampling import LobeSampledBrdf
 
 
-class MitsubaBrdf(Brdf):
+class MitsubaBrdf(LobeSampledBrdf):
     """The reflectance of a Mitsuba BSDF, evaluated by Mitsuba in an RGB variant that compiles.
 
     Parameters

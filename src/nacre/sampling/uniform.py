@@ -7,42 +7,58 @@ from collections.abc import Callable
 import numpy as np
 
 from nacre.array import Array, Components
-from nacre.brdf import Brdf, DirectionSamples
+from nacre.brdf import Brdf, CosineSampler, DirectionSamples, Sampler
 from nacre.files import NacreError
-from nacre.geometry import join, uniform_hemisphere, uniform_rusinkiewicz
+from nacre.geometry import (
+    cosine_hemisphere,
+    join,
+    uniform_hemisphere,
+    uniform_rusinkiewicz,
+)
 from nacre.parallel import thread_map
+from nacre.sampling.fit import fit_lobes
+
+Directions = Callable[[Sampler, Array], tuple[Components, Components]]
+"""From numbers in [0, 1), shape (6, n), to pairs (wi, wo); some may lie below the horizon."""
 
 
-def _hemisphere(u: Array) -> tuple[Components, Components]:
+def _rusinkiewicz(sampler: Sampler, u: Array) -> tuple[Components, Components]:
+    return uniform_rusinkiewicz(u[:4])
+
+
+def _hemisphere(sampler: Sampler, u: Array) -> tuple[Components, Components]:
     return uniform_hemisphere(u[0], u[1]), uniform_hemisphere(u[2], u[3])
 
 
-def _mixed(u: Array) -> tuple[Components, Components]:
-    """Half in the Rusinkiewicz angles, theta_h as dense as MERL's nodes; half by solid angle."""
-    near = u[0] < 0.5
-    first = 2.0 * u[0] - (1.0 - near.astype(u.dtype))
-    pairs = zip(
-        uniform_rusinkiewicz(np.stack([first * first, *u[1:]])),
-        _hemisphere(np.stack([first, *u[1:]])),
-        strict=True,
-    )
-    wi, wo = (
-        tuple(np.where(near, a, b) for a, b in zip(highlight, even, strict=True))
-        for highlight, even in pairs
-    )
+def _seen(sampler: Sampler, u: Array) -> tuple[Components, Components]:
+    """Views as the pixels of a picture of a sphere have them, under an even sky or a highlight."""
+    wo = cosine_hemisphere(u[0], u[1])
+    reflected, density = sampler.sample_components(wo, (u[2], u[3], u[4]))
+    even = uniform_hemisphere(u[2], u[3])
+    sky = (u[5] < 0.5) | (density <= 0.0)
+    wi = tuple(np.where(sky, a, b) for a, b in zip(even, reflected, strict=True))
     return wi, wo
 
 
-DISTRIBUTIONS: dict[str, Callable[[Array], tuple[Components, Components]]] = {
-    "rusinkiewicz": uniform_rusinkiewicz,
+def _mixed(sampler: Sampler, u: Array) -> tuple[Components, Components]:
+    parts = _rusinkiewicz(sampler, u[:, ::2]), _seen(sampler, u[:, 1::2])
+    wi, wo = np.empty((2, 3, u.shape[1]), u.dtype)
+    for start, pair in enumerate(parts):
+        wi[:, start::2], wo[:, start::2] = (np.broadcast_arrays(*w) for w in pair)
+    return tuple(wi), tuple(wo)
+
+
+DISTRIBUTIONS: dict[str, Directions] = {
+    "rusinkiewicz": _rusinkiewicz,
     "hemisphere": _hemisphere,
     "mixed": _mixed,
 }
 """How directions are distributed: uniform in the Rusinkiewicz angles, which is dense about the
 mirror direction (the "adaptive sampling" of the NBRDF paper, section 4.1); or both directions
-uniform over the solid angle of the hemisphere, each on its own (its "uniform sampling"); or half
-of the samples like the latter and half in the Rusinkiewicz angles, denser still near the mirror
-direction (density of theta_h as its inverse root)."""
+uniform over the solid angle of the hemisphere, each on its own (its "uniform sampling"); or half of
+the samples as the former, and half with views as dense as cos(theta), as pictures of a sphere show
+them, where the light comes from anywhere in the sky or from the reflectance's sampler (fitted to it
+where it has none)."""
 
 _CHUNK = 1 << 15
 _HOPELESS = 64
@@ -86,13 +102,16 @@ def draw_samples(
     NacreError
         If hardly any sample is valid.
     """
+    sampler = brdf.sampler
+    if distribution == "mixed" and isinstance(sampler, CosineSampler):
+        sampler = fit_lobes(brdf)
     wi, wo, rgb = (np.empty((count, 3), np.float32) for _ in range(3))
     filled = chunk = 0
     while filled < count:
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, (seed, k), distribution), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, sampler, (seed, k), distribution), wave):
             kept = min(len(part), count - filled)
             for whole, piece in ((wi, part.wi), (wo, part.wo), (rgb, part.rgb)):
                 whole[filled : filled + kept] = piece[:kept]
@@ -103,12 +122,14 @@ def draw_samples(
     return DirectionSamples(wi, wo, rgb)
 
 
-def _draw_chunk(brdf: Brdf, seed: tuple[int, int], distribution: str) -> DirectionSamples:
+def _draw_chunk(
+    brdf: Brdf, sampler: Sampler, seed: tuple[int, int], distribution: str
+) -> DirectionSamples:
     random = np.random.default_rng(seed)
-    u = random.random((4, _CHUNK), dtype=np.float32)
+    u = random.random((6, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
         u[1] = 0.0
-    wi, wo = DISTRIBUTIONS[distribution](u)
+    wi, wo = DISTRIBUTIONS[distribution](sampler, u)
     visible = (wi[2] > 0) & (wo[2] > 0)
     wi, wo = (join(w)[visible] for w in (wi, wo))
     known = brdf.valid(wi, wo)
