@@ -24,7 +24,10 @@ from tests.data import data_folder
 METHODS = {
     "paper's inputs, 675 weights": nacre.Recipe(),
     "enhanced inputs, 675 weights": nacre.Recipe(inputs="enhanced"),
-    "enhanced inputs, 298 weights": nacre.Recipe(inputs="enhanced", hidden=(13, 12)),
+    "the same, 300 epochs": nacre.Recipe(inputs="enhanced", epochs=300),
+    "enhanced inputs, 298 weights, 300 epochs": nacre.Recipe(
+        inputs="enhanced", hidden=(13, 12), epochs=300
+    ),
 }
 """Recipes that are compared with the published networks."""
 

@@ -51,7 +51,7 @@ def _model(
 
 def _analytic_settings(context: click.Context, gain: float | None) -> dict[str, Any]:
     """Settings of an analytic fit; refuses options that only a network has."""
-    for name in ("inputs", "hidden", "epochs", "draft", "sampling", "device"):
+    for name in ("inputs", "hidden", "size", "precision", "epochs", "draft", "sampling", "device"):
         if context.get_parameter_source(name) != ParameterSource.DEFAULT:
             raise click.BadParameter(f"--{name} is for networks, not analytic models")
     settings = {"gain": gain, "samples": context.params["samples"], "seed": context.params["seed"]}
@@ -110,6 +110,19 @@ def _validation(quality: dict[str, Any]) -> str:
     metavar="N,N",
     help="Widths of the hidden layers.",
 )
+@click.option(
+    "--size",
+    type=click.IntRange(64, 1 << 20),
+    metavar="BYTES",
+    help="Bytes that the weights may take, in place of --hidden: two hidden layers as wide as "
+    "they allow.",
+)
+@click.option(
+    "--precision",
+    type=click.Choice(["single", "half"]),
+    help="How weights are stored: 4 or 2 bytes each. Default: single, and half with enhanced "
+    "inputs.",
+)
 @click.option("--epochs", default=100, type=click.IntRange(1), help="Passes over the samples.")
 @click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs.")
 @click.option(
@@ -140,6 +153,8 @@ def command(
     gain: float | None,
     inputs: str,
     hidden: tuple[int, ...],
+    size: int | None,
+    precision: str | None,
     epochs: int,
     draft: bool,
     samples: int | None,
@@ -163,9 +178,13 @@ def command(
         if inputs != "paper" and entry.extensions == (".h5", ".hdf5"):
             raise click.BadParameter(f"{path}: {entry.name} files hold the paper's inputs only")
     check_outputs(targets.values(), files)
+    if size is not None and context.get_parameter_source("hidden") != ParameterSource.DEFAULT:
+        raise click.UsageError("--size and --hidden exclude one another")
     epochs = max(1, epochs // 5) if draft else epochs
     recipe = Recipe(
         hidden=hidden,
+        size=size,
+        precision=precision,
         epochs=epochs,
         samples=samples,
         seed=seed,
@@ -198,8 +217,8 @@ def command(
             seconds = time.perf_counter() - start
             save(network, targets[path])
             quality = network.metadata["quality"]
-            size = f"{network.weight_count} weights ({4 * network.weight_count:,} bytes)"
-            line = f"{targets[path]}: {size}, held-out loss {quality['held_out_loss']:.5f}"
+            memory = f"{network.weight_count} weights ({network.footprint:,} bytes)"
+            line = f"{targets[path]}: {memory}, held-out loss {quality['held_out_loss']:.5f}"
             return f"{line}, {seconds:.1f} s{_validation(quality)}"
 
         results = [pool.submit(run, path) for path in files]

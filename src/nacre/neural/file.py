@@ -13,7 +13,7 @@ from safetensors import SafetensorError
 from nacre.brdf import CosineSampler, Sampler
 from nacre.files import Format, FormatError, PathLike, atomic_path, check_json, read_bytes, reason
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
-from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
+from nacre.neural.nbrdf import PRECISIONS, Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
 
 VERSION = 1
@@ -61,10 +61,11 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         "name": network.name,
         "sampler": _describe_sampler(network.sampler, path),
     }
+    kind = PRECISIONS[network.precision]
     tensors = {}
     for index, layer in enumerate(network.layers, 1):
-        tensors[f"weights_{index}"] = np.ascontiguousarray(layer.weights)
-        tensors[f"biases_{index}"] = np.ascontiguousarray(layer.biases)
+        tensors[f"weights_{index}"] = layer.weights.astype(kind)
+        tensors[f"biases_{index}"] = layer.biases.astype(kind)
     # One metadata key: the library writes several in no particular order.
     try:
         check_json(header)
@@ -115,12 +116,14 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
             raise ValueError(f"field {key!r} is not a table")
-    layers = []
+    layers, kinds = [], set()
     for index in range(1, len(header["sizes"])):
         parts = [tensors[f"{kind}_{index}"] for kind in ("weights", "biases")]
-        if not all(p.dtype == np.float32 for p in parts):
-            raise ValueError(f"layer {index} does not hold float32 numbers")
+        kinds |= {part.dtype for part in parts}
         layers.append(Layer(*parts))
+    stored = [name for name, kind in PRECISIONS.items() if kinds <= {kind}]
+    if not stored:
+        raise ValueError("layers do not hold float32 or float16 numbers, all alike")
     check_weights(layers)
     network = NeuralBrdf(
         layers,
@@ -129,6 +132,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         name=str(header["name"]),
         sampler=_make_sampler(header["sampler"]),
         metadata=metadata,
+        precision=stored[0],
     )
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")

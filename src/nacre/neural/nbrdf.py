@@ -26,6 +26,9 @@ OUTPUTS = 3
 _LARGEST_SUM = 1e37
 HIDDEN = (21, 21)
 """Hidden layer sizes of the paper: 675 weights."""
+SINGLE, HALF = "single", "half"
+PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
+"""How weights are stored, by name; computations are in single precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,16 @@ class Layer:
         shape = self.weights.shape
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
             raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
+
+
+def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
+    """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""
+    kind = PRECISIONS[precision]
+    most = np.finfo(kind).max
+    return [
+        Layer(*(np.clip(a, -most, most).astype(kind) for a in (layer.weights, layer.biases)))
+        for layer in layers
+    ]
 
 
 def check_weights(layers: Sequence[Layer]) -> None:
@@ -90,6 +103,8 @@ class NeuralBrdf(Brdf):
         JSON-able facts about the fit and its source, kept in the file.
     inputs
         Name of the parametrisation of the inputs; "paper" is (h, d).
+    precision
+        How a file stores the weights, one of :data:`PRECISIONS`, which must hold them exactly.
     """
 
     layers: Sequence[Layer]
@@ -98,6 +113,7 @@ class NeuralBrdf(Brdf):
     sampler: Sampler = Brdf.sampler
     metadata: dict[str, Any] = field(default_factory=dict)
     inputs: str = PAPER
+    precision: str = SINGLE
 
     def __post_init__(self) -> None:
         if not self.layers:
@@ -108,6 +124,15 @@ class NeuralBrdf(Brdf):
                 raise ValueError(
                     f"layer sizes do not chain: {[y.weights.shape for y in self.layers]}"
                 )
+        if self.precision not in PRECISIONS:
+            raise ValueError(f"unknown precision {self.precision!r}")
+        rounded = round_layers(self.layers, self.precision)
+        for layer, stored in zip(self.layers, rounded, strict=True):
+            if not all(
+                np.array_equal(a, b, equal_nan=True)
+                for a, b in ((layer.weights, stored.weights), (layer.biases, stored.biases))
+            ):
+                raise ValueError(f"{self.precision} precision does not hold these weights")
         if self.isotropic and not turns_half_vector(self.inputs, True):
             raise ValueError(f"a network with {self.inputs} inputs is not isotropic")
         count = input_count(self.inputs, self.isotropic)
@@ -129,7 +154,7 @@ class NeuralBrdf(Brdf):
     @property
     def footprint(self) -> int:
         """See :class:`nacre.brdf.Brdf`."""
-        return 4 * self.weight_count
+        return PRECISIONS[self.precision].itemsize * self.weight_count
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""

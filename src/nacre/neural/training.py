@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Protocol
 
 import numpy as np
@@ -14,8 +14,9 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.neural.bound import bounded
-from nacre.neural.inputs import ENHANCED, PAPER, input_count, turns_half_vector
-from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
+from nacre.neural.inputs import input_count, turns_half_vector
+from nacre.neural.nbrdf import OUTPUTS, SINGLE, Layer, NeuralBrdf, round_layers
+from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (
     SCATTERED_SAMPLES,
@@ -24,12 +25,10 @@ from nacre.neural.scattered import (
     validation_errors,
 )
 from nacre.parallel import one_blas_thread
-from nacre.sampling import DISTRIBUTIONS, fit_lobes
+from nacre.sampling import fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
-ENHANCED_GAIN = 32.0
-"""Default gain of the loss with enhanced inputs."""
 ANISOTROPIC_FACTOR = 5
 """What a network without h turned to phi_h = 0 takes more (ibid., of anisotropic materials)."""
 
@@ -53,93 +52,6 @@ class Trainer(Protocol):
     def layers(self) -> list[Layer]:
         """Copies of the current layers."""
         ...
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """Settings of a fit; the defaults are the recommended recipe.
-
-    Parameters
-    ----------
-    hidden
-        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
-        of a scan has one more, of three units: see :func:`nacre.neural.bound.bounded`.
-    epochs
-        Passes over the training samples; 20 make a draft.
-    samples
-        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
-        anisotropic or the inputs are stereographic. Of a scan with scattered samples: training
-        samples, filling between them included; None for 320,000, or 1,600,000.
-    batch
-        Samples an optimiser step, a multiple of 16; a scan takes half as many.
-    learning_rate
-        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
-        half of it for a scan.
-    held_out
-        Share of the samples that is never trained on; of a scan, share of its own samples.
-    seed
-        The same seed gives the same network on the same machine.
-    inputs
-        What the network sees of the directions: "paper", "enhanced" or "stereographic", see
-        :func:`nacre.neural.inputs.network_inputs`.
-    gain
-        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
-        counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
-        with enhanced ones. A scan has a loss of its own.
-    sampling
-        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; None
-        for "rusinkiewicz", as in the paper, or "mixed" with enhanced inputs. A scan has its own.
-    """
-
-    hidden: tuple[int, ...] = HIDDEN
-    epochs: int = 100
-    samples: int | None = None
-    batch: int = 512
-    learning_rate: float = 1e-2
-    held_out: float = 0.2
-    seed: int = 0
-    inputs: str = PAPER
-    gain: float | None = None
-    sampling: str | None = None
-
-    def __post_init__(self) -> None:
-        input_count(self.inputs, True)
-        if self.gain is not None and not 0 < self.gain <= 1e6:
-            raise ValueError(f"gain must lie between 0 and a million, got {self.gain}")
-        for name, value in (
-            ("epochs", self.epochs),
-            ("samples", 1 if self.samples is None else self.samples),
-            *(("hidden", width) for width in self.hidden),
-        ):
-            if value < 1:
-                raise ValueError(f"{name} must be positive, got {value}")
-        if not 0 < self.learning_rate < math.inf:
-            raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
-        if not 0 < self.held_out < 1:
-            raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
-        if self.distribution not in DISTRIBUTIONS:
-            known = ", ".join(DISTRIBUTIONS)
-            raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
-        if self.seed < 0:
-            raise ValueError(f"seed must not be negative, got {self.seed}")
-        if self.batch < BLOCK or self.batch % BLOCK:
-            raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
-        if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
-            raise ValueError(f"samples must leave some to train on, got {self.samples}")
-
-    @property
-    def loss_gain(self) -> float:
-        """The gain, or its default."""
-        if self.gain is not None:
-            return self.gain
-        return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
-
-    @property
-    def distribution(self) -> str:
-        """The sampling, or its default."""
-        if self.sampling is not None:
-            return self.sampling
-        return "mixed" if self.inputs == ENHANCED else "rusinkiewicz"
 
 
 def fit(
@@ -193,6 +105,7 @@ def fit(
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
     inputs = input_count(recipe.inputs, isotropic)
+    recipe = replace(recipe, hidden=recipe.widths(inputs))
     trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, inputs), recipe.batch, device)
 
     def sampled(done: int, total: int) -> None:
@@ -213,7 +126,15 @@ def fit(
     layers = trainer.layers()
     if scan is not None:
         layers = bounded(layers, highest(scan, *chosen))
-    network = NeuralBrdf(layers, isotropic=isotropic, name=brdf.name, inputs=recipe.inputs)
+    # Rounded weights would not keep the bound of a scan.
+    precision = SINGLE if scan is not None and not recipe.precision else recipe.stored_precision
+    network = NeuralBrdf(
+        round_layers(layers, precision),
+        isotropic=isotropic,
+        name=brdf.name,
+        inputs=recipe.inputs,
+        precision=precision,
+    )
     if scan is not None:
         quality |= validation_errors(scan, network, *chosen)
     report("sampling lobes", 0, 1, "")
@@ -223,6 +144,7 @@ def fit(
     settings = asdict(recipe) | {
         "hidden": list(recipe.hidden),
         "samples": count,
+        "precision": precision,
         "gain": recipe.loss_gain if scan is None else None,
         "sampling": recipe.distribution if scan is None else None,
     }

@@ -13,7 +13,7 @@ from nacre.reproduce.errors import error_strips
 from nacre.reproduce.footprint import footprint_plot
 from nacre.reproduce.lobes import FIGURES as LOBE_FIGURES
 from nacre.reproduce.lobes import lobe_pages, with_lobe_errors
-from nacre.reproduce.methods import SIZES, TRUTH
+from nacre.reproduce.methods import ENHANCED_SIZES, SIZES, TRUTH
 from nacre.reproduce.spheres import mean_maps, sphere_pages
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import markdown, write_csv
@@ -29,12 +29,22 @@ _PROTOCOL = (
     "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise, in "
     "place of published parameters"
 )
-_SEEN = ("nbrdf-675", "nbrdf-675-uniform", "published", "sgd", "abc-microfacet", "ggx", "rgl-48k")
+_SEEN = (
+    "enhanced-675",
+    "nbrdf-675",
+    "nbrdf-675-uniform",
+    "published",
+    "npf",
+    "sgd",
+    "ggx",
+    "rgl-48k",
+)
 
 
 def _compared(names: Iterable[str]) -> list[str]:
     """All methods, of networks only the paper's size."""
-    return [n for n in names if n != TRUTH and (n not in SIZES or n == "nbrdf-675")]
+    sizes = {TRUTH, *SIZES, *ENHANCED_SIZES} - {"nbrdf-675", "enhanced-675"}
+    return [n for n in names if n not in sizes]
 
 
 def _fixed(*chosen: str) -> Callable[[Iterable[str]], list[str]]:
@@ -157,7 +167,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
     ),
     "fig8": Experiment(
         "lobes in the plane of incidence",
-        _fixed("nbrdf-675", "npf", "published", "sgd", "ggx", "rgl-48k"),
+        _fixed("enhanced-675", "nbrdf-675", "npf", "published", "sgd", "ggx", "rgl-48k"),
         lobe_pages,
         "lights at 15, 45, 75 and 80 degrees; other materials than grease-covered-steel and "
         "black-oxidized-steel unless these are given; more methods than NPF and the network",
@@ -166,7 +176,9 @@ EXPERIMENTS: Mapping[str, Experiment] = {
     ),
     "fig9": Experiment(
         "anisotropic materials",
-        _fixed("nbrdf-675", "nbrdf-2625", "ggx-anisotropic", "ggx"),
+        _fixed(
+            "enhanced-675", "enhanced-2625", "nbrdf-675", "nbrdf-2625", "ggx-anisotropic", "ggx"
+        ),
         _spheres,
         _PROTOCOL.replace("the 100 of MERL", "the 11 anisotropic ones of the RGL database"),
         anisotropic=True,

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 from nacre.evaluate.polar import FAINT, INK
 from nacre.files import require
 from nacre.reproduce.errors import FAMILIES, FLOOR, prepare
 from nacre.reproduce.labels import place_labels
-from nacre.reproduce.methods import SIZES
+from nacre.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import Summary, summarise
 from nacre.reproduce.trial import HIGHER_IS_BETTER
 
 _SIZE = 10.5, 5.2
+_SERIES = tuple(SIZES), tuple(ENHANCED_SIZES)
+"""Networks that differ only in their size."""
 _LOWEST_PSNR = 60.0
 """What an infinite PSNR is drawn as, in dB."""
 
@@ -66,8 +68,10 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
         axes.plot(x, worst, "_", color=colour, markersize=5, alpha=0.6)
         axes.plot(x, y, "o", color=colour, markersize=4, zorder=3)
         places[method] = x, y
-    line = sorted(places[method] for method in methods if method in SIZES)
-    axes.plot([x for x, _ in line], [y for _, y in line], color=FAMILIES["network"], linewidth=1.2)
+    for series in _SERIES:
+        line = sorted(places[method] for method in methods if method in series)
+        across, up = ([point[k] for point in line] for k in (0, 1))
+        axes.plot(across, up, color=FAMILIES["network"], linewidth=1.2)
     axes.set_xscale("log")
     inner = [summarise(study.of(method), name) for method in methods]
     shown = [v for item in inner for v in _heights(item, structural)[::3]]  # means and worst
@@ -86,7 +90,16 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
     axes.xaxis.set_major_formatter(lambda size, _: f"{size:,.0f}")
     axes.text(0.99, 0.01, "bar: ± standard deviation; dash: worst material", fontsize=6.5,
               color=FAINT, ha="right", va="bottom", transform=axes.transAxes)  # fmt: skip
-    place_labels(axes, [(*place, method) for method, place in places.items()])
+    place_labels(axes, [(*place, _label(method, places)) for method, place in places.items()])
+
+
+def _label(method: str, shown: Container[str]) -> str:
+    """A method's name; only the number of weights inside a line of several sizes."""
+    for series in _SERIES:
+        sizes = [name for name in series if name in shown]
+        if method in sizes[:-1]:
+            return method.rpartition("-")[2]
+    return method
 
 
 def _heights(item: Summary, structural: bool) -> tuple[float, float, float, float]:

@@ -1,0 +1,139 @@
+"""Settings of a fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from nacre.neural.inputs import ENHANCED, PAPER, input_count
+from nacre.neural.nbrdf import HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
+from nacre.neural.samples import BLOCK
+from nacre.sampling import DISTRIBUTIONS
+
+ENHANCED_GAIN = 32.0
+"""Default gain of the loss with enhanced inputs."""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Settings of a fit; the defaults are the recommended recipe.
+
+    Parameters
+    ----------
+    hidden
+        Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
+        of a scan has one more, of three units: see :func:`nacre.neural.bound.bounded`.
+    size
+        Bytes that the weights may take: two hidden layers as wide as they allow, in place of
+        `hidden`. The extra layer of a scan is not counted.
+    epochs
+        Passes over the training samples; 20 make a draft.
+    samples
+        Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
+        anisotropic or the inputs are stereographic. Of a scan with scattered samples: training
+        samples, filling between them included; None for 320,000, or 1,600,000.
+    batch
+        Samples an optimiser step, a multiple of 16; a scan takes half as many.
+    learning_rate
+        Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
+        half of it for a scan.
+    held_out
+        Share of the samples that is never trained on; of a scan, share of its own samples.
+    seed
+        The same seed gives the same network on the same machine.
+    inputs
+        What the network sees of the directions: "paper", "enhanced" or "stereographic", see
+        :func:`nacre.neural.inputs.network_inputs`.
+    gain
+        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
+        counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
+        with enhanced ones. A scan has a loss of its own.
+    sampling
+        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; None
+        for "rusinkiewicz", as in the paper, or "mixed" with enhanced inputs. A scan has its own.
+    precision
+        "single" or "half": how weights are stored. None for single, or half with enhanced inputs.
+    """
+
+    hidden: tuple[int, ...] = HIDDEN
+    size: int | None = None
+    epochs: int = 100
+    samples: int | None = None
+    batch: int = 512
+    learning_rate: float = 1e-2
+    held_out: float = 0.2
+    seed: int = 0
+    inputs: str = PAPER
+    gain: float | None = None
+    sampling: str | None = None
+    precision: str | None = None
+
+    def __post_init__(self) -> None:
+        input_count(self.inputs, True)
+        if self.gain is not None and not 0 < self.gain <= 1e6:
+            raise ValueError(f"gain must lie between 0 and a million, got {self.gain}")
+        for name, value in (
+            ("epochs", self.epochs),
+            ("samples", 1 if self.samples is None else self.samples),
+            *(("hidden", width) for width in self.hidden),
+        ):
+            if value < 1:
+                raise ValueError(f"{name} must be positive, got {value}")
+        if not 0 < self.learning_rate < math.inf:
+            raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
+        if not 0 < self.held_out < 1:
+            raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
+        if self.distribution not in DISTRIBUTIONS:
+            known = ", ".join(DISTRIBUTIONS)
+            raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
+        if self.stored_precision not in PRECISIONS:
+            known = ", ".join(PRECISIONS)
+            raise ValueError(f"precision must be one of {known}, got {self.precision!r}")
+        if self.size is not None:
+            self.widths(input_count(self.inputs, True))
+        if self.seed < 0:
+            raise ValueError(f"seed must not be negative, got {self.seed}")
+        if self.batch < BLOCK or self.batch % BLOCK:
+            raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
+        if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
+            raise ValueError(f"samples must leave some to train on, got {self.samples}")
+
+    @property
+    def loss_gain(self) -> float:
+        """The gain, or its default."""
+        if self.gain is not None:
+            return self.gain
+        return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
+
+    @property
+    def distribution(self) -> str:
+        """The sampling, or its default."""
+        if self.sampling is not None:
+            return self.sampling
+        return "mixed" if self.inputs == ENHANCED else "rusinkiewicz"
+
+    @property
+    def stored_precision(self) -> str:
+        """The precision, or its default."""
+        if self.precision is not None:
+            return self.precision
+        return HALF if self.inputs == ENHANCED else SINGLE
+
+    def widths(self, inputs: int) -> tuple[int, ...]:
+        """Widths of the hidden layers of a network of so many inputs.
+
+        Raises
+        ------
+        ValueError
+            If `size` is too small for any network.
+        """
+        if self.size is None:
+            return self.hidden
+        most = self.size // PRECISIONS[self.stored_precision].itemsize
+        # a b + (inputs + 1) a + (OUTPUTS + 1) b + OUTPUTS weights, of which b = a or a - 1.
+        linear = inputs + OUTPUTS + 2
+        width = int((math.sqrt(linear * linear + 4.0 * max(most - OUTPUTS, 0)) - linear) / 2.0)
+        wider = (width + 1) * (width + inputs + 1) + (OUTPUTS + 1) * width + OUTPUTS
+        if width < 1:
+            raise ValueError(f"size {self.size} is too small for a network")
+        return (width + 1 if wider <= most else width), width
