@@ -69,6 +69,16 @@ def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
     assert nacre.load(tmp_path / "a.safetensors").sizes == (6, 8, 3)
 
 
+def test_fit_takes_bytes_and_a_precision(folder, tmp_path):
+    options = ["--size", 900, "--epochs", 1, "--samples", 2000, "--precision", "half"]
+    done = run("fit", folder / "table.binary", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    material = nacre.load(tmp_path / "table.safetensors")
+    assert material.precision == "half"
+    assert 800 < material.footprint <= 900
+    assert f"{material.weight_count} weights ({material.footprint} bytes)" in done.stdout
+
+
 def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):
     nacre.save(scan(Gloss(), 100), tmp_path / "scan.csv")
     done = run("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
@@ -240,6 +250,9 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
         (["fit", "table.binary", "--hidden", "21,x"], "expected whole numbers"),
         (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
+        (["fit", "table.binary", "--size", "63"], "63 is not in the range"),
+        (["fit", "table.binary", "--size", "900", "--hidden", "9"], "exclude one another"),
+        (["fit", "table.binary", "--model", "ggx", "--size", "900"], "--size is for networks"),
         (["fit", "table.binary", "--device", "abacus"], "abacus"),
         (["fit", "table.binary", "table.binary"], "same name"),
         (["fit", "table.binary", "other.binary", "-o", "x.safetensors"], "must be a folder"),

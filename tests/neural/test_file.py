@@ -15,6 +15,7 @@ from nacre.files import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, join
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.file import load, save
+from nacre.neural.nbrdf import round_layers
 from nacre.neural.published import load_h5, load_npy, save_h5
 from nacre.sampling import BlinnPhongMixture
 from tests.data import list_data, require_data
@@ -44,6 +45,51 @@ def directions(count):
     wi, wo = (join(w) for w in from_rusinkiewicz_angles(*angles))
     above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
     return wi[above], wo[above]
+
+
+def test_half_precision_takes_half_the_bytes_and_comes_back_the_same(tmp_path):
+    single = network()
+    half = NeuralBrdf(round_layers(single.layers, "half"), precision="half")
+    sizes = []
+    for brdf in (single, half):
+        path = tmp_path / f"{brdf.precision}.safetensors"
+        save(brdf, path)
+        sizes.append(path.stat().st_size)
+        again = load(path)
+        assert again.precision == brdf.precision
+        assert again.footprint == brdf.footprint
+        for a, b in zip(brdf.layers, again.layers, strict=True):
+            assert a.weights.dtype == b.weights.dtype == np.float32
+            np.testing.assert_array_equal(a.weights, b.weights)
+            np.testing.assert_array_equal(a.biases, b.biases)
+    assert half.footprint == 1350
+    assert sizes[0] - sizes[1] == pytest.approx(1350, abs=8)  # the header is padded
+    wi, wo = directions(500)
+    before, after = np.log1p(single.eval(wi, wo)), np.log1p(half.eval(wi, wo))
+    assert np.abs(after - before).max() < 2e-2 * before.max()
+
+
+def test_weights_that_a_precision_does_not_hold_are_refused():
+    with pytest.raises(ValueError, match="half precision does not hold"):
+        NeuralBrdf(network().layers, precision="half")
+    with pytest.raises(ValueError, match="unknown precision 'double'"):
+        network(precision="double")
+
+
+def test_a_file_of_mixed_or_other_precision_is_refused(tmp_path):
+    path = tmp_path / "x.safetensors"
+    save(network(), path)
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    metadata = json.loads(data[8 : 8 + size])["__metadata__"]
+    tensors = safetensors.numpy.load(data)
+    for wrong in (
+        {**tensors, "biases_2": tensors["biases_2"].astype(np.float16)},
+        {name: tensor.astype(np.float64) for name, tensor in tensors.items()},
+    ):
+        path.write_bytes(safetensors.numpy.save(wrong, metadata))
+        with pytest.raises(FormatError, match="float32 or float16"):
+            load(path)
 
 
 @pytest.mark.parametrize("sampler", [CosineSampler(), BlinnPhongMixture(0.7, 123.0)])

@@ -14,10 +14,10 @@ from nacre.geometry import half_vector
 from nacre.neural import Recipe, fit
 from nacre.neural.file import save
 from nacre.neural.samples import BLOCK, draw
-from nacre.neural.training import schedule
+from nacre.neural.training import initial_layers, schedule
 from nacre.sampling import BlinnPhongMixture
 from tests.data import list_data, require_data
-from tests.reflectances import Brushed
+from tests.reflectances import Brushed, Glossy
 
 
 class Gloss(Brdf):
@@ -139,12 +139,46 @@ def test_values_that_are_not_finite_are_left_out():
         {"held_out": 1.0},
         {"seed": -1},
         {"batch": 500},
+        {"precision": "double"},
+        {"size": 40},
         {"samples": 16},
     ],
 )
 def test_wrong_settings_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         Recipe(**wrong)
+
+
+@pytest.mark.parametrize("inputs", ["paper", "enhanced"])
+@pytest.mark.parametrize("size", [64, 400, 1192, 1350, 2700, 2800, 10_000])
+def test_a_size_in_bytes_chooses_the_widest_layers(inputs, size):
+    recipe = Recipe(inputs=inputs, size=size)
+    bytes_a_weight = {"paper": 4, "enhanced": 2}[inputs]
+    for count in (6, 7):
+        first, second = recipe.widths(count)
+        assert first in (second, second + 1)
+
+        def taken(a, b, count=count):
+            layers = initial_layers((a, b), 0, count)
+            return bytes_a_weight * sum(y.weights.size + y.biases.size for y in layers)
+
+        wider = (first + 1, second) if first == second else (first, second + 1)
+        assert taken(first, second) <= size < taken(*wider)
+
+
+def test_the_paper_s_size_gives_the_paper_s_network():
+    assert Recipe(size=2700).widths(6) == (21, 21)
+    assert Recipe(size=1350, precision="half").widths(6) == (21, 21)
+
+
+def test_enhanced_networks_are_stored_in_half_precision_unless_told_otherwise():
+    options = {"epochs": 1, "samples": 4000, "size": 300}
+    half = fit(Glossy(0.3, 0.05, 0.3), Recipe(inputs="enhanced", **options))
+    assert half.precision == half.metadata["fit"]["precision"] == "half"
+    assert half.footprint <= 300
+    single = fit(Glossy(0.3, 0.05, 0.3), Recipe(inputs="enhanced", precision="single", **options))
+    assert single.precision == "single"
+    assert single.weight_count < half.weight_count
 
 
 def test_the_schedule_warms_up_peaks_and_ends_near_zero():

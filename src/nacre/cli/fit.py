@@ -135,8 +135,8 @@ def _validation(quality: dict[str, Any]) -> str:
     "--sampling",
     type=click.Choice(["rusinkiewicz", "hemisphere", "mixed"]),
     help="How training directions are distributed: uniform in the Rusinkiewicz angles, dense about "
-    "highlights; over the solid angle; or some of both. Default: rusinkiewicz, and mixed with "
-    "enhanced inputs.",
+    "highlights; over the solid angle; or half the first and half as pictures show them. "
+    "Default: rusinkiewicz, and mixed with enhanced inputs.",
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
