@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
 import nacre
 from nacre.files import NacreError, digest
+from nacre.latent import train
+from nacre.latent.file import save_basis
+from nacre.measured.merl import Resolution
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.reproduce import Settings, methods
@@ -54,6 +59,21 @@ def test_published_networks_are_told_apart_as_they_are_chosen(tmp_path):
     assert before.settings != after.settings
     shown = {"networks": {"a.h5": digest(folders[0] / "a.h5")}}
     assert before.settings == shown
+
+
+def test_codes_are_of_the_basis_given(tmp_path):
+    materials = [partial(Glossy, 0.1 * k, 0.05, 0.2 + 0.1 * k) for k in range(4)]
+    basis = train(materials, 3, Resolution(12, 8, 8))
+    save_basis(basis, tmp_path / "basis.safetensors")
+    known = methods(SETTINGS, basis=tmp_path / "basis.safetensors")["pca"]
+    assert "3 values" in known.about
+    assert known.fit(Glossy(0.15, 0.05, 0.35)).footprint == 12
+    none = methods(SETTINGS)["pca"]
+    assert none.settings != known.settings
+    with pytest.raises(NacreError, match="needs --basis"):
+        none.fit(Glossy(0.15, 0.05, 0.35))
+    with pytest.raises(NacreError, match=r"missing\.safetensors"):
+        methods(SETTINGS, basis=tmp_path / "missing.safetensors")
 
 
 def test_methods_refuse_materials_that_they_cannot_hold():

@@ -54,6 +54,11 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     multiple=True,
     help="Folder of published networks, MATERIAL.h5 each. May be given several times.",
 )
+@click.option(
+    "--basis",
+    type=file_path(),
+    help="Basis for the method pca, made by nacre latent train of other materials.",
+)
 @environment_option
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
 @click.option("--epochs", type=click.IntRange(1), default=100, help="Of networks.")
@@ -68,6 +73,7 @@ def command(
     output: Path,
     chosen: str | None,
     published: tuple[Path, ...],
+    basis: Path | None,
     environment: Path | None,
     size: int,
     epochs: int,
@@ -98,7 +104,7 @@ def command(
     settings = Settings(size=size, epochs=epochs, seed=seed, environment=lighting)
     if quick:
         settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)
-    known = methods(settings, published)
+    known = methods(settings, published, basis)
     kind = EXPERIMENTS[experiment]
     names = _names(chosen, known) if chosen else kind.choose(known)
     if kind.anisotropic:

@@ -196,6 +196,11 @@ class PcaBrdf(MerlBrdf):
         stored[basis.mask] = f_r / np.asarray(SCALES)
         super().__init__(np.moveaxis(stored, -1, 0), name)
 
+    @property
+    def footprint(self) -> int:
+        """Bytes of the code: all materials share the basis."""
+        return 4 * len(self.code)
+
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
         own = {"code values": len(self.code), "code bytes": self.code.nbytes}

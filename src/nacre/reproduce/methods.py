@@ -13,6 +13,8 @@ from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
 from nacre.brdf import Brdf
 from nacre.files import NacreError, digest
 from nacre.formats import load
+from nacre.latent import PcaBrdf, optimised
+from nacre.latent.file import fingerprint, load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
@@ -76,7 +78,9 @@ class Method:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def methods(settings: Settings, published: Iterable[Path] = ()) -> dict[str, Method]:
+def methods(
+    settings: Settings, published: Iterable[Path] = (), basis: Path | None = None
+) -> dict[str, Method]:
     """Every method by name.
 
     Parameters
@@ -85,6 +89,13 @@ def methods(settings: Settings, published: Iterable[Path] = ()) -> dict[str, Met
         Of the fits.
     published
         Folders of networks that others fitted, each under the name of its material.
+    basis
+        Principal components, as :func:`nacre.latent.train` makes them of other materials.
+
+    Raises
+    ------
+    FormatError
+        If the basis cannot be read.
     """
     recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
     enhanced = replace(recipe, inputs=ENHANCED)
@@ -126,6 +137,7 @@ def methods(settings: Settings, published: Iterable[Path] = ()) -> dict[str, Met
             "table",
             {"resolution": astuple(COMPACT)},
         ),
+        "pca": _codes(basis),
     }
 
 
@@ -166,6 +178,19 @@ def _published(folders: tuple[Path, ...]) -> Method:
         for path in sorted(folder.glob("*.h5"))
     }
     return Method(about, find, "network", {"networks": known})
+
+
+def _codes(path: Path | None) -> Method:
+    basis = load_basis(path) if path else None
+
+    def encode(brdf: Brdf) -> PcaBrdf:
+        if basis is None:
+            raise UnavailableError("needs --basis, principal components of other materials")
+        return basis.decode(optimised(basis, brdf), brdf.name)
+
+    values = f"{len(basis)} values" if basis else "values"
+    about = f"code of {values} in a basis of principal components, optimised for pictures"
+    return Method(about, encode, "table", {"basis": fingerprint(basis) if basis else None})
 
 
 def _table(brdf: Brdf) -> RglBrdf:
