@@ -13,6 +13,7 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.array import Array, Components, Table, namespace
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.geometry import dot, half_vector, to_spherical
+from nacre.progress import Progress
 
 NODES = 90
 """Nodes of every table, as both papers have it."""
@@ -27,7 +28,7 @@ class FactoredBrdf(AnalyticBrdf):
     @classmethod
     @abc.abstractmethod
     def extract(
-        cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int
+        cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int, report: Progress
     ) -> tuple[dict[str, Any], dict[str, float]]:
         """Values of a model of a reflectance, and facts about the fit.
 
@@ -41,6 +42,8 @@ class FactoredBrdf(AnalyticBrdf):
             As for :func:`nacre.analytic.fit`.
         seed
             Of whatever is drawn.
+        report
+            Called as the fit goes on.
         """
 
 

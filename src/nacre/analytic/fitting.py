@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,12 +15,11 @@ from nacre.brdf import Brdf, DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import join, split
 from nacre.least_absolute import minimise
-from nacre.parallel import one_blas_thread
+from nacre.parallel import one_blas_thread, thread_map
+from nacre.progress import Progress
 from nacre.sampling import draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
-Progress = Callable[[str, int, int, str], None]
-"""Called as `progress(stage, done, total, note)`."""
 Vector = npt.NDArray[np.float64]
 
 SAMPLES = 40_000
@@ -94,7 +93,7 @@ def fit(
     report = progress or (lambda stage, done, total, note: None)
     with one_blas_thread(), np.errstate(all="ignore"):
         if issubclass(model, FactoredBrdf):
-            values, facts = model.extract(brdf, drawn, gain, seed)
+            values, facts = model.extract(brdf, drawn, gain, seed, report)
             loss = _loss(model(**values), drawn, gain)
             settings |= facts
         else:
@@ -195,6 +194,11 @@ def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
     return float(np.abs(found - truth).mean())
 
 
+def _minimum(problem: _Problem, iterations: int, free: Vector) -> tuple[Vector, float]:
+    with np.errstate(all="ignore"):  # of this thread
+        return minimise(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
+
+
 def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tuple[Values, float]:
     """The best parameters found, and their mean loss over all samples."""
     candidates = [problem.start(np.random.default_rng((seed, 2, k))) for k in range(starts)]
@@ -204,8 +208,8 @@ def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tupl
     for (size, iterations), going in zip(_ROUNDS, counts, strict=True):
         part = problem.first(size)
         best = []
-        for k, free in enumerate(candidates[:going]):
-            found, loss = minimise(part.residuals, part.jacobian, free, iterations, _LIMIT)
+        work = partial(_minimum, part, iterations)
+        for k, (found, loss) in enumerate(thread_map(work, candidates[:going])):
             best.append((loss if math.isfinite(loss) else math.inf, k, found))
             done += 1
             report("fitting", done, total, f"loss {loss:.5f}")

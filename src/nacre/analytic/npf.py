@@ -15,6 +15,8 @@ from nacre.analytic.factorisation import Channel, Factors, draw
 from nacre.analytic.model import DIFFUSE, Parameter, TableParameter, Values, lambertian
 from nacre.array import Array, Components
 from nacre.brdf import Brdf, DirectionSamples
+from nacre.parallel import thread_map
+from nacre.progress import Progress
 
 SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), colour=True)
 """Scale of the product; far from 1 where F or G are largest at angles that hardly occur."""
@@ -54,13 +56,21 @@ class Npf(FactoredBrdf):
 
     @classmethod
     def extract(
-        cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int
+        cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int, report: Progress
     ) -> tuple[dict[str, Any], dict[str, float]]:
         """See :class:`FactoredBrdf` and :mod:`nacre.analytic.factorisation`."""
         weights = np.ones(len(samples))
         if brdf.scattered() is None:
             samples, weights = draw(brdf, samples, seed)
-        channels = [Channel(samples, k, weights, gain).fit() for k in range(3)]
+
+        def fitted(channel: int) -> Factors:
+            with np.errstate(all="ignore"):  # of this thread
+                return Channel(samples, channel, weights, gain).fit()
+
+        channels = []
+        for factors in thread_map(fitted, range(3)):
+            channels.append(factors)
+            report("fitting", len(channels), 3, "")
         return _normalised(channels), {}
 
 

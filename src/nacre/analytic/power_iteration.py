@@ -24,6 +24,7 @@ from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, DirectionSamples
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.microfacets import GRAZING, NormalGrid, polar_nodes
+from nacre.progress import Progress
 
 _AZIMUTHS = 32
 """Nodes of the half vector's azimuth, over which D is averaged."""
@@ -61,7 +62,7 @@ class TabulatedMicrofacets(FactoredBrdf):
 
     @classmethod
     def extract(
-        cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int
+        cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int, report: Progress
     ) -> tuple[dict[str, Any], dict[str, float]]:
         """D by power iteration on light sent straight back, then F from what D leaves to explain.
 

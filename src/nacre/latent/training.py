@@ -12,6 +12,7 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.latent.pca import Basis, encoded, node_weights, on_grid, reflectance
 from nacre.measured.merl import Resolution
+from nacre.progress import Progress
 
 RESOLUTION = Resolution(90, 45, 45)
 """Of the grid: a fifth of the memory of the database's own."""
@@ -22,9 +23,6 @@ _GREY = np.full((1, 3), 1.0 / math.sqrt(3.0))
 _CHROMA = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
 _SLAB = 1 << 14
 """Nodes at a time."""
-
-Progress = Callable[[str, int, int, str], None]
-"""Called as `progress(stage, done, total, note)`."""
 
 
 def train(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Protocol
 
@@ -25,15 +25,13 @@ from nacre.neural.scattered import (
     validation_errors,
 )
 from nacre.parallel import one_blas_thread
+from nacre.progress import Progress
 from nacre.sampling import fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
 ANISOTROPIC_FACTOR = 5
 """What a network without h turned to phi_h = 0 takes more (ibid., of anisotropic materials)."""
-
-Progress = Callable[[str, int, int, str], None]
-"""Called as `progress(stage, done, total, note)`."""
 
 
 class Trainer(Protocol):

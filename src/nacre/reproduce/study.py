@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +12,10 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError, digest, require
 from nacre.formats import load
 from nacre.parallel import core_count, one_blas_thread
+from nacre.progress import Progress
 from nacre.reproduce.cache import Cache, key
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import Picture, Reference, Settings, Trial, attempt
-
-Progress = Callable[[str, int, int, str], None]
-"""Called as `progress(stage, done, total, note)`."""
 
 
 @dataclass(frozen=True)
