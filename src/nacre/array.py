@@ -20,7 +20,7 @@ Array: TypeAlias = Any
 Components: TypeAlias = tuple[Array, Array, Array]
 """Three arrays of one shape: the coordinates of a vector or the channels of a colour."""
 
-
+Floats: TypeAlias = npt.NDArray[np.floating]
 Weights: TypeAlias = npt.NDArray[np.float32]
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, namespace
+from nacre.array import Array, Components, Floats, namespace
+from nacre.direction_samples import Scattered
 from nacre.files import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 
@@ -20,8 +20,6 @@ _CHUNK = 1 << 14
 
 _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
-
-Floats = npt.NDArray[np.floating]
 
 
 class Sampler(Protocol):
@@ -50,62 +48,6 @@ class CosineSampler:
     def pdf_components(self, wi: Components, wo: Components) -> Array:
         """See :class:`Sampler`."""
         return wi[2] / math.pi + 0.0 * wo[2]
-
-
-@dataclass(frozen=True)
-class DirectionSamples:
-    """A reflectance as it was measured: at pairs of directions of no particular order.
-
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, above the horizon, shapes (n, 3).
-    rgb
-        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a colour outside the
-        gamut.
-    """
-
-    wi: Floats
-    wo: Floats
-    rgb: Floats
-
-    @property
-    def cosine(self) -> Floats:
-        """Cos theta_i, shape (n,)."""
-        return self.wi[:, 2]
-
-    def __len__(self) -> int:
-        return len(self.rgb)
-
-    def __getitem__(self, chosen: npt.NDArray[Any]) -> DirectionSamples:
-        """The samples at an array of indices or where a mask is true."""
-        return DirectionSamples(self.wi[chosen], self.wo[chosen], self.rgb[chosen])
-
-
-class Scattered(Protocol):
-    """A reflectance known at scattered samples, which a fit takes as they are."""
-
-    name: str
-    isotropic: bool
-    mirrored: bool
-    """Whether f_r is unchanged when both directions are mirrored in a plane with the normal."""
-
-    @property
-    def samples(self) -> DirectionSamples:
-        """Every sample."""
-        ...
-
-    def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
-        """The same kind of reflectance from the samples at an array of indices only."""
-        ...
-
-    def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
-        """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
-        ...
-
-    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
-        """See :meth:`Brdf.eval`."""
-        ...
 
 
 class Brdf(abc.ABC):

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from nacre.analytic.model import AnalyticBrdf
 from nacre.array import Array, Components, Table, namespace
-from nacre.brdf import Brdf, DirectionSamples
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples
 from nacre.geometry import dot, half_vector, to_spherical
 from nacre.progress import Progress
 

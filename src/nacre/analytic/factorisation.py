@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.analytic.factor import NODES, Cell, locate
-from nacre.brdf import Brdf, DirectionSamples
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples
 from nacre.geometry import join, split, uniform_rusinkiewicz
 
 Vector = npt.NDArray[np.float64]

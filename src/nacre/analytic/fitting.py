@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
-from nacre.brdf import Brdf, DirectionSamples
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import join, split
 from nacre.least_absolute import minimise

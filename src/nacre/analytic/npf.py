@@ -14,7 +14,8 @@ from nacre.analytic.factor import NODES, FactoredBrdf, half_angles, locate, look
 from nacre.analytic.factorisation import Channel, Factors, draw
 from nacre.analytic.model import DIFFUSE, Parameter, TableParameter, Values, lambertian
 from nacre.array import Array, Components
-from nacre.brdf import Brdf, DirectionSamples
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples
 from nacre.parallel import thread_map
 from nacre.progress import Progress
 

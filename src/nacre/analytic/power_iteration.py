@@ -21,7 +21,8 @@ from nacre.analytic.factor import (
 )
 from nacre.analytic.model import TableParameter, Values
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, DirectionSamples
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.microfacets import GRAZING, NormalGrid, polar_nodes
 from nacre.progress import Progress

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components
-from nacre.brdf import Floats
+from nacre.array import Components, Floats
 from nacre.geometry import half_difference, to_spherical
 
 NEIGHBOURS = 16

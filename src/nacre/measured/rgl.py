@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, Floats
+from nacre.array import Array, Components, Floats, namespace
+from nacre.brdf import Brdf
 from nacre.files import Format, PathLike
 from nacre.geometry import split
 from nacre.measured.adaptive import AdaptiveWarp, Point, View, unit_azimuth, unit_elevation

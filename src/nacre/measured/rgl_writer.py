@@ -16,8 +16,8 @@ from dataclasses import astuple, dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components
-from nacre.brdf import Brdf, Floats
+from nacre.array import Components, Floats
+from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.files import FormatError, PathLike
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical

@@ -13,7 +13,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf, Floats
+from nacre.array import Floats
+from nacre.brdf import Brdf
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.measured.scattered import ScatteredBrdf
 

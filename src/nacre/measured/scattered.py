@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components
-from nacre.brdf import DirectionSamples, Floats, Scattered
+from nacre.array import Array, Components, Floats
+from nacre.direction_samples import DirectionSamples, Scattered
 from nacre.files import NacreError
 from nacre.geometry import split
 from nacre.measured.interpolation import NEIGHBOURS, SampleTree, interpolate, logarithms

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nacre.brdf import Brdf, Floats
+from nacre.array import Floats
+from nacre.brdf import Brdf
 from nacre.geometry import join, split, uniform_rusinkiewicz
 
 _PAIRS = 8192

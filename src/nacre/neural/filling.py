@@ -13,7 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nacre.brdf import DirectionSamples, Floats, Scattered
+from nacre.array import Floats
+from nacre.direction_samples import DirectionSamples, Scattered
 from nacre.geometry import from_spherical, join, uniform_rusinkiewicz
 from nacre.parallel import thread_map
 

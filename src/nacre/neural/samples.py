@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components
-from nacre.brdf import Brdf, DirectionSamples, Floats
+from nacre.array import Components, Floats
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples
 from nacre.geometry import split
 from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
 from nacre.parallel import thread_map

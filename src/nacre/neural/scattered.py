@@ -18,7 +18,9 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf, DirectionSamples, Floats, Scattered
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.direction_samples import DirectionSamples, Scattered
 from nacre.files import NacreError
 from nacre.neural.filling import filling
 from nacre.neural.inputs import PAPER

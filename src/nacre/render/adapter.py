@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nacre.array import Array, Components
-from nacre.brdf import Brdf, Floats
+from nacre.array import Array, Components, Floats
+from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.render.upsample import upsample
 

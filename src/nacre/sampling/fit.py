@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from nacre.brdf import Brdf, Floats
+from nacre.array import Floats
+from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.sampling.lobes import MAX_EXPONENT, BlinnPhongMixture

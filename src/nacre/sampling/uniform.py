@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from nacre.array import Array, Components
-from nacre.brdf import Brdf, CosineSampler, DirectionSamples, Sampler
+from nacre.brdf import Brdf, CosineSampler, Sampler
+from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import (
     cosine_hemisphere,

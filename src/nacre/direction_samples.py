@@ -1,0 +1,67 @@
+"""A reflectance known at pairs of directions of no particular order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+
+
+@dataclass(frozen=True)
+class DirectionSamples:
+    """Values of a reflectance at pairs of directions.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions to the light and to the viewer, above the horizon, shapes (n, 3).
+    rgb
+        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a colour outside the
+        gamut.
+    """
+
+    wi: Floats
+    wo: Floats
+    rgb: Floats
+
+    @property
+    def cosine(self) -> Floats:
+        """Cos theta_i, shape (n,)."""
+        return self.wi[:, 2]
+
+    def __len__(self) -> int:
+        return len(self.rgb)
+
+    def __getitem__(self, chosen: npt.NDArray[Any]) -> DirectionSamples:
+        """The samples at an array of indices or where a mask is true."""
+        return DirectionSamples(self.wi[chosen], self.wo[chosen], self.rgb[chosen])
+
+
+class Scattered(Protocol):
+    """A reflectance known at scattered samples, which a fit takes as they are."""
+
+    name: str
+    isotropic: bool
+    mirrored: bool
+    """Whether f_r is unchanged when both directions are mirrored in a plane with the normal."""
+
+    @property
+    def samples(self) -> DirectionSamples:
+        """Every sample."""
+        ...
+
+    def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
+        """The same kind of reflectance from the samples at an array of indices only."""
+        ...
+
+    def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
+        ...
+
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """See :meth:`nacre.Brdf.eval`."""
+        ...
