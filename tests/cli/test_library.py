@@ -130,8 +130,14 @@ def test_a_killed_run_is_taken_up_where_it_stopped(folder):
     left = contents(folder / "lib")
     assert ".library.lock" in left
     assert any(name.startswith(".") and name.endswith(".safetensors") for name in left)
-    finished = {line["source"]: line for line in lines(folder / "lib")}
-    assert {"a.binary", "b.binary"} <= set(finished)
+    before = lines(folder / "lib")
+    assert [line["source"] for line in before if line["error"]] == [
+        "a.binary",
+        "b.binary",
+        "c.binary",
+    ]
+    finished = {line["source"]: line for line in before if not line["error"]}
+    assert set(finished) == {"a.binary", "b.binary"}
     assert run(*arguments) == 0
     sources = [line["source"] for line in lines(folder / "lib")]
     names = ["a", "b", "c", "d", "e", "sub/a"]

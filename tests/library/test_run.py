@@ -193,7 +193,8 @@ def test_an_interrupt_keeps_what_is_done(folder, output):
 
     with pytest.raises(KeyboardInterrupt):
         fit_library([folder], output, Staged(before=before), jobs=1)
-    assert [line["source"] for line in lines(output)] == ["a.binary"]
+    errors = {line["source"]: line["error"] for line in lines(output)}
+    assert errors == {"a.binary": None, "b.binary": module.UNFINISHED}
     assert set(contents(output)) == {MANIFEST, "a.safetensors"}
     outcome = fit_library([folder], output, QUICK)
     assert (len(outcome.fitted), len(outcome.unchanged)) == (2, 1)
@@ -280,6 +281,25 @@ def test_a_watcher_hears_of_every_material(folder, output):
         "start c.binary",
         "end c.binary None",
     ]
+
+
+def test_what_failed_before_or_ended_the_process_comes_last(folder, output):
+    order = []
+
+    def before(brdf, progress):
+        order.append(brdf.name)
+        assert {line["source"]: line["error"] for line in lines(output)}[
+            f"{brdf.name}.binary"
+        ] == module.UNFINISHED
+        if brdf.name == "a":
+            raise ValueError("not this one")
+
+    for _ in range(2):
+        assert sources(fit_library([folder], output, Staged(before=before), jobs=1).failed) == {
+            "a.binary"
+        }
+        table(folder / "b.binary", 9)
+    assert order == ["a", "b", "c", "b", "a"]
 
 
 def test_what_cannot_begin_says_so_and_makes_nothing(folder, output, tmp_path):

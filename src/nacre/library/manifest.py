@@ -1,9 +1,9 @@
 """What a library holds, and from what it was made.
 
 The manifest is a file of lines, a JSON object each, in the folder of the fits. A line is added when
-a material is finished; of several on one material the last counts. A line that is not whole, which
-a killed process or a full disk may leave, is ignored, and so costs no more than its own material.
-At the end of a run the file is written anew with one line a material.
+a material is begun or finished; of several on one material the last counts. A line that is not
+whole, which a killed process or a full disk may leave, is ignored, and so costs no more than its
+own material. At the end of a run the file is written anew with one line a material.
 """
 
 from __future__ import annotations

@@ -24,6 +24,9 @@ from nacre.parallel import core_count, one_blas_thread
 LOCK = ".library.lock"
 """Name of the file, in the folder of the fits, that keeps a second run out."""
 
+UNFINISHED = "the run ended before this was finished"
+"""Error of a material while it is being fitted."""
+
 
 class Watcher:
     """Hears how a run goes on, from several threads at once. This one does nothing."""
@@ -158,6 +161,7 @@ class _Run:
                 current = list(pool.map(self._current, sources, names))
                 triples = zip(sources, names, current, strict=True)
                 work = [(source, name) for source, name, record in triples if record is None]
+                work.sort(key=lambda pair: self._failed_before(pair[1]))
                 self._watcher.begin(len(work))
                 records = list(pool.map(lambda pair: self._fit(*pair), work))
             except BaseException:  # an interrupt, which must not wait for what has not begun
@@ -193,6 +197,11 @@ class _Run:
                 return record
         return None
 
+    def _failed_before(self, name: str) -> bool:
+        """Whether a material may fail again, or end the process: it had better come last."""
+        record = self._manifest.find(name)
+        return record is not None and record.error is not None
+
     def _fit(self, source: Source, name: str) -> Record:
         """Fit one material, and keep what came of it."""
         shown = printable(str(source.relative))
@@ -200,6 +209,8 @@ class _Run:
         record = Record(
             str(source.relative), None, None, None, self._settings, nacre.__version__, name
         )
+        with contextlib.suppress(FormatError):  # it only serves the next run
+            self._manifest.keep(replace(record, error=UNFINISHED))
         try:
             # Before it is read: a change while it is read shows in the next run.
             status = source.path.stat()
