@@ -6,6 +6,7 @@ import hashlib
 import importlib
 import json
 import os
+import re
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -77,6 +78,9 @@ class Format:
         Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
     several
         Whether a file holds several materials: `load` then takes the name of one as well, or None.
+    claims
+        Whether a file that lies in a folder among others is of this format, for endings that other
+        files have too; must not raise. None where the ending says it, also of a damaged file.
     """
 
     name: str
@@ -89,10 +93,23 @@ class Format:
     resolution: type[Any] | None = None
     keeps_bands: Callable[[Any], bool] = lambda brdf: False
     several: bool = False
+    claims: Callable[[Path], bool] | None = None
 
+
+_TEMPORARY = re.compile(r"\.[0-9a-f]{16}(\.\w+)?")
+"""Names that :func:`atomic_path` gives."""
 
 HEAD = 128
 """Bytes from the start of a file that :attr:`Format.recognise` sees."""
+
+
+def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
+    """Up to `count` bytes from the start of a file; none where it cannot be read."""
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(count)
+    except OSError:
+        return b""
 
 
 def require(module: str, extra: str) -> ModuleType:
@@ -201,6 +218,12 @@ def atomic_path(path: PathLike) -> Iterator[Path]:
         raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def abandoned(folder: PathLike) -> list[Path]:
+    """Temporary files of :func:`atomic_path` in a folder: its process was killed, or works now."""
+    with os.scandir(folder) as entries:
+        return [Path(entry.path) for entry in entries if _TEMPORARY.fullmatch(entry.name)]
 
 
 def _claim(path: Path) -> Path:

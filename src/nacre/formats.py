@@ -15,6 +15,7 @@ from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
 
+_MODELS: tuple[Format, ...] = (NEURAL, *ANALYTIC, *PUBLISHED)
 _formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]
 
 
@@ -26,6 +27,21 @@ def formats() -> tuple[Format, ...]:
 def register(entry: Format) -> None:
     """Add a format; it is asked before those already known."""
     _formats.insert(0, entry)
+
+
+def is_measured(path: PathLike) -> bool:
+    """Whether a file in a folder is taken for measured reflectance, by its ending or its content.
+
+    That is so if it has an ending of a format for measurements, neither of the neural nor of the
+    analytic ones. Where other files have the ending too, as images do, its content must be of the
+    format; else damaged files count as well.
+    """
+    suffix = Path(path).suffix.lower()
+    return any(
+        entry.claims is None or entry.claims(Path(path))
+        for entry in _formats
+        if suffix in entry.extensions and entry not in _MODELS
+    )
 
 
 def load(path: PathLike, material: str | None = None) -> Brdf:

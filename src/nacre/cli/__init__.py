@@ -17,7 +17,7 @@ _COMMANDS = {
     "convert": "Write a material in another format.",
     "demo": "Run the main job from start to end on a built-in or given material.",
     "download": "Download measured materials from a public database.",
-    "fit": "Fit a neural material or an analytic model to each file.",
+    "fit": "Fit a neural material or an analytic model to each file, or to all in a folder.",
     "info": "Show what is in a file, and whether it is physical.",
     "latent": "Materials as codes of a few values.",
     "measure": "Measure a Mitsuba BSDF virtually.",
@@ -55,7 +55,10 @@ def _nacre() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0 done, 2 wrong input or usage, 130 interrupted."""
+    """Run the command line and exit.
+
+    0 done, 1 done but for some materials of a folder, 2 wrong input or usage, 130 interrupted.
+    """
     from nacre.files import NacreError
 
     for stream in (sys.stdout, sys.stderr):

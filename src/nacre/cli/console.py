@@ -10,7 +10,14 @@ from typing import Any
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 from rich.text import Text
 
@@ -31,12 +38,7 @@ class Stages:
 
     def __init__(self) -> None:
         self._progress = Progress(
-            TextColumn("{task.fields[name]}", markup=False),
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=24),
-            TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-            TimeRemainingColumn(compact=True),
-            TextColumn("{task.fields[note]}"),
+            *stage_columns(),
             console=status,
             transient=True,
             disable=not status.is_terminal,
@@ -55,18 +57,30 @@ class Stages:
         return StageCallback(self._progress, task)
 
 
+def stage_columns() -> list[ProgressColumn]:
+    """What a line on one material shows; its task has the fields `name` and `note`."""
+    return [
+        TextColumn("{task.fields[name]}", markup=False),
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeRemainingColumn(compact=True),
+        TextColumn("{task.fields[note]}"),
+    ]
+
+
 class StageCallback:
-    """Updates one line of :class:`Stages`."""
+    """Updates the line of one material."""
 
     def __init__(self, progress: Progress, task: TaskID) -> None:
-        self._progress, self._task, self._stage = progress, task, ""
+        self._progress, self.task, self._stage = progress, task, ""
 
     def __call__(self, stage: str, done: int, total: int, note: str = "") -> None:
         """Show that `done` of `total` steps of a stage are finished."""
         if stage != self._stage:
             self._stage = stage
-            self._progress.reset(self._task, description=stage, total=total)
-        self._progress.update(self._task, completed=done, total=total, note=note)
+            self._progress.reset(self.task, description=stage, total=total)
+        self._progress.update(self.task, completed=done, total=total, note=note)
 
 
 def print_facts(

@@ -78,6 +78,7 @@ def _validation(quality: dict[str, Any]) -> str:
 @click.option(
     "-o",
     "--output",
+    "--out",
     type=file_path(),
     help="File to write (.safetensors or .h5; .json of an analytic model), or a folder. "
     "Default: MATERIAL.safetensors or .json here.",
@@ -163,21 +164,17 @@ def command(
     jobs: int | None,
     device: str | None,
 ) -> None:
-    """Fit a neural material, or an analytic model, to each measured file."""
+    """Fit a neural material, or an analytic model, to each measured file.
+
+    Of a folder, every measured file in it and below is fitted, into a folder with a manifest: a
+    later run fits only what has changed.
+    """
     from nacre import analytic
     from nacre.formats import check_target, load, save, target
     from nacre.neural import Recipe, fit
     from nacre.parallel import core_count, one_blas_thread
 
     settings = _analytic_settings(context, gain) if model else {}
-    targets = _targets(files, output, ".json" if model else ".safetensors")
-    for path in targets.values():
-        entry, kind = target(path), "analytic" if model else "neural"
-        if entry.holds not in ("", kind):
-            raise click.BadParameter(f"{path}: {entry.name} files do not hold {kind} materials")
-        if inputs != "paper" and entry.extensions == (".h5", ".hdf5"):
-            raise click.BadParameter(f"{path}: {entry.name} files hold the paper's inputs only")
-    check_outputs(targets.values(), files)
     if size is not None and context.get_parameter_source("hidden") != ParameterSource.DEFAULT:
         raise click.UsageError("--size and --hidden exclude one another")
     epochs = max(1, epochs // 5) if draft else epochs
@@ -192,6 +189,21 @@ def command(
         gain=gain,
         sampling=sampling,
     )
+    if any(path.is_dir() for path in files):
+        from nacre.cli.library import fit_folders
+        from nacre.library import AnalyticFitting, NetworkFitting
+
+        fitting = AnalyticFitting(model, settings) if model else NetworkFitting(recipe, device)
+        fit_folders(files, output, fitting, jobs)
+        return
+    targets = _targets(files, output, ".json" if model else ".safetensors")
+    for path in targets.values():
+        entry, kind = target(path), "analytic" if model else "neural"
+        if entry.holds not in ("", kind):
+            raise click.BadParameter(f"{path}: {entry.name} files do not hold {kind} materials")
+        if inputs != "paper" and entry.extensions == (".h5", ".hdf5"):
+            raise click.BadParameter(f"{path}: {entry.name} files hold the paper's inputs only")
+    check_outputs(targets.values(), files)
     interrupted = threading.Event()
 
     workers = ThreadPoolExecutor(min(jobs or core_count(), len(files)))

@@ -12,9 +12,9 @@ from pathlib import Path
 import pooch
 
 from nacre.download.databases import Database
-from nacre.download.lock import exclusive
 from nacre.download.transfer import Progress, Transfer, TransferError, without_credentials
 from nacre.files import NacreError, PathLike, atomic_path
+from nacre.lock import exclusive
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import xyz_to_rgb
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.files import Format, FormatError, PathLike, atomic_path, first_bytes, read_bytes
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.measured.cleaning import from_measurement
 from nacre.measured.sample_columns import (
@@ -198,6 +198,7 @@ FORMATS = (
         load,
         save,
         keeps_bands=lambda brdf: True,
+        claims=lambda path: _recognise(first_bytes(path)),
     ),
     Format("ASTM E1392 samples", (".astm",), None, load),
 )

@@ -17,7 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.files import (
+    Format,
+    FormatError,
+    PathLike,
+    atomic_path,
+    first_bytes,
+    read_bytes,
+    reason,
+)
 from nacre.measured.merl import Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.raw import LARGEST, check_finite
@@ -152,7 +160,14 @@ FORMATS = (
         save_npz,
         isotropic=True,
         resolution=Resolution,
+        claims=lambda path: _recognise_npz(first_bytes(path)),
     ),
-    Format("MERL array (.npy)", (".npy",), _recognise_npy, load_npy),
+    Format(
+        "MERL array (.npy)",
+        (".npy",),
+        _recognise_npy,
+        load_npy,
+        claims=lambda path: _recognise_npy(first_bytes(path)),
+    ),
 )
 """Entries of the registry of formats; networks in `.npy` files have no array of four axes."""

@@ -82,5 +82,12 @@ def save(brdf: Brdf, path: PathLike) -> None:
         temporary.write_bytes(utia.stored.astype("<f8").tobytes())
 
 
-FORMAT = Format("UTIA", (".bin",), None, load, save)
+def _has_length(path: Path) -> bool:
+    try:
+        return path.stat().st_size == _SIZE
+    except OSError:
+        return False
+
+
+FORMAT = Format("UTIA", (".bin",), None, load, save, claims=_has_length)
 """Entry of the registry of formats: the files start with nothing that tells them apart."""

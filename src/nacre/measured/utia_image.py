@@ -19,7 +19,15 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import srgb_to_linear
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, require
+from nacre.files import (
+    Format,
+    FormatError,
+    PathLike,
+    atomic_path,
+    first_bytes,
+    read_bytes,
+    require,
+)
 from nacre.measured.raw import check_finite
 from nacre.measured.utia import tabulate
 from nacre.measured.utia_table import SHAPE, UtiaBrdf
@@ -123,6 +131,18 @@ def _check_size(path: PathLike, width: int, height: int) -> None:
         )
 
 
+def _is_exr_table(path: Path) -> bool:
+    try:
+        width, height, channels = _exr_header(first_bytes(path, _HEADER_LIMIT))
+    except (struct.error, ValueError, LookupError):
+        return False
+    return (width, height, channels - {"A"}) == (_EDGE, _EDGE, {"R", "G", "B"})
+
+
+def _is_png_table(path: Path) -> bool:
+    return first_bytes(path)[12:24] == struct.pack(">4s2I", b"IHDR", _EDGE, _EDGE)
+
+
 def _exr_header(data: bytes) -> tuple[int, int, set[str]]:
     """Width, height and names of the channels; errors of many kinds where the header is damaged."""
     (flags,) = struct.unpack_from("<I", data, 4)
@@ -194,7 +214,14 @@ FORMATS = (
         lambda head: head.startswith(_EXR_MAGIC),
         load_exr,
         save_exr,
+        claims=_is_exr_table,
     ),
-    Format("UTIA image (.png)", (".png",), lambda head: head.startswith(_PNG_MAGIC), load_png),
+    Format(
+        "UTIA image (.png)",
+        (".png",),
+        lambda head: head.startswith(_PNG_MAGIC),
+        load_png,
+        claims=_is_png_table,
+    ),
 )
 """Entries of the registry of formats; other images are refused when they are read."""

@@ -1,0 +1,138 @@
+"""`nacre fit` of folders: one display for the whole run, and what came of it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Group
+from rich.live import Live
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.text import Text
+
+from nacre.cli.console import StageCallback, console, stage_columns, status
+from nacre.files import printable
+from nacre.formats import formats
+from nacre.library import Fitting, Watcher, fit_library
+from nacre.progress import Progress as Report
+
+
+def fit_folders(
+    paths: Sequence[Path], output: Path | None, fitting: Fitting, jobs: int | None
+) -> None:
+    """Fit all that is in folders; exit with 1 if something failed.
+
+    Raises
+    ------
+    BadParameter
+        If the output is named like a file.
+    NacreError
+        As :func:`nacre.library.fit_library` has it.
+    """
+    endings = {ending for entry in formats() for ending in entry.extensions}
+    if output and output.suffix.lower() in endings and not output.is_dir():
+        raise click.BadParameter(f"{output} must be a folder, as what is fitted to a folder")
+    output = output or Path()
+    with LibraryDisplay() as display:
+        outcome = fit_library(paths, output, fitting, jobs=jobs, watcher=display)
+    counts = {
+        "fitted": outcome.fitted,
+        "unchanged": outcome.unchanged,
+        "failed": outcome.failed,
+    }
+    line = ", ".join(f"{len(records)} {word}" for word, records in counts.items() if records)
+    console.print(printable(f"{output}: {line}"), markup=False)
+    for record in outcome.failed:
+        click.echo(f"nacre: {printable(record.source)}: {record.error}", err=True)
+    if outcome.failed:
+        raise SystemExit(1)
+
+
+class LibraryDisplay(Watcher):
+    """A line on the whole run, and one on each material that is being fitted.
+
+    Use as a context manager. On anything but a terminal it shows nothing.
+    """
+
+    def __init__(self) -> None:
+        self._whole = Progress(
+            TextColumn("{task.description}"), BarColumn(bar_width=24), _TimeLeft(), console=status
+        )
+        self._materials = Progress(*stage_columns(), console=status)
+        self._live = Live(
+            Group(self._whole, self._materials),
+            console=status,
+            transient=True,
+            refresh_per_second=8,
+        )
+        self._task = self._whole.add_task("looking for what has changed", total=None)
+        self._lock = threading.Lock()
+        self._lines: dict[str, StageCallback] = {}
+        self._total = self._done = self._failed = 0
+
+    def __enter__(self) -> LibraryDisplay:
+        if status.is_terminal:
+            self._live.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        if status.is_terminal:
+            self._live.__exit__(*error)
+
+    def begin(self, materials: int) -> None:
+        """See :class:`nacre.library.Watcher`."""
+        self._total = materials
+        self._whole.reset(self._task, total=materials)
+        self._update()
+
+    def start(self, name: str) -> Report:
+        """See :class:`nacre.library.Watcher`."""
+        task = self._materials.add_task("waiting", total=1, name=name, note="")
+        line = StageCallback(self._materials, task)
+        with self._lock:
+            self._lines[name] = line
+            self._update()
+        return line
+
+    def end(self, name: str, error: str | None) -> None:
+        """See :class:`nacre.library.Watcher`."""
+        with self._lock:
+            self._materials.remove_task(self._lines.pop(name).task)
+            self._done += error is None
+            self._failed += error is not None
+            self._update()
+
+    def _update(self) -> None:
+        counts = {"done": self._done, "running": len(self._lines), "failed": self._failed}
+        text = ", ".join(f"{count} {word}" for word, count in counts.items())
+        self._whole.update(
+            self._task,
+            description=f"{text}, of {self._total}",
+            completed=self._done + self._failed,
+        )
+
+
+class _TimeLeft(ProgressColumn):
+    """Time that the rest takes if it goes on as so far.
+
+    Rich's own column looks at the last half minute, in which not one long fit may end.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen = (0.0, 0.0)
+
+    def render(self, task: Task) -> Text:
+        """The text, in hours, minutes and seconds."""
+        elapsed = task.elapsed or 0.0
+        if task.completed != self._seen[0]:
+            self._seen = (task.completed, elapsed)
+        completed, at = self._seen
+        if not task.total or not completed:
+            return Text("-:--:--", style="progress.remaining")
+        left = max(0.0, at / completed * (task.total - completed) - (elapsed - at))
+        return Text(f"{left // 3600:.0f}:{time.strftime('%M:%S', time.gmtime(left))}")
