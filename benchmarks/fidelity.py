@@ -22,12 +22,14 @@ from nacre.render.preview import write_bytes
 from tests.data import data_folder
 
 METHODS = {
+    "paper's inputs and directions, 675 weights": nacre.Recipe(sampling="rusinkiewicz"),
     "paper's inputs, 675 weights": nacre.Recipe(),
     "enhanced inputs, 675 weights": nacre.Recipe(inputs="enhanced"),
-    "the same, 300 epochs": nacre.Recipe(inputs="enhanced", epochs=300),
+    "enhanced inputs, 675 weights, 300 epochs": nacre.Recipe(inputs="enhanced", epochs=300),
     "enhanced inputs, 298 weights, 300 epochs": nacre.Recipe(
         inputs="enhanced", hidden=(13, 12), epochs=300
     ),
+    "enhanced inputs, 1,200 bytes": nacre.Recipe(inputs="enhanced", size=1200),
 }
 """Recipes that are compared with the published networks."""
 

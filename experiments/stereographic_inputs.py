@@ -53,8 +53,10 @@ def main() -> None:
     networks = [data / "pretrained" / "merl" / f"{name}.h5" for name in NETWORKS]
     files = options.files or [*sorted((data / "rgl").glob("*.bsdf")), *networks]
     recipes = {
-        "nbrdf": nacre.Recipe(),
-        "stereographic": nacre.Recipe(hidden=(22, 22), inputs="stereographic", samples=SAMPLES),
+        "nbrdf": nacre.Recipe(sampling="rusinkiewicz"),
+        "stereographic": nacre.Recipe(
+            hidden=(22, 22), inputs="stereographic", samples=SAMPLES, sampling="rusinkiewicz"
+        ),
     }
     if options.wide:
         recipes["stereographic, 4 x 106"] = nacre.Recipe(
@@ -63,6 +65,7 @@ def main() -> None:
             epochs=10,
             samples=SAMPLES // 2,
             learning_rate=3e-3,
+            sampling="rusinkiewicz",
         )
     found: dict[str, list[list[float]]] = {name: [] for name in recipes}
     columns: dict[str, list[np.ndarray]] = {}
@@ -74,7 +77,7 @@ def main() -> None:
             lights = compare(truth, nacre.fit(truth, recipe), environment=environment).lights
             values = [v for x in lights for v in (x.errors.mae, x.errors.ssim, x.errors.psnr)]
             found[name].append(values)
-            rows.append(row(f"{path.stem}, {name}", values))
+            rows.append(row(f"{path.stem}, {name}", np.array([[values]])))
             print(*rows[-1], file=sys.stderr, flush=True)
             for item in lights:
                 column = spheres.setdefault(item.light, [item.truth])

@@ -26,6 +26,7 @@ def test_networks_have_the_weights_that_their_names_say():
         assert name == f"nbrdf-{network.weight_count}"
         assert known[name].settings["recipe"]["hidden"] == hidden
     assert known["nbrdf-675-uniform"].settings["recipe"]["sampling"] == "hemisphere"
+    assert known["nbrdf-675-adaptive"].settings["recipe"]["sampling"] == "rusinkiewicz"
 
 
 def test_methods_have_the_memory_that_their_names_say():

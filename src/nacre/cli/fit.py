@@ -134,10 +134,11 @@ def _validation(quality: dict[str, Any]) -> str:
 )
 @click.option(
     "--sampling",
-    type=click.Choice(["rusinkiewicz", "hemisphere", "mixed"]),
+    default="mixed",
+    type=click.Choice(["mixed", "rusinkiewicz", "hemisphere"]),
     help="How training directions are distributed: uniform in the Rusinkiewicz angles, dense about "
-    "highlights; over the solid angle; or half the first and half as pictures show them. "
-    "Default: rusinkiewicz, and mixed with enhanced inputs.",
+    "highlights, as in the paper; over the solid angle; or half the first and half as pictures "
+    "show them.",
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
@@ -159,7 +160,7 @@ def command(
     epochs: int,
     draft: bool,
     samples: int | None,
-    sampling: str | None,
+    sampling: str,
     seed: int,
     jobs: int | None,
     device: str | None,

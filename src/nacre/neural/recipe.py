@@ -49,8 +49,8 @@ class Recipe:
         counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
         with enhanced ones. A scan has a loss of its own.
     sampling
-        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; None
-        for "rusinkiewicz", as in the paper, or "mixed" with enhanced inputs. A scan has its own.
+        How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
+        paper's is "rusinkiewicz". A scan has its own.
     precision
         "single" or "half": how weights are stored. None for single, or half with enhanced inputs.
     """
@@ -65,7 +65,7 @@ class Recipe:
     seed: int = 0
     inputs: str = PAPER
     gain: float | None = None
-    sampling: str | None = None
+    sampling: str = "mixed"
     precision: str | None = None
 
     def __post_init__(self) -> None:
@@ -83,7 +83,7 @@ class Recipe:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         if not 0 < self.held_out < 1:
             raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
-        if self.distribution not in DISTRIBUTIONS:
+        if self.sampling not in DISTRIBUTIONS:
             known = ", ".join(DISTRIBUTIONS)
             raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
         if self.stored_precision not in PRECISIONS:
@@ -104,13 +104,6 @@ class Recipe:
         if self.gain is not None:
             return self.gain
         return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
-
-    @property
-    def distribution(self) -> str:
-        """The sampling, or its default."""
-        if self.sampling is not None:
-            return self.sampling
-        return "mixed" if self.inputs == ENHANCED else "rusinkiewicz"
 
     @property
     def stored_precision(self) -> str:

@@ -111,7 +111,7 @@ def fit(
 
     chosen = recipe.held_out, recipe.seed
     if scan is None:
-        options = recipe.inputs, recipe.loss_gain, recipe.distribution
+        options = recipe.inputs, recipe.loss_gain, recipe.sampling
         drawn = draw(brdf, count, recipe.seed, sampled, *options)
         training, held_out = drawn.split(recipe.held_out)
     else:
@@ -144,7 +144,7 @@ def fit(
         "samples": count,
         "precision": precision,
         "gain": recipe.loss_gain if scan is None else None,
-        "sampling": recipe.distribution if scan is None else None,
+        "sampling": recipe.sampling if scan is None else None,
     }
     network.metadata = {"fit": settings, "quality": quality}
     if brdf.source:

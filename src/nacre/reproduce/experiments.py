@@ -25,15 +25,16 @@ Pages = Mapping[str, Any]
 _PROTOCOL = (
     "spheres of `nacre compare` (fixed directions of light, no path tracing) in place of the "
     "paper's scene; the materials named below in place of the 100 of MERL; networks by nacre's "
-    "recipe (another initialisation and learning rate, no ReLU on the output while training); "
+    "recipe (other training directions unless the name says adaptive or uniform, another "
+    "initialisation and learning rate, no ReLU on the output while training); "
     "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise, in "
     "place of published parameters"
 )
 _SEEN = (
     "enhanced-675",
     "nbrdf-675",
-    "nbrdf-675-uniform",
     "published",
+    "pca",
     "npf",
     "sgd",
     "ggx",
@@ -155,7 +156,7 @@ _TABLES: Mapping[str, tuple[str, ...]] = {
 
 EXPERIMENTS: Mapping[str, Experiment] = {
     "table1": Experiment(
-        "errors of reconstruction, training directions dense about highlights and uniform",
+        "errors of reconstruction, and of adaptive and uniform training directions",
         _compared,
         lambda study, methods: {},
     ),

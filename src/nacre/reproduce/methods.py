@@ -116,8 +116,12 @@ def methods(
     return {
         TRUTH: Method("the material itself", lambda brdf: brdf, "truth"),
         **networks,
+        "nbrdf-675-adaptive": _network(
+            "network, hidden layers 21-21, directions uniform in the Rusinkiewicz angles",
+            replace(recipe, sampling="rusinkiewicz"),
+        ),
         "nbrdf-675-uniform": _network(
-            "network, hidden layers 21-21, trained on uniform directions",
+            "network, hidden layers 21-21, directions uniform over the hemisphere",
             replace(recipe, sampling="hemisphere"),
         ),
         "enhanced-675-long": _network(
