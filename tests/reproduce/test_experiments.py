@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from nacre.analytic import MODELS
+from nacre.evaluate.plot import MAX_MATERIALS
 from nacre.reproduce import EXPERIMENTS, Settings, methods, run
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.labels import place_labels
@@ -59,6 +60,11 @@ def test_experiments_choose_methods_that_exist():
 
 def trial(material: str, value: float) -> Trial:
     return Trial(material, "x", 12, 0.5, dict.fromkeys(FIGURES, value))
+
+
+def test_a_plot_has_room_for_the_lobes_of_all_methods_that_fig8_chooses():
+    chosen = EXPERIMENTS["fig8"].choose(methods(Settings()))
+    assert 1 < len(chosen) < MAX_MATERIALS  # the truth is another
 
 
 def test_summaries_have_mean_deviation_and_worst():

@@ -168,7 +168,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
     ),
     "fig8": Experiment(
         "lobes in the plane of incidence",
-        _fixed("enhanced-675", "nbrdf-675", "npf", "published", "sgd", "ggx", "rgl-48k"),
+        _fixed("enhanced-675", "nbrdf-675", "npf", "published", "sgd", "rgl-48k"),
         lobe_pages,
         "lights at 15, 45, 75 and 80 degrees; other materials than grease-covered-steel and "
         "black-oxidized-steel unless these are given; more methods than NPF and the network",
