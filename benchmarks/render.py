@@ -7,7 +7,7 @@ round. Every kernel is compiled before the first round; a kernel compiled during
 benchmark, because its time would be no rendering time.
 
 Run `python -m benchmarks.render [material ...]`: materials are names of RGL tables, rendered by
-Mitsuba's `measured`, whose published networks are rendered by `nbrdf`.
+Mitsuba's `measured`, whose published networks, and short fits of ours, are rendered by `nbrdf`.
 """
 
 from __future__ import annotations
@@ -76,6 +76,11 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
         network.sampler = LOBES
         found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
         found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
+        truth = nacre.load(table)
+        for inputs in ("paper", "enhanced"):
+            fitted = nacre.fit(truth, nacre.Recipe(inputs=inputs, epochs=5))
+            fitted.sampler = LOBES
+            found[f"{material}, nbrdf of {inputs} inputs"] = nacre.render.bsdf(fitted)
         if cooperative:
             found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(network, "cooperative")
     return found
