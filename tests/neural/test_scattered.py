@@ -35,6 +35,15 @@ def test_a_network_fitted_to_a_scan_resembles_what_was_scanned():
     assert network.metadata["quality"]["held_out_loss"] == pytest.approx(loss, rel=0.05)
 
 
+def test_a_network_of_a_scan_keeps_its_bound_and_so_its_precision():
+    brdf = scan(Gloss())
+    network = fit(brdf, Recipe(epochs=2, samples=8000, inputs="enhanced", size=1000))
+    assert network.precision == network.metadata["fit"]["precision"] == "single"
+    hidden = network.metadata["fit"]["hidden"]
+    assert hidden == list(Recipe(size=1000).widths(6))
+    assert network.eval(*everywhere()).max() <= brdf.samples.rgb.max() * (1 + 1e-6)
+
+
 def test_held_out_samples_are_neither_trained_on_nor_interpolated_from():
     brdf = scan(Gloss(), 500)
     _, held = hold_out(500, 0.2, 3)

@@ -52,7 +52,8 @@ class Recipe:
         How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
         paper's is "rusinkiewicz". A scan has its own.
     precision
-        "single" or "half": how weights are stored. None for single, or half with enhanced inputs.
+        "single" or "half": how weights are stored. None for half with enhanced inputs, single with
+        others and of a scan, whose bound is lost in rounding.
     """
 
     hidden: tuple[int, ...] = HIDDEN

@@ -99,7 +99,13 @@ def fit(
     scan = brdf.scattered()
     if scan is not None:
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
-        recipe = replace(recipe, batch=half, learning_rate=0.5 * recipe.learning_rate)
+        # Rounded weights would not keep the bound of a scan.
+        recipe = replace(
+            recipe,
+            batch=half,
+            learning_rate=0.5 * recipe.learning_rate,
+            precision=recipe.precision or SINGLE,
+        )
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
     inputs = input_count(recipe.inputs, isotropic)
@@ -124,8 +130,7 @@ def fit(
     layers = trainer.layers()
     if scan is not None:
         layers = bounded(layers, highest(scan, *chosen))
-    # Rounded weights would not keep the bound of a scan.
-    precision = SINGLE if scan is not None and not recipe.precision else recipe.stored_precision
+    precision = recipe.stored_precision
     network = NeuralBrdf(
         round_layers(layers, precision),
         isotropic=isotropic,

@@ -10,12 +10,7 @@ from nacre.array import Array, Components
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError
-from nacre.geometry import (
-    cosine_hemisphere,
-    join,
-    uniform_hemisphere,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.parallel import thread_map
 from nacre.sampling.fit import fit_lobes
 
@@ -57,7 +52,7 @@ DISTRIBUTIONS: dict[str, Directions] = {
 """How directions are distributed: uniform in the Rusinkiewicz angles, which is dense about the
 mirror direction (the "adaptive sampling" of the NBRDF paper, section 4.1); or both directions
 uniform over the solid angle of the hemisphere, each on its own (its "uniform sampling"); or half of
-the samples as the former, and half with views as dense as cos(theta), as pictures of a sphere show
+the samples as the first, and half with views as dense as cos(theta), as pictures of a sphere show
 them, where the light comes from anywhere in the sky or from the reflectance's sampler (fitted to it
 where it has none)."""
 
