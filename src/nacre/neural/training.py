@@ -109,7 +109,8 @@ def fit(
     count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     report = progress or (lambda stage, done, total, note: None)
     inputs = input_count(recipe.inputs, isotropic)
-    recipe = replace(recipe, hidden=recipe.widths(inputs))
+    precision = recipe.stored_precision
+    recipe = replace(recipe, hidden=recipe.widths(inputs), precision=precision)
     trainer = _trainer(initial_layers(recipe.hidden, recipe.seed, inputs), recipe.batch, device)
 
     def sampled(done: int, total: int) -> None:
@@ -130,7 +131,6 @@ def fit(
     layers = trainer.layers()
     if scan is not None:
         layers = bounded(layers, highest(scan, *chosen))
-    precision = recipe.stored_precision
     network = NeuralBrdf(
         round_layers(layers, precision),
         isotropic=isotropic,
@@ -147,7 +147,6 @@ def fit(
     settings = asdict(recipe) | {
         "hidden": list(recipe.hidden),
         "samples": count,
-        "precision": precision,
         "gain": recipe.loss_gain if scan is None else None,
         "sampling": recipe.sampling if scan is None else None,
     }

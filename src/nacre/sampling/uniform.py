@@ -7,44 +7,55 @@ from collections.abc import Callable
 import numpy as np
 
 from nacre.array import Array, Components
-from nacre.brdf import Brdf, CosineSampler, Sampler
+from nacre.brdf import Brdf, CosineSampler
 from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.parallel import thread_map
 from nacre.sampling.fit import fit_lobes
 
-Directions = Callable[[Sampler, Array], tuple[Components, Components]]
+Directions = Callable[[Array], tuple[Components, Components]]
 """From numbers in [0, 1), shape (6, n), to pairs (wi, wo); some may lie below the horizon."""
 
 
-def _rusinkiewicz(sampler: Sampler, u: Array) -> tuple[Components, Components]:
-    return uniform_rusinkiewicz(u[:4])
+def _rusinkiewicz(brdf: Brdf) -> Directions:
+    return lambda u: uniform_rusinkiewicz(u[:4])
 
 
-def _hemisphere(sampler: Sampler, u: Array) -> tuple[Components, Components]:
-    return uniform_hemisphere(u[0], u[1]), uniform_hemisphere(u[2], u[3])
+def _hemisphere(brdf: Brdf) -> Directions:
+    return lambda u: (uniform_hemisphere(u[0], u[1]), uniform_hemisphere(u[2], u[3]))
 
 
-def _seen(sampler: Sampler, u: Array) -> tuple[Components, Components]:
+def _seen(brdf: Brdf) -> Directions:
     """Views as the pixels of a picture of a sphere have them, under an even sky or a highlight."""
-    wo = cosine_hemisphere(u[0], u[1])
-    reflected, density = sampler.sample_components(wo, (u[2], u[3], u[4]))
-    even = uniform_hemisphere(u[2], u[3])
-    sky = (u[5] < 0.5) | (density <= 0.0)
-    wi = tuple(np.where(sky, a, b) for a, b in zip(even, reflected, strict=True))
-    return wi, wo
+    own = brdf.sampler
+    sampler = fit_lobes(brdf) if isinstance(own, CosineSampler) else own
+
+    def directions(u: Array) -> tuple[Components, Components]:
+        wo = cosine_hemisphere(u[0], u[1])
+        reflected, density = sampler.sample_components(wo, (u[2], u[3], u[4]))
+        even = uniform_hemisphere(u[2], u[3])
+        sky = (u[5] < 0.5) | (density <= 0.0)
+        wi = tuple(np.where(sky, a, b) for a, b in zip(even, reflected, strict=True))
+        return wi, wo
+
+    return directions
 
 
-def _mixed(sampler: Sampler, u: Array) -> tuple[Components, Components]:
-    parts = _rusinkiewicz(sampler, u[:, ::2]), _seen(sampler, u[:, 1::2])
-    wi, wo = np.empty((2, 3, u.shape[1]), u.dtype)
-    for start, pair in enumerate(parts):
-        wi[:, start::2], wo[:, start::2] = (np.broadcast_arrays(*w) for w in pair)
-    return tuple(wi), tuple(wo)
+def _mixed(brdf: Brdf) -> Directions:
+    parts = _rusinkiewicz(brdf), _seen(brdf)
+
+    def directions(u: Array) -> tuple[Components, Components]:
+        wi, wo = np.empty((2, 3, u.shape[1]), u.dtype)
+        for start, part in enumerate(parts):
+            pair = part(u[:, start::2])
+            wi[:, start::2], wo[:, start::2] = (np.broadcast_arrays(*w) for w in pair)
+        return tuple(wi), tuple(wo)
+
+    return directions
 
 
-DISTRIBUTIONS: dict[str, Directions] = {
+DISTRIBUTIONS: dict[str, Callable[[Brdf], Directions]] = {
     "rusinkiewicz": _rusinkiewicz,
     "hemisphere": _hemisphere,
     "mixed": _mixed,
@@ -98,16 +109,14 @@ def draw_samples(
     NacreError
         If hardly any sample is valid.
     """
-    sampler = brdf.sampler
-    if distribution == "mixed" and isinstance(sampler, CosineSampler):
-        sampler = fit_lobes(brdf)
+    directions = DISTRIBUTIONS[distribution](brdf)
     wi, wo, rgb = (np.empty((count, 3), np.float32) for _ in range(3))
     filled = chunk = 0
     while filled < count:
         if chunk > _HOPELESS and filled < chunk * _CHUNK // 1000:
             raise NacreError(f"{brdf.name or 'reflectance'}: hardly any sample is valid")
         wave = range(chunk, chunk + max(1, (count - filled) // _CHUNK))
-        for part in thread_map(lambda k: _draw_chunk(brdf, sampler, (seed, k), distribution), wave):
+        for part in thread_map(lambda k: _draw_chunk(brdf, directions, (seed, k)), wave):
             kept = min(len(part), count - filled)
             for whole, piece in ((wi, part.wi), (wo, part.wo), (rgb, part.rgb)):
                 whole[filled : filled + kept] = piece[:kept]
@@ -118,14 +127,12 @@ def draw_samples(
     return DirectionSamples(wi, wo, rgb)
 
 
-def _draw_chunk(
-    brdf: Brdf, sampler: Sampler, seed: tuple[int, int], distribution: str
-) -> DirectionSamples:
+def _draw_chunk(brdf: Brdf, directions: Directions, seed: tuple[int, int]) -> DirectionSamples:
     random = np.random.default_rng(seed)
     u = random.random((6, _CHUNK), dtype=np.float32)
     if brdf.isotropic:
         u[1] = 0.0
-    wi, wo = DISTRIBUTIONS[distribution](sampler, u)
+    wi, wo = directions(u)
     visible = (wi[2] > 0) & (wo[2] > 0)
     wi, wo = (join(w)[visible] for w in (wi, wo))
     known = brdf.valid(wi, wo)
