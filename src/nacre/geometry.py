@@ -55,6 +55,15 @@ def reflect(w: Components, axis: Components) -> Components:
     return k * axis[0] - w[0], k * axis[1] - w[1], k * axis[2] - w[2]
 
 
+def turn(w: Components, angle: Array) -> Components:
+    """`w` turned about z by an angle from x towards y."""
+    xp = namespace(angle)
+    cos, sin = xp.cos(angle), xp.sin(angle)
+    if isinstance(angle, float):
+        cos, sin = float(cos), float(sin)  # NumPy's scalars would make float32 arrays double
+    return cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]
+
+
 def half_vector(wi: Components, wo: Components) -> Components:
     """Unit half vector; zero where `wi` = -`wo`."""
     return normalize((wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]))

@@ -11,7 +11,8 @@ import pytest
 from rich.console import Console
 
 import nacre
-from nacre.cli import library, main
+from nacre.cli import library
+from tests.cli.support import run
 from tests.library.support import contents, lines, table
 
 QUICK = ["--hidden", "4", "--epochs", "1", "--samples", "1000"]
@@ -30,15 +31,6 @@ Path.replace = stuck
 main(sys.argv[1:])
 """
 """A run that stops for ever with one material written, but not yet under its name."""
-
-
-def run(*arguments: object) -> int:
-    """Exit code of a command in this process."""
-    try:
-        main([str(a) for a in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.cli import main
 from nacre.evaluate import albedo
 from nacre.neural import Layer, NeuralBrdf
+from tests.cli.support import run
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +28,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         nacre.save(NeuralBrdf(layers), folder / f"{name}.safetensors")
     (folder / "cut.safetensors").write_bytes((folder / "a.safetensors").read_bytes()[:-100])
     return folder
-
-
-def run(*arguments: object) -> int:
-    try:
-        main([str(argument) for argument in arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from nacre.cli import main
+from tests.cli.support import run
 from tests.reproduce.support import write_materials
 
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
@@ -18,29 +18,21 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(*arguments: object) -> int:
-    try:
-        main(["reproduce", *map(str, arguments)])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 def test_reproduce_writes_and_says_what_differs(here, capsys):
     options = ["--quick", "--methods", "lambert,published", "-o", "out"]
-    assert run("fig10", "a.safetensors", "b.safetensors", *options) == 0
+    assert run("reproduce", "fig10", "a.safetensors", "b.safetensors", *options) == 0
     printed = capsys.readouterr()
     assert printed.out.splitlines()[:3] == ["out/fig10.csv", "out/fig10.md", "out/fig10.png"]
     assert "differs from the paper: spheres" in printed.out
     assert "left out: published (a): no published network a.h5" in printed.err
     assert len(list((here / "out" / "cache").glob("*.npz"))) == 4
     kept = {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
-    assert run("table1", "a.safetensors", "b.safetensors", *options) == 0
+    assert run("reproduce", "table1", "a.safetensors", "b.safetensors", *options) == 0
     assert kept == {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
 
 
 def test_reproduce_lists_methods(here, capsys):
-    assert run("--list") == 0
+    assert run("reproduce", "--list") == 0
     printed = capsys.readouterr().out
     assert "nbrdf-675-uniform" in printed
     assert "sgd" in printed
@@ -62,7 +54,7 @@ def test_reproduce_lists_methods(here, capsys):
     ],
 )
 def test_reproduce_refuses_in_one_line(here, capsys, arguments, words):
-    assert run(*arguments) == 2
+    assert run("reproduce", *arguments) == 2
     printed = capsys.readouterr().err
     assert words in printed
     assert printed.splitlines()[-1].startswith("nacre: ")

@@ -14,7 +14,7 @@ from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf
 from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError
-from nacre.geometry import join, split
+from nacre.geometry import join, split, turn
 from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread, thread_map
 from nacre.progress import Progress
@@ -115,11 +115,7 @@ def _turned(samples: DirectionSamples, seed: int) -> DirectionSamples:
     They all lie at few azimuths, where an anisotropic model would do as it likes at the others.
     """
     angle = np.random.default_rng((seed, 3)).uniform(0.0, 2.0 * math.pi, len(samples))
-    cosine, sine = np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)
-    wi, wo = (
-        join((cosine * x - sine * y, sine * x + cosine * y, z))
-        for x, y, z in map(split, (samples.wi, samples.wo))
-    )
+    wi, wo = (join(turn(split(w), angle.astype(np.float32))) for w in (samples.wi, samples.wo))
     return DirectionSamples(wi, wo, samples.rgb)
 
 

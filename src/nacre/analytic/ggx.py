@@ -20,7 +20,7 @@ from nacre.analytic.model import DIFFUSE, AnalyticBrdf, Parameter, Values, lambe
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
 from nacre.color import luminance
-from nacre.geometry import cosine_hemisphere, dot, half_vector, normalize, reflect
+from nacre.geometry import cosine_hemisphere, dot, half_vector, normalize, reflect, turn
 
 SPECULAR = Parameter("specular", 0.0, 1.0, (0.02, 0.8), colour=True)
 """F0, the Fresnel reflectance at normal incidence."""
@@ -103,15 +103,6 @@ def stretched_length(w: Components, alpha: tuple[Array, Array]) -> Array:
     xp = namespace(*w)
     x, y = alpha[0] * w[0], alpha[1] * w[1]
     return xp.sqrt(x * x + y * y + w[2] * w[2])
-
-
-def turn(w: Components, angle: Array) -> Components:
-    """`w` turned about z by an angle from x towards y."""
-    xp = namespace(angle)
-    cos, sin = xp.cos(angle), xp.sin(angle)
-    if isinstance(angle, float):
-        cos, sin = float(cos), float(sin)  # NumPy's scalars would make float32 arrays double
-    return cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from nacre.array import Components, Floats
 from nacre.brdf import Brdf
 from nacre.direction_samples import DirectionSamples
-from nacre.geometry import split
+from nacre.geometry import split, turn
 from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
 from nacre.parallel import thread_map
 from nacre.sampling import draw_samples
@@ -125,10 +125,5 @@ def direction_inputs(samples: DirectionSamples, isotropic: bool, inputs: str = P
 
 def _spread_azimuths(wi: Components, wo: Components) -> tuple[Components, Components]:
     """Pairs turned about the normal, one after the other by the golden angle."""
-    turn = (np.arange(len(wi[0])) * _GOLDEN_ANGLE).astype(np.float32)
-    cosine, sine = np.cos(turn), np.sin(turn)
-
-    def turned(w: Components) -> Components:
-        return cosine * w[0] - sine * w[1], sine * w[0] + cosine * w[1], w[2]
-
-    return turned(wi), turned(wo)
+    angle = (np.arange(len(wi[0])) * _GOLDEN_ANGLE).astype(np.float32)
+    return turn(wi, angle), turn(wo, angle)
