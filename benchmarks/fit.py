@@ -29,9 +29,11 @@ from tests.data import list_data, require_data
 
 
 def rows_of(samples: Samples) -> np.ndarray:
-    """Samples as one row each: inputs, targets, cosine."""
+    """Samples as one row each: inputs, log(1 + f cos), cosine."""
     shaped = samples.blocks.reshape(-1, samples.rows, BLOCK)
-    return np.ascontiguousarray(shaped.transpose(0, 2, 1).reshape(-1, samples.rows))
+    rows = np.ascontiguousarray(shaped.transpose(0, 2, 1).reshape(-1, samples.rows))
+    rows[:, -4:-1] = np.log1p(rows[:, -4:-1])
+    return rows
 
 
 def run_reference(parts: list[tuple[Samples, Samples]], epochs: int) -> list[dict[str, float]]:

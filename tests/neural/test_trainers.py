@@ -60,7 +60,7 @@ def autograd(layers, samples, order):
     u = torch.expm1(x) * weight
     below = (u < 0) & (weight > 1)
     logarithm = torch.where(below, -torch.log1p(u.abs()), torch.log1p(u.where(~below, 0 * u)))
-    loss = (logarithm - rows[:, 6:9]).abs().mean()
+    loss = (logarithm - torch.log1p(rows[:, 6:9])).abs().mean()
     loss.backward()
     return float(loss.detach()), np.concatenate([p.grad.numpy().ravel() for p in parameters])
 
@@ -93,8 +93,8 @@ def test_kernel_and_torch_take_the_same_steps():
     order = np.random.default_rng(2).permutation(samples.block_count)
     rates = schedule(-(-samples.block_count // 16), 1e-3)
     for _ in range(2):
-        losses = [t.epoch(samples, order, rates) for t in (kernel, plain)]
-        assert losses[0] == pytest.approx(losses[1], rel=1e-4)
+        for trainer in (kernel, plain):
+            trainer.epoch(samples, order, rates)
     assert kernel.loss(samples) == pytest.approx(plain.loss(samples), rel=1e-4)
     np.testing.assert_allclose(flat(kernel.layers()), flat(plain.layers()), atol=2e-3)
 

@@ -20,6 +20,7 @@ from nacre.neural.nbrdf import Layer
 from nacre.neural.samples import BLOCK, Samples, aligned
 from nacre.neural.simd import (
     DENSE_ROWS,
+    LANES,
     OUTER_ROWS,
     OUTER_SIZE,
     PANEL,
@@ -30,6 +31,7 @@ from nacre.neural.simd import (
     outer,
     prefer_wide_vectors,
     prefetch_block,
+    sum_lanes,
 )
 
 _OUTPUTS = 3
@@ -79,8 +81,8 @@ def _log(x: Any) -> Any:
 
 
 @_compile_fast  # type: ignore[untyped-decorator]
-def _loss(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
-    """Sum of |log(1 + (e^x - 1) weight) - target|, and its gradient times `scale`.
+def _loss(x: Any, target: Any, weight: Any) -> Any:
+    """Sum of |log(1 + (e^x - 1) weight) - log(1 + target)|.
 
     With a weight above 1, 1 + u can be negative: there the logarithm goes on below u = 0 as it does
     above, as -log(1 - u).
@@ -89,22 +91,26 @@ def _loss(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
     total = np.float32(0.0)
     one = np.float32(1.0)
     for s in range(x.size):
-        e = _exp(x[s])
-        weighted = (e - one) * weight[s]
-        sign = -one if weight[s] > one and weighted < np.float32(0.0) else one
-        size = one + sign * weighted
-        residual = sign * _log(size) - target[s]
-        total += abs(residual)
-        gradient[s] = (scale if residual > 0 else -scale) * weight[s] * e / size
+        u = (_exp(x[s]) - one) * weight[s]
+        below = weight[s] > one and u < np.float32(0.0)
+        aim = one + target[s]
+        total += abs(_log(one / ((one - u) * aim) if below else (one + u) / aim))
     return total
 
 
 @_compile_fast  # type: ignore[untyped-decorator]
-def _sum(x: Any) -> Any:
+def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
+    """Gradient of :func:`_loss` times `scale`, which needs no logarithm; returns its sum."""
     prefer_wide_vectors()
     total = np.float32(0.0)
-    for i in range(x.size):
-        total += x[i]
+    one = np.float32(1.0)
+    for s in range(x.size):
+        e = _exp(x[s])
+        u = (e - one) * weight[s]
+        size = one + (abs(u) if weight[s] > one else u)
+        g = (scale if u > target[s] else -scale) * weight[s] * e / size
+        gradient[s] = g
+        total += g
     return total
 
 
@@ -147,118 +153,169 @@ def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
 
 
 @_compile  # type: ignore[untyped-decorator]
-def _forward(count: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any) -> None:
+def _forward(panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any) -> None:
+    """Activations of a panel of samples."""
     layers = widths.size - 1
-    for panel in range(0, count, PANEL):
-        for layer in range(layers):
-            rows, columns, start = widths[layer], widths[layer + 1], starts[layer]
-            bias = start + rows * columns
-            for t in range(0, columns, DENSE_ROWS):
-                y = t * stride + panel
-                if layer < layers - 1:
-                    dense_relu(
-                        x[layer], panel, stride, rows, weights, start + t, columns, 1,
-                        weights, bias + t, x[layer + 1], y,
-                    )  # fmt: skip
-                else:
-                    dense_linear(
-                        x[layer], panel, stride, rows, weights, start + t, columns, 1,
-                        weights, bias + t, x[layer + 1], y,
-                    )  # fmt: skip
+    for layer in range(layers):
+        rows, columns, start = widths[layer], widths[layer + 1], starts[layer]
+        bias = start + rows * columns
+        for t in range(0, columns, DENSE_ROWS):
+            y = t * stride + panel
+            if layer < layers - 1:
+                dense_relu(
+                    x[layer], panel, stride, rows, weights, start + t, columns, 1, bias + t,
+                    x[layer + 1], y,
+                )  # fmt: skip
+            else:
+                dense_linear(
+                    x[layer], panel, stride, rows, weights, start + t, columns, 1, bias + t,
+                    x[layer + 1], y,
+                )  # fmt: skip
 
 
 @_compile  # type: ignore[untyped-decorator]
-def _losses(count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any) -> Any:
-    total = 0.0
-    cosine = targets[_OUTPUTS * stride : _OUTPUTS * stride + count]
+def _output_gradient(
+    panel: Any, count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any, sums: Any
+) -> None:
+    """Gradient of the outputs of a panel; its sums go to the first lanes of rows of `sums`.
+
+    Samples of the panel after the last of `count` get zeros: what follows adds up whole panels.
+    """
+    end = min(count, panel + PANEL)
+    weight = targets[_OUTPUTS * stride + panel : _OUTPUTS * stride + end]
     for channel in range(_OUTPUTS):
-        part = slice(channel * stride, channel * stride + count)
-        total += _loss(x[part], targets[part], cosine, g[part], scale)
-    return total
+        row = channel * stride
+        part = slice(row + panel, row + end)
+        sums[channel * LANES] += _loss_gradient(x[part], targets[part], weight, g[part], scale)
+        g[row + end : row + panel + PANEL] = np.float32(0.0)
 
 
 @_compile  # type: ignore[untyped-decorator]
 def _backward(
-    count: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any,
-    tile: Any, gradient: Any,
-) -> None:  # fmt: skip
-    """Gradient of the weights from the gradient of the outputs in g[-1]."""
-    layers = widths.size - 1
-    for panel in range(0, count, PANEL):
-        for layer in range(layers - 1, 0, -1):
-            rows, columns, start = widths[layer], widths[layer + 1], starts[layer]
-            for t in range(0, rows, DENSE_ROWS):
-                y = t * stride + panel
-                dense_gate(
-                    g[layer + 1], panel, stride, columns, weights, start + t * columns, 1, columns,
-                    x[layer], y, g[layer], y,
-                )  # fmt: skip
-    for layer in range(layers):
+    panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any, sums: Any
+) -> None:
+    """Gradients of all activations of a panel from those of the outputs in g[-1].
+
+    Rows of `sums` are of the layers from the last to the first.
+    """
+    at = widths[-1] * LANES
+    for layer in range(widths.size - 2, 0, -1):
         rows, columns, start = widths[layer], widths[layer + 1], starts[layer]
-        # The wider factor of a tile goes to the side that it divides with less waste.
-        swap = -columns % OUTER_ROWS[1] > -rows % OUTER_ROWS[1]
-        a, a_rows, a_step = (g[layer + 1], columns, 1) if swap else (x[layer], rows, columns)
-        b, b_rows, b_step = (x[layer], rows, columns) if swap else (g[layer + 1], columns, 1)
-        for i in range(0, a_rows, OUTER_ROWS[0]):
-            for j in range(0, b_rows, OUTER_ROWS[1]):
-                outer(a, i * stride, b, j * stride, stride, count, tile)
-                for t in range(min(OUTER_ROWS[0], a_rows - i)):
-                    for u in range(min(OUTER_ROWS[1], b_rows - j)):
-                        at = start + (i + t) * a_step + (j + u) * b_step
-                        gradient[at] = tile[t * OUTER_ROWS[1] + u]
-        for j in range(columns):
-            part = slice(j * stride, j * stride + count)
-            gradient[start + rows * columns + j] = _sum(g[layer + 1][part])
+        for t in range(0, rows, DENSE_ROWS):
+            dense_gate(
+                g[layer + 1], panel, stride, columns, weights, start + t * columns, 1, columns,
+                x[layer], g[layer], t * stride + panel, sums, at + t * LANES,
+            )  # fmt: skip
+        at += rows * LANES
+
+
+@_compile  # type: ignore[untyped-decorator]
+def _weight_gradient(
+    count: Any, stride: Any, rows: Any, factors: Any, sums: Any, parts: Any, places: Any,
+    gradient: Any,
+) -> None:  # fmt: skip
+    """Gradient of weights and biases from the rows of all activations and of their gradients."""
+    for k in range(factors.shape[0]):
+        outer(rows, factors[k, 0], factors[k, 1], stride, count, parts, k * OUTER_SIZE)
+    biases = factors.shape[0] * OUTER_SIZE
+    for first in range(0, sums.size, LANES * LANES):
+        sum_lanes(sums, first, parts, biases + first // LANES)
+    for i in range(gradient.size):
+        gradient[i] = parts[places[i]]
 
 
 @_compile  # type: ignore[untyped-decorator]
 def _gradient(
-    blocks: Any, order: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any,
-    targets: Any, tile: Any, gradient: Any,
-) -> Any:  # fmt: skip
-    """Summed loss of a mini-batch, and the gradient of its mean."""
+    blocks: Any, order: Any, upcoming: Any, widths: Any, starts: Any, weights: Any, stride: Any,
+    rows: Any, targets: Any, factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
+) -> None:  # fmt: skip
+    """Gradient of the mean loss of a mini-batch, while the upcoming one is fetched."""
     count = order.size * BLOCK
+    x, g = rows[0], rows[1]
     _gather(blocks, order, widths[0], stride, x[0], targets)
-    _forward(count, widths, starts, weights, stride, x)
     scale = np.float32(1.0 / (_OUTPUTS * count))
-    total = _losses(count, stride, x[widths.size - 1], targets, g[widths.size - 1], scale)
-    _backward(count, widths, starts, weights, stride, x, g, tile, gradient)
-    return total
+    last = widths.size - 1
+    sums[:] = np.float32(0.0)
+    share = PANEL // BLOCK // 2
+    for panel in range(0, count, PANEL):
+        first = panel // BLOCK
+        _prefetch(blocks, upcoming[first : first + share], widths[0])
+        _forward(panel, widths, starts, weights, stride, x)
+        _prefetch(blocks, upcoming[first + share : first + 2 * share], widths[0])
+        _output_gradient(panel, count, stride, x[last], targets, g[last], scale, sums)
+        _backward(panel, widths, starts, weights, stride, x, g, sums)
+    _weight_gradient(count, stride, rows.reshape(-1), factors, sums, parts, places, gradient)
 
 
 @_compile  # type: ignore[untyped-decorator]
 def _epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, widths: Any, starts: Any,
-    weights: Any, mean: Any, square: Any, stride: Any, x: Any, g: Any, targets: Any, tile: Any,
-    gradient: Any,
-) -> Any:  # fmt: skip
-    total = 0.0
+    weights: Any, mean: Any, square: Any, stride: Any, rows: Any, targets: Any, factors: Any,
+    sums: Any, parts: Any, places: Any, gradient: Any,
+) -> None:  # fmt: skip
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]
-        _prefetch(blocks, order[(k + 1) * batch : (k + 2) * batch], widths[0])
-        total += _gradient(
-            blocks, part, widths, starts, weights, stride, x, g, targets, tile, gradient
-        )
+        upcoming = order[(k + 1) * batch : (k + 2) * batch]
+        _gradient(
+            blocks, part, upcoming, widths, starts, weights, stride, rows, targets, factors, sums,
+            parts, places, gradient,
+        )  # fmt: skip
         step += 1
         unbias_square = np.float32(1.0 / (1.0 - 0.999**step))
         rate = np.float32(rates[k] / (1.0 - 0.9**step))
         _adam(weights, gradient, mean, square, rate, unbias_square)
-    return total / (order.size * BLOCK * _OUTPUTS)
 
 
 @_compile  # type: ignore[untyped-decorator]
 def _mean_loss(
     blocks: Any, order: Any, batch: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    x: Any, g: Any, targets: Any,
+    x: Any, targets: Any,
 ) -> Any:  # fmt: skip
     total = 0.0
-    last = widths.size - 1
+    last = x[widths.size - 1]
     for k in range(0, order.size, batch):
         part = order[k : k + batch]
+        count = part.size * BLOCK
         _gather(blocks, part, widths[0], stride, x[0], targets)
-        _forward(part.size * BLOCK, widths, starts, weights, stride, x)
-        total += _losses(part.size * BLOCK, stride, x[last], targets, g[last], np.float32(0.0))
+        for panel in range(0, count, PANEL):
+            _forward(panel, widths, starts, weights, stride, x)
+        weight = targets[_OUTPUTS * stride : _OUTPUTS * stride + count]
+        for channel in range(_OUTPUTS):
+            values = slice(channel * stride, channel * stride + count)
+            total += _loss(last[values], targets[values], weight)
     return total / (order.size * BLOCK * _OUTPUTS)
+
+
+def _weight_tiles(
+    widths: Sequence[int], starts: npt.NDArray[np.int64], shape: Sequence[int], stride: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """How the gradient of the weights is put together from tiles of outer products.
+
+    Returns the offsets of the two factors of every tile in an array of activations and their
+    gradients of a shape, and for every weight and bias its place in what the tiles write, one
+    after the other, and the sums over samples of gradients, from the last layer to the first.
+    """
+    factors: list[tuple[int, int]] = []
+    places = np.zeros(starts[-1] + (widths[-2] + 1) * widths[-1], np.int64)
+    inside = np.arange(math.prod(OUTER_ROWS)).reshape(OUTER_ROWS)
+    for layer, (rows, columns) in enumerate(itertools.pairwise(widths)):
+        matrix = places[starts[layer] : starts[layer] + rows * columns].reshape(rows, columns)
+        a, b = layer * shape[2], (shape[1] + layer + 1) * shape[2]
+        # The wider factor of a tile goes to the side that it divides with less waste.
+        if -columns % OUTER_ROWS[1] > -rows % OUTER_ROWS[1]:
+            a, b, matrix = b, a, matrix.T
+        # The seven rows of b stay in the first-level cache while those of a go by.
+        for j in range(0, matrix.shape[1], OUTER_ROWS[1]):
+            for i in range(0, matrix.shape[0], OUTER_ROWS[0]):
+                part = matrix[i : i + OUTER_ROWS[0], j : j + OUTER_ROWS[1]]
+                part[:] = len(factors) * OUTER_SIZE + inside[: part.shape[0], : part.shape[1]]
+                factors.append((a + i * stride, b + j * stride))
+    bias = len(factors) * OUTER_SIZE
+    for layer in range(len(widths) - 2, -1, -1):
+        start = starts[layer] + widths[layer] * widths[layer + 1]
+        places[start : start + widths[layer + 1]] = bias + np.arange(widths[layer + 1])
+        bias += widths[layer + 1]
+    return np.array(factors), places
 
 
 def _round_up(n: int, multiple: int) -> int:
@@ -294,11 +351,13 @@ class KernelTrainer:
         # The extra block keeps rows from falling on the same cache sets.
         self._stride = _round_up(batch, PANEL) + BLOCK
         rows = _round_up(max(widths), math.lcm(*OUTER_ROWS))
-        shape = (len(widths), rows * self._stride)
-        self._x = aligned(math.prod(shape)).reshape(shape)
-        self._g = aligned(math.prod(shape)).reshape(shape)
+        shape = (2, len(widths), rows * self._stride)
+        self._rows = aligned(math.prod(shape)).reshape(shape)
         self._targets = aligned(_TARGETS * self._stride)
-        self._tile = aligned(OUTER_SIZE)
+        bias_count = _round_up(sum(widths[1:]), LANES)
+        self._sums = aligned(bias_count * LANES)
+        self._factors, self._places = _weight_tiles(widths, self._starts, shape, self._stride)
+        self._parts = aligned(len(self._factors) * OUTER_SIZE + bias_count)
         self._step = 0
 
     def _views(self, flat: Vector) -> list[tuple[Vector, Vector]]:
@@ -320,28 +379,30 @@ class KernelTrainer:
         """Mean loss over the blocks in `order` (at most one batch) and its gradient, as layers."""
         if len(order) > self._batch:
             raise ValueError(f"{len(order)} blocks are more than one batch of {self._batch}")
-        total = _gradient(
-            samples.blocks, order, self._widths, self._starts, self._weights, self._stride,
-            self._x, self._g, self._targets, self._tile, self._gradient,
+        _gradient(
+            samples.blocks, order, order[:0], self._widths, self._starts, self._weights,
+            self._stride, self._rows, self._targets, self._factors, self._sums, self._parts,
+            self._places, self._gradient,
         )  # fmt: skip
         layers = [Layer(w.copy(), b.copy()) for w, b in self._views(self._gradient)]
-        return total / (len(order) * BLOCK * _OUTPUTS), layers
+        return self._mean_loss(samples, order), layers
 
-    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Vector) -> float:
-        """One step per learning rate over the blocks in `order`; returns the mean training loss."""
-        loss = _epoch(
+    def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Vector) -> None:
+        """One step per learning rate over the blocks in `order`."""
+        _epoch(
             samples.blocks, order, self._batch, rates, self._step, self._widths, self._starts,
-            self._weights, self._mean, self._square, self._stride, self._x, self._g,
-            self._targets, self._tile, self._gradient,
+            self._weights, self._mean, self._square, self._stride, self._rows, self._targets,
+            self._factors, self._sums, self._parts, self._places, self._gradient,
         )  # fmt: skip
         self._step += len(rates)
-        return float(loss)
 
     def loss(self, samples: Samples) -> float:
         """Mean loss over all samples."""
-        order = np.arange(samples.block_count)
+        return self._mean_loss(samples, np.arange(samples.block_count))
+
+    def _mean_loss(self, samples: Samples, order: npt.NDArray[np.int64]) -> float:
         loss = _mean_loss(
             samples.blocks, order, self._batch, self._widths, self._starts, self._weights,
-            self._stride, self._x, self._g, self._targets,
+            self._stride, self._rows[0], self._targets,
         )  # fmt: skip
         return float(loss)

@@ -32,8 +32,8 @@ class Samples:
     ----------
     blocks
         Flat float32 array on a 64-byte boundary: per block, rows of 16 values each of every
-        network input, of log(1 + f cos theta_i) for red, green and blue, and of cos theta_i. Any
-        weight may take the place of the cosine, as it does for scans.
+        network input, of f cos theta_i for red, green and blue, and of cos theta_i. Any weight may
+        take the place of the cosine, as it does for scans.
     inputs
         Number of network inputs.
     """
@@ -58,7 +58,7 @@ class Samples:
         The last block is filled up by repeating samples from the start.
         """
         x, f, w = (np.asarray(a, np.float32) for a in (inputs, rgb, weight))
-        targets = np.log1p(np.maximum(f, 0.0) * w[:, None])
+        targets = np.maximum(f, 0.0) * w[:, None]
         rows = np.concatenate([x, targets, w[:, None]], axis=1)
         padded = np.take(rows, np.arange(-(-len(rows) // BLOCK) * BLOCK) % len(rows), axis=0)
         blocks = aligned(padded.size)

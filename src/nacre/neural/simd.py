@@ -41,7 +41,7 @@ DENSE_ROWS = 3
 OUTER_ROWS = (3, 7)
 """Rows of either factor of an outer-product tile."""
 OUTER_SIZE = -(-math.prod(OUTER_ROWS) // LANES) * LANES
-"""Length of the array that receives an outer-product tile."""
+"""Elements that an outer-product tile writes."""
 
 _f32 = ir.FloatType()
 _i64 = ir.IntType(64)
@@ -129,50 +129,53 @@ class _Emitter:
         return self.builder.select(positive, value, _zero)
 
 
-def _dense(epilogue: str) -> Any:
-    """Tile of a dense layer: y[t, s] = f(sum_i w[i, t] x[i, s]) over a panel of samples.
+def _products(
+    emit: _Emitter, x_at: Any, row: Any, inputs: Any, w_at: Any, w_row: Any, w_column: Any,
+    starts: Sequence[Any],
+) -> list[list[Any]]:  # fmt: skip
+    """Accumulators of starts[t] + sum_i w[i, t] x[i, s] over a panel of samples.
 
-    The returned function takes `(x, x_offset, stride, count, w, w_offset, w_stride, w_step, b,
-    b_offset, y, y_offset)`: w[i, t] lies at `w_offset + i * w_stride + t * w_step`. `b` holds
-    biases for the epilogues "relu" and "linear"; for "gate" it holds activations in the layout of
-    y, and results are kept only where those are positive (the derivative of ReLU).
+    Argument 0 of the intrinsic is x, argument 4 is w; w[i, t] lies at `w_at + i * w_row +
+    t * w_column`.
     """
+    builder = emit.builder
+    tile = emit.accumulators(DENSE_ROWS, _VECTORS)
+    for start, vectors in zip(starts, tile, strict=True):
+        for accumulator in vectors:
+            builder.store(start, accumulator)
+    with cgutils.for_range(builder, inputs) as loop:
+        x_row = builder.add(x_at, builder.mul(loop.index, row))
+        w_row_at = builder.add(w_at, builder.mul(loop.index, w_row))
+        weights = [emit.splat(4, emit.at(w_row_at, (w_column, t))) for t in range(DENSE_ROWS)]
+        for v in range(_VECTORS):
+            value = emit.load(0, emit.at(x_row, (_i64(v), LANES)))
+            for weight, vectors in zip(weights, tile, strict=True):
+                emit.multiply_add(weight, value, vectors[v])
+    return tile
+
+
+def _dense(relu: bool) -> Any:
+    """Tile of a dense layer: y[t, s] = f(b[t] + sum_i w[i, t] x[i, s]) over a panel of samples."""
 
     @intrinsic  # type: ignore[untyped-decorator]
     def tile(
         _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
-        w_stride: Any, w_step: Any, b: Any, b_offset: Any, y: Any, y_offset: Any,
+        w_stride: Any, w_step: Any, b_offset: Any, y: Any, y_offset: Any,
     ) -> Any:  # fmt: skip
         i = types.intp
-        signature = types.void(x, i, i, i, w, i, i, i, b, i, y, i)
+        signature = types.void(x, i, i, i, w, i, i, i, i, y, i)
 
         def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
             emit = _Emitter(context, builder, sig, arguments)
-            (_, x_at, row, inputs, _, w_at, w_row, w_column, _, b_at, _, y_at) = arguments
-            tile = emit.accumulators(DENSE_ROWS, _VECTORS)
-            for t, vectors in enumerate(tile):
-                start = _zero if epilogue == "gate" else emit.splat(8, emit.at(b_at, (_i64(t), 1)))
-                for accumulator in vectors:
-                    builder.store(start, accumulator)
-            with cgutils.for_range(builder, inputs) as loop:
-                x_row = builder.add(x_at, builder.mul(loop.index, row))
-                w_row_at = builder.add(w_at, builder.mul(loop.index, w_row))
-                weights = [
-                    emit.splat(4, emit.at(w_row_at, (w_column, t))) for t in range(DENSE_ROWS)
-                ]
-                for v in range(_VECTORS):
-                    value = emit.load(0, emit.at(x_row, (_i64(v), LANES)))
-                    for weight, vectors in zip(weights, tile, strict=True):
-                        emit.multiply_add(weight, value, vectors[v])
+            (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, _, y_at) = arguments
+            biases = [emit.splat(4, emit.at(b_at, (_i64(t), 1))) for t in range(DENSE_ROWS)]
+            tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, biases)
             for t, vectors in enumerate(tile):
                 for v, accumulator in enumerate(vectors):
-                    shift = ((row, t), (_i64(v), LANES))
                     total = builder.load(accumulator)
-                    if epilogue == "relu":
+                    if relu:
                         total = emit.where_positive(total, total)
-                    elif epilogue == "gate":
-                        total = emit.where_positive(emit.load(8, emit.at(b_at, *shift)), total)
-                    emit.store(total, 10, emit.at(y_at, *shift))
+                    emit.store(total, 9, emit.at(y_at, (row, t), (_i64(v), LANES)))
             return context.get_dummy_value()
 
         return signature, generate
@@ -180,25 +183,59 @@ def _dense(epilogue: str) -> Any:
     return tile
 
 
-dense_relu = _dense("relu")
-dense_linear = _dense("linear")
-dense_gate = _dense("gate")
+dense_relu = _dense(True)
+dense_linear = _dense(False)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def dense_gate(
+    _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
+    w_stride: Any, w_step: Any, activations: Any, y: Any, y_offset: Any, sums: Any,
+    sums_offset: Any,
+) -> Any:  # fmt: skip
+    """Tile of a dense layer without biases, behind the derivative of ReLU.
+
+    y[t, s] = sum_i w[i, t] x[i, s] where activations[t, s], laid out as y, are positive; else 0.
+    The panel's part of the sum of row t is added to the vector at `sums_offset + t * LANES`.
+    """
+    i = types.intp
+    signature = types.void(x, i, i, i, w, i, i, i, activations, y, i, sums, i)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        emit = _Emitter(context, builder, sig, arguments)
+        (_, x_at, row, inputs, _, w_at, w_row, w_column, _, _, y_at, _, sums_at) = arguments
+        zeros = [_zero] * DENSE_ROWS
+        tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, zeros)
+        for t, vectors in enumerate(tile):
+            total_at = emit.at(sums_at, (_i64(t), LANES))
+            total = emit.load(11, total_at)
+            for v, accumulator in enumerate(vectors):
+                at = emit.at(y_at, (row, t), (_i64(v), LANES))
+                value = emit.where_positive(emit.load(8, at), builder.load(accumulator))
+                emit.store(value, 9, at)
+                total = builder.fadd(total, value)
+            emit.store(total, 11, total_at)
+        return context.get_dummy_value()
+
+    return signature, generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def outer(
-    _context: Any, a: Any, a_offset: Any, b: Any, b_offset: Any, stride: Any, count: Any, y: Any
-) -> Any:
+    _context: Any, x: Any, a_offset: Any, b_offset: Any, stride: Any, count: Any, y: Any,
+    y_offset: Any,
+) -> Any:  # fmt: skip
     """Tile of an outer product summed over samples: y[7 t + u] = sum_s a[t, s] b[u, s].
 
-    `count` samples, a multiple of :data:`BLOCK`; t and u run over :data:`OUTER_ROWS`.
+    a and b are rows of x. `count` samples, a multiple of :data:`BLOCK`; t and u run over
+    :data:`OUTER_ROWS`.
     """
     i = types.intp
-    signature = types.void(a, i, b, i, i, i, y)
+    signature = types.void(x, i, i, i, i, y, i)
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         emit = _Emitter(context, builder, sig, arguments)
-        (_, a_at, _, b_at, row, samples, _) = arguments
+        (_, a_at, b_at, row, samples, _, y_at) = arguments
         tile = emit.accumulators(*OUTER_ROWS)
         for accumulator in (x for vectors in tile for x in vectors):
             builder.store(_zero, accumulator)
@@ -206,12 +243,28 @@ def outer(
             step = (loop.index, LANES)
             left = [emit.load(0, emit.at(a_at, step, (row, t))) for t in range(OUTER_ROWS[0])]
             for u in range(OUTER_ROWS[1]):
-                right = emit.load(2, emit.at(b_at, step, (row, u)))
+                right = emit.load(0, emit.at(b_at, step, (row, u)))
                 for value, vectors in zip(left, tile, strict=True):
                     emit.multiply_add(value, right, vectors[u])
         sums = emit.sums([builder.load(x) for vectors in tile for x in vectors])
         for index, vector in enumerate(sums):
-            emit.store(vector, 6, _i64(index * LANES))
+            emit.store(vector, 5, emit.at(y_at, (_i64(index), LANES)))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def sum_lanes(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> Any:
+    """Sums over the lanes of as many vectors as a vector has lanes: y[t] = sum_l x[t, l]."""
+    i = types.intp
+    signature = types.void(x, i, y, i)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        emit = _Emitter(context, builder, sig, arguments)
+        (_, x_at, _, y_at) = arguments
+        vectors = [emit.load(0, emit.at(x_at, (_i64(t), LANES))) for t in range(LANES)]
+        emit.store(emit.sums(vectors)[0], 2, y_at)
         return context.get_dummy_value()
 
     return signature, generate

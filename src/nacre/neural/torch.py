@@ -68,15 +68,11 @@ class TorchTrainer:
 
     def epoch(
         self, samples: Samples, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> float:
-        """One step per learning rate over the blocks in `order`; returns the mean training loss."""
+    ) -> None:
+        """One step per learning rate over the blocks in `order`."""
         blocks, index = self._blocks(samples), self._index(order)
-        total = torch.zeros((), device=self._device)
         for rate, part in zip(rates.tolist(), index.split(self._batch), strict=True):
-            loss, gradients = self._gradient(blocks[part])
-            total += loss * len(part)
-            self._adam(gradients, rate)
-        return float(total) / len(order)
+            self._adam(self._gradient(blocks[part])[1], rate)
 
     def loss(self, samples: Samples) -> float:
         """Mean loss over all samples."""
@@ -104,7 +100,8 @@ class TorchTrainer:
         weighted = (torch.exp(x) - 1.0) * weight
         # As in the kernel: with a weight above 1, 1 + weighted can be negative.
         sign = torch.where((weight > 1.0) & (weighted < 0.0), -1.0, 1.0)
-        return (sign * torch.log(1.0 + sign * weighted) - target).abs().mean()
+        logarithm = sign * torch.log(1.0 + sign * weighted)
+        return (logarithm - torch.log1p(target)).abs().mean()
 
     def _gradient(self, blocks: Tensor) -> tuple[Tensor, Sequence[Tensor]]:
         loss = self._mean_loss(blocks)

@@ -39,8 +39,8 @@ class Trainer(Protocol):
 
     def epoch(
         self, samples: Samples, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
-    ) -> float:
-        """One Adam step per learning rate over blocks in the given order; mean training loss."""
+    ) -> None:
+        """One Adam step per learning rate over blocks in the given order."""
         ...
 
     def loss(self, samples: Samples) -> float:
@@ -163,23 +163,23 @@ def train(
     recipe: Recipe,
     progress: Progress | None = None,
 ) -> dict[str, float]:
-    """Run the schedule of a recipe; returns the last training and held-out losses."""
+    """Run the schedule of a recipe; returns the training and held-out losses at its end."""
     batch_blocks = recipe.batch // BLOCK
     steps = -(-training.block_count // batch_blocks)
     rates = schedule(steps * recipe.epochs, recipe.learning_rate)
     random = np.random.default_rng((recipe.seed, 1))
     report_every = max(1, recipe.epochs // 20)
-    loss = held_out_loss = math.nan
+    held_out_loss = math.nan
     for epoch in range(recipe.epochs):
         order = random.permutation(training.block_count)
-        loss = trainer.epoch(training, order, rates[epoch * steps : (epoch + 1) * steps])
+        trainer.epoch(training, order, rates[epoch * steps : (epoch + 1) * steps])
         last = epoch + 1 == recipe.epochs
         if last or (progress and epoch % report_every == 0):
             held_out_loss = trainer.loss(held_out)
         if progress:
             note = f"held-out loss {held_out_loss:.5f}"
             progress("training", epoch + 1, recipe.epochs, note)
-    return {"training_loss": loss, "held_out_loss": held_out_loss}
+    return {"training_loss": trainer.loss(training), "held_out_loss": held_out_loss}
 
 
 def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
