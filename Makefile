@@ -8,7 +8,6 @@ demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurem
 	$(RUN) -m nacre demo --output out/demo.png
 
 test: lint  ## Formatting, lint, types, layers, doctests and tests.
-	@find src -name '*.nb[ci]' -delete  # Numba does not notice every change of the kernel
 	$(RUN) -m pytest -n auto -q
 
 lint: setup

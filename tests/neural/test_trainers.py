@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import os
+import platform
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -74,6 +78,53 @@ def test_kernel_gradient_matches_autograd(sizes, count):
     expected_loss, expected = autograd(layers, samples, order)
     assert loss == pytest.approx(expected_loss, rel=1e-6)
     assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+OTHER_PROCESSOR = """
+import sys
+import llvmlite.binding
+import numpy as np
+has = sys.argv[1] == "avx2"
+features = llvmlite.binding.FeatureMap(avx=has)
+llvmlite.binding.get_host_cpu_features = lambda: features
+from nacre.neural.kernel import KernelTrainer
+from nacre.neural.nbrdf import Layer
+from nacre.neural.samples import Samples, aligned
+from nacre.neural.simd import LANES
+assert LANES == (8 if has else 4)
+data = np.load(sys.argv[2])
+parts = [data[f"arr_{k}"] for k in range(6)]
+blocks = aligned(data["blocks"].size)
+blocks[:] = data["blocks"]
+layers = [Layer(w, b) for w, b in zip(parts[::2], parts[1::2])]
+order = np.arange(blocks.size // 160)
+loss, gradient = KernelTrainer(layers, 512).gradient(Samples(blocks, 6), order)
+gradient = np.concatenate([p.ravel() for y in gradient for p in (y.weights, y.biases)])
+np.savez(sys.argv[3], loss=loss, gradient=gradient)
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "processor"), [("avx2", "x86-64-v3"), ("none", "x86-64")], ids=["8 lanes", "4 lanes"]
+)
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="names x86 processors")
+def test_kernel_gradient_on_other_processors(kind, processor, tmp_path):
+    """Narrower vectors, as of AVX2 and of SSE or NEON, from the same source."""
+    layers, samples = random_layers(SHAPES[0]), random_samples(480)
+    given, found = tmp_path / "given.npz", tmp_path / "found.npz"
+    np.savez(given, *[p for y in layers for p in (y.weights, y.biases)], blocks=samples.blocks)
+    environment = os.environ | {
+        "NUMBA_CPU_NAME": processor,
+        "NUMBA_CPU_FEATURES": "+avx2,+fma" if kind == "avx2" else "+sse2",
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }
+    command = [sys.executable, "-c", OTHER_PROCESSOR, kind, given, found]
+    subprocess.run(command, env=environment, check=True, timeout=120)
+    expected_loss, expected = autograd(layers, samples, np.arange(samples.block_count))
+    result = np.load(found)
+    assert float(result["loss"]) == pytest.approx(expected_loss, rel=1e-6)
+    assert np.abs(result["gradient"] - expected).max() < 1e-5 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("heaviest", [1.0, 100.0])

@@ -16,6 +16,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from nacre.neural.compilation import compiled
 from nacre.neural.nbrdf import Layer
 from nacre.neural.samples import BLOCK, Samples, aligned
 from nacre.neural.simd import (
@@ -38,8 +39,8 @@ _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1
 """Rows after the inputs in a block of samples: three targets and the cosine."""
 
-_compile = numba.njit(nogil=True, cache=True, error_model="numpy")
-_compile_fast = numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
+_inner = numba.njit(error_model="numpy")
+_inner_fast = numba.njit(error_model="numpy", fastmath=True)
 
 Vector = npt.NDArray[np.float32]
 
@@ -80,7 +81,7 @@ def _log(x: Any) -> Any:
     return np.float32(n) * np.float32(0.6931471805599453) + tail
 
 
-@_compile_fast  # type: ignore[untyped-decorator]
+@_inner_fast  # type: ignore[untyped-decorator]
 def _loss(x: Any, target: Any, weight: Any) -> Any:
     """Sum of |log(1 + (e^x - 1) weight) - log(1 + target)|.
 
@@ -98,7 +99,7 @@ def _loss(x: Any, target: Any, weight: Any) -> Any:
     return total
 
 
-@_compile_fast  # type: ignore[untyped-decorator]
+@_inner_fast  # type: ignore[untyped-decorator]
 def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
     """Gradient of :func:`_loss` times `scale`, which needs no logarithm; returns its sum."""
     prefer_wide_vectors()
@@ -114,7 +115,7 @@ def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) 
     return total
 
 
-@_compile_fast  # type: ignore[untyped-decorator]
+@_inner_fast  # type: ignore[untyped-decorator]
 def _adam(weights: Any, gradient: Any, mean: Any, square: Any, rate: Any, unbias: Any) -> None:
     """One Adam step (Kingma and Ba 2015) with betas .9 and .999.
 
@@ -131,7 +132,7 @@ def _adam(weights: Any, gradient: Any, mean: Any, square: Any, rate: Any, unbias
         weights[i] -= rate * m / (math.sqrt(v * unbias) + np.float32(1e-8))
 
 
-@_compile  # type: ignore[untyped-decorator]
+@_inner  # type: ignore[untyped-decorator]
 def _gather(blocks: Any, order: Any, inputs: Any, stride: Any, x: Any, targets: Any) -> None:
     """Lay the chosen blocks side by side, feature by feature."""
     block_size = (inputs + _TARGETS) * BLOCK
@@ -143,7 +144,7 @@ def _gather(blocks: Any, order: Any, inputs: Any, stride: Any, x: Any, targets: 
             copy_block(blocks, start + (inputs + f) * BLOCK, targets, f * stride + k * BLOCK)
 
 
-@_compile  # type: ignore[untyped-decorator]
+@_inner  # type: ignore[untyped-decorator]
 def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
     """Fetch the chosen blocks while there is other work: they lie all over the memory."""
     rows = inputs + _TARGETS
@@ -152,7 +153,7 @@ def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
             prefetch_block(blocks, (order[k] * rows + f) * BLOCK)
 
 
-@_compile  # type: ignore[untyped-decorator]
+@_inner  # type: ignore[untyped-decorator]
 def _forward(panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any) -> None:
     """Activations of a panel of samples."""
     layers = widths.size - 1
@@ -173,7 +174,7 @@ def _forward(panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x:
                 )  # fmt: skip
 
 
-@_compile  # type: ignore[untyped-decorator]
+@_inner  # type: ignore[untyped-decorator]
 def _output_gradient(
     panel: Any, count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any, sums: Any
 ) -> None:
@@ -190,7 +191,7 @@ def _output_gradient(
         g[row + end : row + panel + PANEL] = np.float32(0.0)
 
 
-@_compile  # type: ignore[untyped-decorator]
+@_inner  # type: ignore[untyped-decorator]
 def _backward(
     panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any, sums: Any
 ) -> None:
@@ -209,7 +210,7 @@ def _backward(
         at += rows * LANES
 
 
-@_compile  # type: ignore[untyped-decorator]
+@_inner  # type: ignore[untyped-decorator]
 def _weight_gradient(
     count: Any, stride: Any, rows: Any, factors: Any, sums: Any, parts: Any, places: Any,
     gradient: Any,
@@ -224,7 +225,7 @@ def _weight_gradient(
         gradient[i] = parts[places[i]]
 
 
-@_compile  # type: ignore[untyped-decorator]
+@compiled
 def _gradient(
     blocks: Any, order: Any, upcoming: Any, widths: Any, starts: Any, weights: Any, stride: Any,
     rows: Any, targets: Any, factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
@@ -247,7 +248,7 @@ def _gradient(
     _weight_gradient(count, stride, rows.reshape(-1), factors, sums, parts, places, gradient)
 
 
-@_compile  # type: ignore[untyped-decorator]
+@compiled
 def _epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, widths: Any, starts: Any,
     weights: Any, mean: Any, square: Any, stride: Any, rows: Any, targets: Any, factors: Any,
@@ -266,7 +267,7 @@ def _epoch(
         _adam(weights, gradient, mean, square, rate, unbias_square)
 
 
-@_compile  # type: ignore[untyped-decorator]
+@compiled
 def _mean_loss(
     blocks: Any, order: Any, batch: Any, widths: Any, starts: Any, weights: Any, stride: Any,
     x: Any, targets: Any,
