@@ -2,7 +2,8 @@
 
 Settings of the published code: 6-21-21-3 with uniform(-.05, .05) weights, ReLU on exp(x) - 1,
 batch 512, Adam with a constant 5e-4, samples shuffled every epoch, the loss read every step.
-Run as a process of its own: `python -m benchmarks.reference SAMPLES.npz EPOCHS RESULT.json`.
+Run as a process of its own: `python -m benchmarks.reference SAMPLES.npz`. For every line with a
+number of epochs it answers with a line of JSON: seconds of training, held-out loss after it.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 import json
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -44,30 +44,38 @@ def loss_of(network: Network, rows: torch.Tensor) -> torch.Tensor:
     return (torch.log(1.0 + predicted * rows[:, 9:]) - rows[:, 6:9]).abs().mean()
 
 
-def train(training: torch.Tensor, held_out: torch.Tensor, epochs: int) -> dict[str, float]:
-    """Train and report the held-out loss and the seconds of training."""
+def train_epoch(
+    network: Network, optimiser: torch.optim.Optimizer, training: torch.Tensor
+) -> list[float]:
+    """The losses of an epoch of steps."""
+    shuffled = training[torch.randperm(len(training))]
+    losses = []
+    for first in range(0, len(shuffled) - BATCH + 1, BATCH):
+        optimiser.zero_grad()
+        loss = loss_of(network, shuffled[first : first + BATCH])
+        loss.backward()
+        optimiser.step()
+        losses.append(loss.item())
+    return losses
+
+
+def main() -> None:
+    """Train as many epochs at a time as the lines of the standard input say."""
+    torch.set_num_threads(1)
     torch.manual_seed(0)
+    data = np.load(sys.argv[1])
+    training, held_out = (torch.from_numpy(data[name]) for name in ("training", "held_out"))
     network = Network()
     optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
-    start = time.perf_counter()
-    for _ in range(epochs):
-        shuffled = training[torch.randperm(len(training))]
-        losses = []
-        for first in range(0, len(shuffled) - BATCH + 1, BATCH):
-            optimiser.zero_grad()
-            loss = loss_of(network, shuffled[first : first + BATCH])
-            loss.backward()
-            optimiser.step()
-            losses.append(loss.item())
-    seconds = time.perf_counter() - start
-    with torch.no_grad():
-        return {"seconds": seconds, "held_out_loss": float(loss_of(network, held_out))}
+    for line in sys.stdin:
+        start = time.perf_counter()
+        for _ in range(int(line)):
+            train_epoch(network, optimiser, training)
+        seconds = time.perf_counter() - start
+        with torch.no_grad():
+            loss = float(loss_of(network, held_out))
+        print(json.dumps({"seconds": seconds, "held_out_loss": loss}), flush=True)
 
 
 if __name__ == "__main__":
-    torch.set_num_threads(1)
-    data = np.load(sys.argv[1])
-    result = train(
-        torch.from_numpy(data["training"]), torch.from_numpy(data["held_out"]), int(sys.argv[2])
-    )
-    Path(sys.argv[3]).write_text(json.dumps(result))
+    main()

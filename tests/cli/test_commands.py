@@ -174,7 +174,17 @@ def test_demo_runs_the_main_job(folder, tmp_path, given):
         "file": str(folder / "table.binary"),
         "folder": str(require_data("rgl")) if given == "folder" else "",
     }[given]
-    done = run("demo", "--draft", "--spp", 2, "-o", "made/demo.png", cwd=tmp_path, NACRE_DATA=named)
+    done = run(
+        "demo",
+        "--preset",
+        "draft",
+        "--spp",
+        2,
+        "-o",
+        "made/demo.png",
+        cwd=tmp_path,
+        NACRE_DATA=named,
+    )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "made/demo.png").stat().st_size > 10_000
     assert nacre.load(tmp_path / "made/demo_neural.safetensors").weight_count == 675
@@ -350,11 +360,24 @@ def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+def test_every_preset_can_be_chosen(folder, tmp_path):
+    from nacre.cli.console import preset_option
+    from nacre.neural.recipe import PRESETS
+
+    (option,) = preset_option(lambda: None).__click_params__
+    assert tuple(option.type.choices) == tuple(PRESETS)
+    settings = ["--preset", "draft", "--epochs", 2, "--samples", 4000]
+    done = run("fit", folder / "table.binary", *settings, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    made = nacre.load(tmp_path / "table.safetensors").metadata["fit"]
+    assert (made["epochs"], made["learning_rate"]) == (2, PRESETS["draft"]["learning_rate"])
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         (["--model", "gxx"], "'gxx' is not one of nbrdf, lambert"),
-        (["--model", "ggx", "--draft"], "--draft is for networks"),
+        (["--model", "ggx", "--preset", "draft"], "--preset is for networks"),
         (["--model", "ggx", "--device", "cpu"], "--device is for networks"),
         (["--model", "ggx", "-o", "x.safetensors"], "do not hold analytic materials"),
         (["-o", "x.json"], "do not hold neural materials"),

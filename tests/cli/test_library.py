@@ -88,7 +88,7 @@ def test_without_an_output_fits_go_here(folder, capsys):
         (["empty", "-o", "lib"], "empty: no measured materials found"),
         (["in", "absent.binary", "-o", "lib"], "absent.binary: does not exist"),
         (["in", "in/sub/../../twin", "-o", "lib"], "same name as"),
-        (["in", "--model", "ggx", "--draft"], "--draft is for networks"),
+        (["in", "--model", "ggx", "--preset", "draft"], "--preset is for networks"),
     ],
 )
 def test_wrong_usage_says_so_and_makes_nothing(folder, capsys, arguments, words):

@@ -58,7 +58,7 @@ def test_a_description_becomes_a_table(tmp_path, ending):
 
 def test_a_description_becomes_a_neural_material(tmp_path):
     path = tmp_path / "grey.safetensors"
-    code, text = run("measure", GREY, "-o", path, "--draft")
+    code, text = run("measure", GREY, "-o", path, "--preset", "draft")
     assert code == 0, text
     assert_diffuse(path, 0.05)
 

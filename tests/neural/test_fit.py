@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from nacre.files import NacreError
 from nacre.geometry import half_vector
 from nacre.neural import Recipe, fit
 from nacre.neural.file import save
+from nacre.neural.recipe import PRESETS
 from nacre.neural.samples import BLOCK, draw
 from nacre.neural.training import initial_layers, schedule
 from nacre.sampling import BlinnPhongMixture
@@ -142,6 +144,8 @@ def test_values_that_are_not_finite_are_left_out():
         {"precision": "double"},
         {"size": 40},
         {"samples": 16},
+        {"sample_share": 0.0},
+        {"sample_share": float("nan")},
     ],
 )
 def test_wrong_settings_are_named(wrong):
@@ -179,6 +183,29 @@ def test_enhanced_networks_are_stored_in_half_precision_unless_told_otherwise():
     single = fit(Glossy(0.3, 0.05, 0.3), Recipe(inputs="enhanced", precision="single", **options))
     assert single.precision == "single"
     assert single.weight_count < half.weight_count
+
+
+def test_presets_take_more_and_more_steps_and_come_closer():
+    def steps(recipe):
+        return recipe.epochs * recipe.sample_share / recipe.batch
+
+    draft, standard, best = (Recipe.preset(name) for name in PRESETS)
+    assert standard == Recipe()
+    assert steps(draft) < steps(standard) / 3 < steps(best) / 9
+    few = {"samples": 20_000}
+    losses = [fit(Gloss(), replace(recipe, **few)) for recipe in (draft, best)]
+    first, last = (network.metadata["quality"]["held_out_loss"] for network in losses)
+    assert last < first
+
+
+def test_a_preset_is_a_start():
+    recipe = Recipe.preset("draft", epochs=2, seed=3)
+    assert (recipe.epochs, recipe.seed) == (2, 3)
+    assert recipe.learning_rate == PRESETS["draft"]["learning_rate"]
+    network = fit(Gloss(), replace(recipe, sample_share=0.01))
+    assert network.metadata["fit"]["samples"] == 8000
+    with pytest.raises(ValueError, match="preset must be one of draft, standard, best"):
+        Recipe.preset("perfect")
 
 
 def test_the_schedule_warms_up_peaks_and_ends_near_zero():

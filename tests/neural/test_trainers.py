@@ -20,7 +20,8 @@ from nacre.neural.training import schedule
 torch = pytest.importorskip("torch")
 from nacre.neural.torch import TorchTrainer  # noqa: E402  (needs the optional dependency)
 
-SHAPES = [(6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3)]
+SHAPES = [(6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3), (7, 13, 12, 3)]
+"""The last with as many inputs as enhanced networks of anisotropic materials have."""
 
 
 def random_layers(sizes, seed=0):
@@ -34,10 +35,10 @@ def random_layers(sizes, seed=0):
     ]
 
 
-def random_samples(count, seed=0, heaviest=1.0):
+def random_samples(count, seed=0, heaviest=1.0, inputs=6):
     random = np.random.default_rng(seed)
     return Samples.pack(
-        random.normal(size=(count, 6)),
+        random.normal(size=(count, inputs)),
         random.exponential(size=(count, 3)),
         random.uniform(0.01, heaviest, count),
     )
@@ -49,22 +50,23 @@ def flat(layers):
 
 def autograd(layers, samples, order):
     """Loss and gradient in float64 PyTorch, written without the package's code."""
-    rows = samples.blocks.reshape(-1, 10, BLOCK)[order].transpose(0, 2, 1).reshape(-1, 10)
+    rows = samples.blocks.reshape(-1, samples.rows, BLOCK)[order].transpose(0, 2, 1)
+    rows = rows.reshape(-1, samples.rows)
     rows = torch.tensor(rows, dtype=torch.float64)
     parameters = [
         torch.tensor(p, dtype=torch.float64, requires_grad=True)
         for y in layers
         for p in (y.weights, y.biases)
     ]
-    x = rows[:, :6]
+    x = rows[:, :-4]
     for k in range(0, len(parameters), 2):
         x = x if k == 0 else x.clamp(min=0)
         x = x @ parameters[k] + parameters[k + 1]
-    weight = rows[:, 9:]
+    weight = rows[:, -1:]
     u = torch.expm1(x) * weight
     below = (u < 0) & (weight > 1)
     logarithm = torch.where(below, -torch.log1p(u.abs()), torch.log1p(u.where(~below, 0 * u)))
-    loss = (logarithm - torch.log1p(rows[:, 6:9])).abs().mean()
+    loss = (logarithm - torch.log1p(rows[:, -4:-1])).abs().mean()
     loss.backward()
     return float(loss.detach()), np.concatenate([p.grad.numpy().ravel() for p in parameters])
 
@@ -72,7 +74,7 @@ def autograd(layers, samples, order):
 @pytest.mark.parametrize("sizes", SHAPES)
 @pytest.mark.parametrize("count", [512, 480, 16])
 def test_kernel_gradient_matches_autograd(sizes, count):
-    layers, samples = random_layers(sizes), random_samples(count)
+    layers, samples = random_layers(sizes), random_samples(count, inputs=sizes[0])
     order = np.random.default_rng(1).permutation(samples.block_count)
     loss, gradient = KernelTrainer(layers, 512).gradient(samples, order)
     expected_loss, expected = autograd(layers, samples, order)

@@ -192,3 +192,10 @@ resolution_option = click.option(
     help="Nodes of the table: theta_h,theta_d,phi_d of .binary and .npz; "
     "phi_i,theta_i,square,azimuths,polars of .bsdf. Default: see docs/formats.md.",
 )
+
+preset_option = click.option(
+    "--preset",
+    default="standard",
+    type=click.Choice(["draft", "standard", "best"]),
+    help="How long a fit may take: about 0.5, 3 or 15 seconds on two cores. Default: standard.",
+)

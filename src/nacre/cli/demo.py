@@ -17,6 +17,7 @@ from nacre.cli.console import (
     check_outputs,
     console,
     file_path,
+    preset_option,
     print_facts,
     print_table,
 )
@@ -43,9 +44,9 @@ _MATERIAL = {
     default=Path("out/demo.png"),
     help="Picture to write; the other files go beside it.",
 )
-@click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs.")
+@preset_option
 @click.option("--spp", type=click.IntRange(1), default=128, help="Samples per pixel.")
-def command(file: Path | None, output: Path, draft: bool, spp: int) -> None:
+def command(file: Path | None, output: Path, preset: str, spp: int) -> None:
     """Measure, fit, save, render and compare one material; look at the picture at the end.
 
     The material is FILE, or the file that NACRE_DATA names (in a folder: the first RGL table), or
@@ -68,7 +69,7 @@ def command(file: Path | None, output: Path, draft: bool, spp: int) -> None:
             report("measuring", 0, 1)
             _measure(path)
         truth = load(path)
-        network = fit(truth, Recipe(epochs=20) if draft else None, progress=report)
+        network = fit(truth, Recipe.preset(preset), progress=report)
         save(network, target)
         neural = load(target)
         report("comparing", 0, 100)

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from nacre.cli.console import Stages, check_outputs, console, file_path, numbers, raise_all
+from nacre.cli.console import (
+    Stages,
+    check_outputs,
+    console,
+    file_path,
+    numbers,
+    preset_option,
+    raise_all,
+)
 
 if TYPE_CHECKING:
     from nacre.analytic import AnalyticBrdf
@@ -51,7 +59,7 @@ def _model(
 
 def _analytic_settings(context: click.Context, gain: float | None) -> dict[str, Any]:
     """Settings of an analytic fit; refuses options that only a network has."""
-    for name in ("inputs", "hidden", "size", "precision", "epochs", "draft", "sampling", "device"):
+    for name in ("inputs", "hidden", "size", "precision", "epochs", "preset", "sampling", "device"):
         if context.get_parameter_source(name) != ParameterSource.DEFAULT:
             raise click.BadParameter(f"--{name} is for networks, not analytic models")
     settings = {"gain": gain, "samples": context.params["samples"], "seed": context.params["seed"]}
@@ -124,13 +132,15 @@ def _validation(quality: dict[str, Any]) -> str:
     help="How weights are stored: 4 or 2 bytes each. Default: single, and half with enhanced "
     "inputs.",
 )
-@click.option("--epochs", default=100, type=click.IntRange(1), help="Passes over the samples.")
-@click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs.")
+@preset_option
+@click.option(
+    "--epochs", type=click.IntRange(1), help="Passes over the samples, in place of the preset's."
+)
 @click.option(
     "--samples",
     type=click.IntRange(1000, 100_000_000),
     help="Samples drawn. Default: 800000, or 4000000 for an anisotropic material or "
-    "stereographic inputs; 40000 for an analytic model.",
+    "stereographic inputs, and an eighth of that for a draft; 40000 for an analytic model.",
 )
 @click.option(
     "--sampling",
@@ -157,8 +167,8 @@ def command(
     hidden: tuple[int, ...],
     size: int | None,
     precision: str | None,
-    epochs: int,
-    draft: bool,
+    preset: str,
+    epochs: int | None,
     samples: int | None,
     sampling: str,
     seed: int,
@@ -178,12 +188,12 @@ def command(
     settings = _analytic_settings(context, gain) if model else {}
     if size is not None and context.get_parameter_source("hidden") != ParameterSource.DEFAULT:
         raise click.UsageError("--size and --hidden exclude one another")
-    epochs = max(1, epochs // 5) if draft else epochs
-    recipe = Recipe(
+    recipe = Recipe.preset(
+        preset,
+        **({} if epochs is None else {"epochs": epochs}),
         hidden=hidden,
         size=size,
         precision=precision,
-        epochs=epochs,
         samples=samples,
         seed=seed,
         inputs=inputs,

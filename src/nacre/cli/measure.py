@@ -13,6 +13,7 @@ from nacre.cli.console import (
     check_outputs,
     console,
     file_path,
+    preset_option,
     resolution_option,
     status,
 )
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 @click.option("--scene", type=file_path(), help="Mitsuba scene (.xml) in place of BSDF_JSON.")
 @click.option("--bsdf", "name", metavar="ID", help="Which BSDF of the scene; needed if several.")
 @resolution_option
-@click.option("--draft", is_flag=True, help="Quick look: a fifth of the epochs, where it fits.")
+@preset_option
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same neural file.")
 def command(
     description: str | None,
@@ -36,7 +37,7 @@ def command(
     scene: Path | None,
     name: str | None,
     resolution: tuple[int, ...] | None,
-    draft: bool,
+    preset: str,
     seed: int,
 ) -> None:
     """Measure a Mitsuba BSDF virtually: a table, or a neural material fitted to it.
@@ -59,7 +60,7 @@ def command(
     if target(output).holds == "neural":
         from nacre.neural import Recipe, fit
 
-        recipe = Recipe(epochs=20, seed=seed) if draft else Recipe(seed=seed)
+        recipe = Recipe.preset(preset, seed=seed)
         with Stages() as stages:
             write(fit(brdf, recipe, progress=stages.add(output.stem)), output)
     else:

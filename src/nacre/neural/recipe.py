@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from nacre.neural.inputs import ENHANCED, PAPER, input_count
 from nacre.neural.nbrdf import HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
@@ -12,6 +14,14 @@ from nacre.sampling import DISTRIBUTIONS
 
 ENHANCED_GAIN = 32.0
 """Default gain of the loss with enhanced inputs."""
+
+
+PRESETS: Mapping[str, Mapping[str, Any]] = {
+    "draft": {"sample_share": 0.125, "learning_rate": 2e-2},
+    "standard": {},
+    "best": {"epochs": 500},
+}
+"""Settings of a :class:`Recipe` by how long a fit may take: about .5 s, 3 s and 15 s a material."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +37,13 @@ class Recipe:
         Bytes that the weights may take: two hidden layers as wide as they allow, in place of
         `hidden`. The extra layer of a scan is not counted.
     epochs
-        Passes over the training samples; 20 make a draft.
+        Passes over the training samples.
     samples
         Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
         anisotropic or the inputs are stereographic. Of a scan with scattered samples: training
         samples, filling between them included; None for 320,000, or 1,600,000.
+    sample_share
+        How many of those are drawn where `samples` is None.
     batch
         Samples an optimiser step, a multiple of 16; a scan takes half as many.
     learning_rate
@@ -60,6 +72,7 @@ class Recipe:
     size: int | None = None
     epochs: int = 100
     samples: int | None = None
+    sample_share: float = 1.0
     batch: int = 512
     learning_rate: float = 1e-2
     held_out: float = 0.2
@@ -80,6 +93,8 @@ class Recipe:
         ):
             if value < 1:
                 raise ValueError(f"{name} must be positive, got {value}")
+        if not 0 < self.sample_share <= 100:
+            raise ValueError(f"sample_share must lie above 0, got {self.sample_share}")
         if not 0 < self.learning_rate < math.inf:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         if not 0 < self.held_out < 1:
@@ -98,6 +113,19 @@ class Recipe:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
         if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
             raise ValueError(f"samples must leave some to train on, got {self.samples}")
+
+    @classmethod
+    def preset(cls, name: str, **settings: Any) -> Recipe:
+        """One of :data:`PRESETS`, with other settings if you like.
+
+        Raises
+        ------
+        ValueError
+            If there is no such preset, or a setting is impossible.
+        """
+        if name not in PRESETS:
+            raise ValueError(f"preset must be one of {', '.join(PRESETS)}, got {name!r}")
+        return cls(**{**PRESETS[name], **settings})
 
     @property
     def loss_gain(self) -> float:

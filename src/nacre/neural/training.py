@@ -106,7 +106,8 @@ def fit(
             learning_rate=0.5 * recipe.learning_rate,
             precision=recipe.precision or SINGLE,
         )
-    count = recipe.samples or factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
+    usual = factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
+    count = recipe.samples or max(4 * BLOCK, round(recipe.sample_share * usual))
     report = progress or (lambda stage, done, total, note: None)
     inputs = input_count(recipe.inputs, isotropic)
     precision = recipe.stored_precision
