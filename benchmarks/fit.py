@@ -21,9 +21,10 @@ import numpy as np
 from benchmarks.table import markdown, prevent_oversubscription
 from nacre import load
 from nacre.neural.kernel import KernelTrainer
+from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.training import SAMPLES, initial_layers, train
+from nacre.neural.training import initial_layers, train
 from nacre.parallel import core_count
 from tests.data import list_data, require_data
 
