@@ -27,9 +27,10 @@ from benchmarks.peak import peak
 from benchmarks.table import markdown, prevent_oversubscription
 from nacre import Brdf
 from nacre.neural.kernel import KernelTrainer
+from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.training import SAMPLES, initial_layers, schedule, train
+from nacre.neural.training import initial_layers, schedule, train
 from nacre.parallel import core_count
 
 SAMPLING = "mixed"

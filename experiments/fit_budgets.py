@@ -27,9 +27,10 @@ from benchmarks.table import markdown, prevent_oversubscription
 from nacre import Recipe
 from nacre.neural.inputs import input_count
 from nacre.neural.kernel import KernelTrainer
+from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import PRESETS
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.training import SAMPLES, initial_layers, train
+from nacre.neural.training import initial_layers, train
 
 UNSEEN = 100_000
 """Samples that losses are measured on."""

@@ -31,7 +31,7 @@ from benchmarks.fidelity import row
 from benchmarks.table import markdown
 from nacre.color import tone_map
 from nacre.evaluate import compare
-from nacre.neural.training import SAMPLES
+from nacre.neural.prepared import SAMPLES
 from nacre.render.environment import load_environment
 from nacre.render.preview import write_bytes
 from tests.data import data_folder

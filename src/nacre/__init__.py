@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nacre.brdf import Brdf, CosineSampler, Sampler
     from nacre.files import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
-    from nacre.neural import NeuralBrdf, Recipe, fit
+    from nacre.neural import NeuralBrdf, Recipe, fit, fit_many
 
 __version__ = "0.1.0"
 
@@ -44,6 +44,7 @@ __all__ = [
     "download",
     "evaluate",
     "fit",
+    "fit_many",
     "formats",
     "geometry",
     "latent",
@@ -75,6 +76,6 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "brdf": ["Brdf", "CosineSampler", "Sampler"],
         "files": ["FormatError", "MissingExtraError", "NacreError"],
         "formats": ["load", "save"],
-        "neural": ["NeuralBrdf", "Recipe", "fit"],
+        "neural": ["NeuralBrdf", "Recipe", "fit", "fit_many"],
     },
 )

@@ -1,0 +1,174 @@
+"""From any reflectance to an NBRDF, alone or many at once."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+
+from nacre.brdf import Brdf
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.neural.prepared import Prepared, prepare
+from nacre.neural.recipe import Recipe
+from nacre.neural.training import train
+from nacre.parallel import thread_map
+from nacre.progress import Progress
+
+
+def fit(
+    brdf: Brdf,
+    recipe: Recipe | None = None,
+    *,
+    device: str | None = None,
+    progress: Progress | None = None,
+) -> NeuralBrdf:
+    """Fit an NBRDF to a reflectance.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance. One that offers scattered samples (:meth:`nacre.Brdf.scattered`) is fitted
+        to these, as :mod:`nacre.neural.scattered` has it.
+    recipe
+        Settings; the defaults of :class:`Recipe` where None.
+    device
+        None for the compiled CPU kernel; a PyTorch device ("cpu", "cuda") for the same recipe as
+        :func:`fit_many` has it.
+    progress
+        Called as the fit goes on.
+
+    Returns
+    -------
+    NeuralBrdf
+        With importance sampling lobes fitted to it, and the settings and losses in its metadata.
+
+    Raises
+    ------
+    NacreError
+        If hardly any sample of the reflectance is valid, if a scan has too few, if training does
+        not converge, or if there is no such device.
+    MissingExtraError
+        If a device is given and PyTorch is not installed.
+
+    Notes
+    -----
+    The loss is equation 1 of the NBRDF paper; that of scans differs, see
+    :mod:`nacre.neural.scattered`, which also says how they are kept from rising towards the
+    horizon. The output is not clamped while training: a ReLU there kills colour channels for good.
+    """
+    if device is not None:
+        ((_, network),) = fit_many([brdf], recipe, device=device, progress=progress)
+        if isinstance(network, Exception):
+            raise network
+        return network
+    from nacre.neural.kernel import KernelTrainer
+
+    material = prepare(brdf, recipe or Recipe(), progress or _silent)
+    trainer = KernelTrainer(material.initial_layers(), material.recipe.batch)
+    quality = train(trainer, material.training, material.held_out, material.recipe, progress)
+    if progress:
+        progress("sampling lobes", 0, 1, "")
+    network = material.finish(trainer.layers(), quality)
+    if progress:
+        progress("sampling lobes", 1, 1, "")
+    return network
+
+
+def fit_many(
+    brdfs: Iterable[Brdf],
+    recipe: Recipe | None = None,
+    *,
+    device: str,
+    progress: Progress | None = None,
+) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
+    """Fit an NBRDF to each of many reflectances, those of one kind together on a PyTorch device.
+
+    Networks of the same widths with as many samples train as one batch; the rest is as :func:`fit`
+    has it, and so are the networks, up to rounding. A material that cannot be fitted costs itself
+    only.
+
+    Parameters
+    ----------
+    brdfs
+        Reflectances; one at a time is taken, sampled and let go.
+    recipe
+        Settings of all; the defaults of :class:`Recipe` where None.
+    device
+        PyTorch device: "cpu", "cuda", "cuda:1". When the samples that wait reach what
+        :func:`nacre.neural.device.stack_bytes` says of it, the largest batch is trained.
+    progress
+        Called as the fits go on, with the median held-out loss of a batch.
+
+    Returns
+    -------
+    iterator
+        Of pairs: the place of a reflectance in `brdfs`, from 0, and its network or what went wrong.
+        A batch comes when it is done, so places are in no particular order.
+
+    Raises
+    ------
+    NacreError
+        If there is no such device, or while iterating if its memory is exhausted.
+    MissingExtraError
+        If PyTorch is not installed.
+    """
+    from nacre.neural.device import stack_bytes
+
+    room = stack_bytes(device)
+    return _fit_many(brdfs, recipe or Recipe(), device, room, progress)
+
+
+def _silent(stage: str, done: int, total: int, note: str) -> None:
+    """No progress."""
+
+
+def _fit_many(
+    brdfs: Iterable[Brdf], recipe: Recipe, device: str, room: int, progress: Progress | None
+) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
+    waiting: dict[Hashable, dict[int, Prepared]] = defaultdict(dict)
+
+    def size(shape: Hashable) -> int:
+        return sum(material.size for material in waiting[shape].values())
+
+    for index, brdf in enumerate(brdfs):
+        try:
+            material = prepare(brdf, recipe, progress or _silent)
+        except Exception as error:  # of whatever kind, it must not cost the other materials
+            yield index, error.with_traceback(None)  # whose frames hold this one
+            continue
+        waiting[material.shape][index] = material
+        if sum(map(size, waiting)) >= room:
+            yield from _fit_stack(waiting.pop(max(waiting, key=size)), device, progress)
+    while waiting:
+        yield from _fit_stack(waiting.popitem()[1], device, progress)
+
+
+def _fit_stack(
+    stack: Mapping[int, Prepared], device: str, progress: Progress | None
+) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
+    """Train materials of one shape together."""
+    from nacre.neural.device import SampleStack, memory_errors
+    from nacre.neural.torch import TorchTrainer
+
+    materials = list(stack.values())
+    recipe = materials[0].recipe
+    with memory_errors(device):
+        first = materials[0].initial_layers()
+        trainer = TorchTrainer(first, recipe.batch, device, len(materials))
+        training = SampleStack([material.training for material in materials], device)
+        held_out = SampleStack([material.held_out for material in materials], device)
+        losses = train(trainer, training, held_out, recipe, progress)
+        layers = trainer.layers()
+
+    def finish(k: int) -> NeuralBrdf | Exception:
+        try:
+            quality = {name: float(values[k]) for name, values in losses.items()}
+            return materials[k].finish(layers[k], quality)
+        except Exception as error:
+            return error.with_traceback(None)
+
+    report = progress or _silent
+    report("sampling lobes", 0, len(stack), "")
+    finished = thread_map(finish, range(len(stack)))
+    for done, (index, result) in enumerate(zip(stack, finished, strict=True), 1):
+        report("sampling lobes", done, len(stack), "")
+        yield index, result
