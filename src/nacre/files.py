@@ -220,6 +220,22 @@ def atomic_path(path: PathLike) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def write_encoded(path: PathLike, encode: Callable[[Any], bytes], content: Any) -> None:
+    """Write `encode(content)` to a file, whole or not at all.
+
+    Raises
+    ------
+    FormatError
+        If `encode` raises one, which then names the file, or the path cannot be written.
+    """
+    try:
+        data = encode(content)
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from error
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(data)
+
+
 def abandoned(folder: PathLike) -> list[Path]:
     """Temporary files of :func:`atomic_path` in a folder: its process was killed, or works now."""
     with os.scandir(folder) as entries:

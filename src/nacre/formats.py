@@ -36,12 +36,17 @@ def is_measured(path: PathLike) -> bool:
     analytic ones. Where other files have the ending too, as images do, its content must be of the
     format; else damaged files count as well.
     """
+    return any(entry.claims is None or entry.claims(Path(path)) for entry in _of_ending(path))
+
+
+def has_measured_ending(path: PathLike) -> bool:
+    """Whether a file has an ending that measured reflectance has, whatever is in it."""
+    return bool(_of_ending(path))
+
+
+def _of_ending(path: PathLike) -> list[Format]:
     suffix = Path(path).suffix.lower()
-    return any(
-        entry.claims is None or entry.claims(Path(path))
-        for entry in _formats
-        if suffix in entry.extensions and entry not in _MODELS
-    )
+    return [e for e in _formats if suffix in e.extensions and e not in _MODELS]
 
 
 def load(path: PathLike, material: str | None = None) -> Brdf:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import subprocess
 import sys
 
@@ -63,6 +64,16 @@ def test_failures_are_listed_at_the_end_with_exit_code_1(folder, capsys):
     assert "the file is cut short" in second
 
 
+def test_what_has_the_ending_of_measurements_and_is_none_is_named(folder, capsys):
+    for index in range(7):
+        (folder / f"in/{index}.bin").write_bytes(bytes(100))
+    assert run("fit", "in", "-o", "lib", *QUICK) == 0
+    done = capsys.readouterr()
+    assert done.out == "lib: 3 fitted\n"
+    names = "0.bin, 1.bin, 2.bin, 3.bin, 4.bin, and 2 more"
+    assert done.err == f"nacre: left out, not measurements: {names}\n"
+
+
 def test_analytic_models_and_files_beside_folders(folder, capsys):
     table(folder / "lone.binary")
     options = ["--model", "lambert", "--samples", "1000"]
@@ -72,6 +83,22 @@ def test_analytic_models_and_files_beside_folders(folder, capsys):
         "library.jsonl",
         *(f"{name}.json" for name in ("a", "b", "sub/a", "lone")),
     }
+
+
+def test_a_local_cluster_is_started_and_its_dashboard_told(folder, capsys):
+    pytest.importorskip("distributed")
+    assert run("fit", "in", "-o", "here", *QUICK) == 0
+    capsys.readouterr()
+    (folder / "in/bad.binary").write_bytes(b"bad")
+    assert run("fit", "in", "-o", "lib", "--scheduler", "local", "--jobs", "1", *QUICK) == 1
+    done = capsys.readouterr()
+    assert done.out == "lib: 3 fitted, 1 failed\n"
+    link, failure = done.err.splitlines()
+    assert re.fullmatch(r"dashboard: http://127\.0\.0\.1:\d+/status", link)
+    assert failure.startswith("nacre: bad.binary: content is of no known format")
+    fits = contents(folder / "here")
+    del fits["library.jsonl"]
+    assert fits.items() <= contents(folder / "lib").items()
 
 
 def test_without_an_output_fits_go_here(folder, capsys):
@@ -89,6 +116,10 @@ def test_without_an_output_fits_go_here(folder, capsys):
         (["in", "absent.binary", "-o", "lib"], "absent.binary: does not exist"),
         (["in", "in/sub/../../twin", "-o", "lib"], "same name as"),
         (["in", "--model", "ggx", "--preset", "draft"], "--preset is for networks"),
+        (["in", "--scheduler", "host"], "'host' is neither local nor like tcp://host:8786"),
+        (["in", "--scheduler", "tcp://host:1", "--jobs", "2"], "--jobs is for this machine"),
+        (["in", "--data", "path"], "--data is for a cluster"),
+        (["in/a.binary", "--scheduler", "local"], "--scheduler is for folders"),
     ],
 )
 def test_wrong_usage_says_so_and_makes_nothing(folder, capsys, arguments, words):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -53,3 +54,12 @@ def lines(output: Path) -> list[dict[str, Any]]:
 
 def sources(records: Any) -> set[str]:
     return {record.source for record in records}
+
+
+def eventually(look: Callable[[], Any], seconds: float = 60.0) -> Any:
+    """What `look` returns as soon as that is true."""
+    end = time.monotonic() + seconds
+    while not (found := look()):
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+    return found

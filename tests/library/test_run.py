@@ -15,7 +15,15 @@ import pytest
 import nacre
 from nacre.analytic import MODELS
 from nacre.files import FormatError, NacreError
-from nacre.library import MANIFEST, AnalyticFitting, NetworkFitting, Watcher, fit_library
+from nacre.library import (
+    MANIFEST,
+    AnalyticFitting,
+    NetworkFitting,
+    Threads,
+    Watcher,
+    fit_library,
+    material,
+)
 from nacre.library import run as module
 from nacre.lock import exclusive
 from tests.library.support import QUICK, RECIPE, Staged, contents, lines, sources, table
@@ -57,7 +65,7 @@ def test_a_library_is_fitted_once(folder, output):
 
 def test_fits_do_not_depend_on_how_many_run_at_a_time(folder, tmp_path):
     for jobs in (1, 3):
-        fit_library([folder], tmp_path / str(jobs), QUICK, jobs=jobs)
+        fit_library([folder], tmp_path / str(jobs), QUICK, executor=Threads(jobs))
     for name in "abc":
         one, three = ((tmp_path / f"{jobs}/{name}.safetensors").read_bytes() for jobs in (1, 3))
         assert one == three
@@ -157,7 +165,7 @@ def test_a_full_disk_fails_what_it_meets_and_keeps_what_was_done(folder, output,
             full.set()
 
     monkeypatch.setattr(os, "fsync", maybe)
-    outcome = fit_library([folder], output, Staged(before=before), jobs=1)
+    outcome = fit_library([folder], output, Staged(before=before), executor=Threads(1))
     assert sources(outcome.fitted) == {"a.binary"}
     assert all("No space left on device" in record.error for record in outcome.failed)
     assert set(contents(output)) == {MANIFEST, "a.safetensors"}
@@ -192,7 +200,7 @@ def test_an_interrupt_keeps_what_is_done(folder, output):
                 time.sleep(0.01)
 
     with pytest.raises(KeyboardInterrupt):
-        fit_library([folder], output, Staged(before=before), jobs=1)
+        fit_library([folder], output, Staged(before=before), executor=Threads(1))
     errors = {line["source"]: line["error"] for line in lines(output)}
     assert errors == {"a.binary": None, "b.binary": module.UNFINISHED}
     assert set(contents(output)) == {MANIFEST, "a.safetensors"}
@@ -238,7 +246,7 @@ def test_no_more_materials_are_held_than_jobs(folder, output, monkeypatch):
             held += step
             most = max(most, held)
 
-    load = module.load
+    load = material.load
 
     def counted(path):
         brdf = load(path)
@@ -250,8 +258,8 @@ def test_no_more_materials_are_held_than_jobs(folder, output, monkeypatch):
         if brdf.name.endswith(("1", "3", "5")):
             raise ValueError("errors hold frames, and frames the material")
 
-    monkeypatch.setattr(module, "load", counted)
-    outcome = fit_library([folder], output, Staged(before=before), jobs=2)
+    monkeypatch.setattr(material, "load", counted)
+    outcome = fit_library([folder], output, Staged(before=before), executor=Threads(2))
     assert (len(outcome.fitted), len(outcome.failed)) == (6, 3)
     assert most <= 2
     assert held == 0
@@ -273,7 +281,7 @@ def test_a_watcher_hears_of_every_material(folder, output):
 
     fit_library([folder / "a.binary"], output, QUICK)
     (folder / "b.binary").write_bytes(b"")
-    fit_library([folder], output, QUICK, jobs=1, watcher=Notes())
+    fit_library([folder], output, QUICK, executor=Threads(1), watcher=Notes())
     assert heard == [
         2,
         "start b.binary",
@@ -295,9 +303,9 @@ def test_what_failed_before_or_ended_the_process_comes_last(folder, output):
             raise ValueError("not this one")
 
     for _ in range(2):
-        assert sources(fit_library([folder], output, Staged(before=before), jobs=1).failed) == {
-            "a.binary"
-        }
+        assert sources(
+            fit_library([folder], output, Staged(before=before), executor=Threads(1)).failed
+        ) == {"a.binary"}
         table(folder / "b.binary", 9)
     assert order == ["a", "b", "c", "b", "a"]
 

@@ -53,8 +53,17 @@ def test_measurements_are_found_at_any_depth_and_nothing_else(tmp_path, network)
         ("record.json", b'{"url": 1}'),
     ):
         (tmp_path / name).write_bytes(content)
-    found = find_sources([tmp_path], tmp_path / "lib")
+    left_out: list[Path] = []
+    found = find_sources([tmp_path], tmp_path / "lib", left_out.append)
     assert relative(found) == ["b.binary", "damaged.bsdf", "scan.csv", "deep/er/A.BINARY"]
+    assert [path.name for path in left_out] == [
+        "archive.npz",
+        "firmware.bin",
+        "picture.exr",
+        "picture.png",
+        "prices.csv",
+        "weights.npy",
+    ]
     assert all(source.path == tmp_path / source.relative for source in found)
 
 

@@ -9,22 +9,22 @@ from typing import Any
 
 from nacre.analytic.catalogue import MODELS
 from nacre.analytic.model import AnalyticBrdf
-from nacre.files import Format, FormatError, atomic_path, check_json, read_bytes, reason
+from nacre.files import Format, FormatError, check_json, read_bytes, reason, write_encoded
 
 VERSION = 1
 _LIMIT = 1 << 20
 
 
-def save(brdf: AnalyticBrdf, path: Path) -> None:
-    """Write an analytic material; every number comes back as it was.
+def encode(brdf: AnalyticBrdf) -> bytes:
+    """The content of an analytic material's file; every number comes back as it was.
 
     Raises
     ------
     FormatError
-        If `brdf` is no analytic material or the path cannot be written.
+        If `brdf` is no analytic material, or the format cannot hold it.
     """
     if not isinstance(brdf, AnalyticBrdf):
-        raise FormatError(f"{path}: holds analytic materials only; fit one with nacre fit --model")
+        raise FormatError("holds analytic materials only; fit one with nacre fit --model")
     content = {
         "model": brdf.model,
         "version": VERSION,
@@ -36,9 +36,19 @@ def save(brdf: AnalyticBrdf, path: Path) -> None:
         check_json(content)
         text = json.dumps(content, indent=1)
     except (TypeError, ValueError) as error:
-        raise FormatError(f"{path}: metadata cannot be written as JSON: {error}") from error
-    with atomic_path(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+        raise FormatError(f"metadata cannot be written as JSON: {error}") from error
+    return (text + "\n").encode()
+
+
+def save(brdf: AnalyticBrdf, path: Path) -> None:
+    """Write an analytic material.
+
+    Raises
+    ------
+    FormatError
+        As :func:`encode` has it, or if the path cannot be written.
+    """
+    write_encoded(path, encode, brdf)
 
 
 def load(path: Path) -> AnalyticBrdf:

@@ -23,6 +23,7 @@ from nacre.cli.console import (
 
 if TYPE_CHECKING:
     from nacre.analytic import AnalyticBrdf
+    from nacre.library.submission import Data
 
 
 def _widths(context: click.Context, parameter: click.Parameter, value: str) -> tuple[int, ...]:
@@ -156,6 +157,19 @@ def _validation(quality: dict[str, Any]) -> str:
     "--device",
     help="Fit in PyTorch on this device (cpu, cuda) in place of the compiled CPU kernel.",
 )
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Fit folders on a Dask cluster (extra: cluster): tcp://HOST:8786, or local for processes "
+    "on this machine. See docs/cluster.md.",
+)
+@click.option(
+    "--data",
+    default="auto",
+    type=click.Choice(["auto", "path", "content"]),
+    help="How a cluster comes by measured files: by the same path, by their content, which is "
+    "sent, or by content where a worker has another file under the path, or none.",
+)
 @click.pass_context
 def command(
     context: click.Context,
@@ -174,6 +188,8 @@ def command(
     seed: int,
     jobs: int | None,
     device: str | None,
+    scheduler: str | None,
+    data: Data,
 ) -> None:
     """Fit a neural material, or an analytic model, to each measured file.
 
@@ -201,12 +217,14 @@ def command(
         sampling=sampling,
     )
     if any(path.is_dir() for path in files):
-        from nacre.cli.library import fit_folders
+        from nacre.cli.library import executor, fit_folders
         from nacre.library import AnalyticFitting, NetworkFitting
 
         fitting = AnalyticFitting(model, settings) if model else NetworkFitting(recipe, device)
-        fit_folders(files, output, fitting, jobs)
+        fit_folders(files, output, fitting, executor(scheduler, data, jobs))
         return
+    if scheduler is not None:
+        raise click.UsageError("--scheduler is for folders")
     targets = _targets(files, output, ".json" if model else ".safetensors")
     for path in targets.values():
         entry, kind = target(path), "analytic" if model else "neural"

@@ -17,12 +17,33 @@ from rich.text import Text
 from nacre.cli.console import StageCallback, console, stage_columns, status
 from nacre.files import printable
 from nacre.formats import formats
-from nacre.library import Fitting, Watcher, fit_library
+from nacre.library import Cluster, Executor, Fitting, Threads, Watcher, fit_library
+from nacre.library.cluster import LOCAL
+from nacre.library.submission import Data
 from nacre.progress import Progress as Report
 
 
+def executor(scheduler: str | None, data: Data, jobs: int | None) -> Executor:
+    """What carries out fits, by what the user says.
+
+    Raises
+    ------
+    BadParameter
+        If `scheduler` is no address, or an option does not go with it.
+    """
+    if scheduler is None:
+        if data != "auto":
+            raise click.BadParameter("--data is for a cluster; name its --scheduler")
+        return Threads(jobs)
+    if scheduler != LOCAL and "://" not in scheduler:
+        raise click.BadParameter(f"{scheduler!r} is neither {LOCAL} nor like tcp://host:8786")
+    if scheduler != LOCAL and jobs:
+        raise click.BadParameter("--jobs is for this machine; a cluster runs one fit a thread")
+    return Cluster(scheduler, data=data, workers=jobs)
+
+
 def fit_folders(
-    paths: Sequence[Path], output: Path | None, fitting: Fitting, jobs: int | None
+    paths: Sequence[Path], output: Path | None, fitting: Fitting, executor: Executor
 ) -> None:
     """Fit all that is in folders; exit with 1 if something failed.
 
@@ -38,7 +59,7 @@ def fit_folders(
         raise click.BadParameter(f"{output} must be a folder, as what is fitted to a folder")
     output = output or Path()
     with LibraryDisplay() as display:
-        outcome = fit_library(paths, output, fitting, jobs=jobs, watcher=display)
+        outcome = fit_library(paths, output, fitting, executor=executor, watcher=display)
     counts = {
         "fitted": outcome.fitted,
         "unchanged": outcome.unchanged,
@@ -46,10 +67,18 @@ def fit_folders(
     }
     line = ", ".join(f"{len(records)} {word}" for word, records in counts.items() if records)
     console.print(printable(f"{output}: {line}"), markup=False)
+    if outcome.left_out:
+        click.echo(f"nacre: left out, not measurements: {_some(outcome.left_out)}", err=True)
     for record in outcome.failed:
         click.echo(f"nacre: {printable(record.source)}: {record.error}", err=True)
     if outcome.failed:
         raise SystemExit(1)
+
+
+def _some(paths: Sequence[Path], most: int = 5) -> str:
+    """The first names of a list that may be long."""
+    rest = f", and {len(paths) - most} more" if len(paths) > most else ""
+    return printable(", ".join(path.name for path in paths[:most])) + rest
 
 
 class LibraryDisplay(Watcher):
@@ -83,6 +112,10 @@ class LibraryDisplay(Watcher):
         if status.is_terminal:
             self._live.__exit__(*error)
 
+    def dashboard(self, link: str) -> None:
+        """See :class:`nacre.library.Watcher`."""
+        status.print(f"dashboard: {link}", markup=False)
+
     def begin(self, materials: int) -> None:
         """See :class:`nacre.library.Watcher`."""
         self._total = materials
@@ -101,7 +134,8 @@ class LibraryDisplay(Watcher):
     def end(self, name: str, error: str | None) -> None:
         """See :class:`nacre.library.Watcher`."""
         with self._lock:
-            self._materials.remove_task(self._lines.pop(name).task)
+            if line := self._lines.pop(name, None):
+                self._materials.remove_task(line.task)
             self._done += error is None
             self._failed += error is not None
             self._update()

@@ -12,8 +12,10 @@ from typing import Any, ClassVar
 
 from nacre import analytic, neural
 from nacre.analytic import AnalyticBrdf
+from nacre.analytic import file as analytic_file
 from nacre.brdf import Brdf
 from nacre.neural import NeuralBrdf, Recipe
+from nacre.neural import file as neural_file
 from nacre.progress import Progress
 
 
@@ -36,6 +38,16 @@ class Fitting(abc.ABC):
         ------
         NacreError
             If it cannot be fitted.
+        """
+
+    @abc.abstractmethod
+    def encode(self, fitted: Brdf) -> bytes:
+        """The content of the file of a fit.
+
+        Raises
+        ------
+        NacreError
+            If it cannot be written.
         """
 
     @abc.abstractmethod
@@ -83,6 +95,11 @@ class NetworkFitting(Fitting):
         """See :class:`Fitting`."""
         return neural.fit(brdf, self.recipe, device=self.device, progress=progress)
 
+    def encode(self, fitted: Brdf) -> bytes:
+        """See :class:`Fitting`."""
+        assert isinstance(fitted, NeuralBrdf)
+        return neural_file.encode(fitted)
+
     def losses(self, fitted: Brdf) -> dict[str, float]:
         """See :class:`Fitting`."""
         assert isinstance(fitted, NeuralBrdf)
@@ -128,6 +145,11 @@ class AnalyticFitting(Fitting):
     def fit(self, brdf: Brdf, progress: Progress) -> AnalyticBrdf:
         """See :class:`Fitting`."""
         return analytic.fit(brdf, self.model, progress=progress, **self.options)
+
+    def encode(self, fitted: Brdf) -> bytes:
+        """See :class:`Fitting`."""
+        assert isinstance(fitted, AnalyticBrdf)
+        return analytic_file.encode(fitted)
 
     def losses(self, fitted: Brdf) -> dict[str, float]:
         """See :class:`Fitting`."""

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import threading
-import time
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import nacre
-from nacre.files import FormatError, NacreError, PathLike, abandoned, digest, printable, reason
-from nacre.formats import load, save
+from nacre.files import FormatError, NacreError, PathLike, abandoned, atomic_path, digest, printable
+from nacre.library.executor import Executor, Job, Stream, Threads
 from nacre.library.fitting import Fitting, NetworkFitting
 from nacre.library.manifest import Manifest, Record
+from nacre.library.material import Fit, explain
 from nacre.library.sources import Source, find_sources, output_names
+from nacre.library.watcher import Watcher
 from nacre.lock import exclusive
-from nacre.parallel import core_count, one_blas_thread
+from nacre.parallel import thread_map
 from nacre.progress import Progress
 
 LOCK = ".library.lock"
@@ -27,20 +26,6 @@ LOCK = ".library.lock"
 
 UNFINISHED = "the run ended before this was finished"
 """Error of a material while it is being fitted."""
-
-
-class Watcher:
-    """Hears how a run goes on, from several threads at once. This one does nothing."""
-
-    def begin(self, materials: int) -> None:
-        """So many will be fitted."""
-
-    def start(self, name: str) -> Progress:
-        """A material is begun; what is returned is called as its fit goes on."""
-        return lambda stage, done, total, note: None
-
-    def end(self, name: str, error: str | None) -> None:
-        """A material is done, or has failed for a reason."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +40,14 @@ class Outcome:
         Those whose fit was up to date.
     failed
         Those that could not be fitted; their `error` says why.
+    left_out
+        Files that have the ending of measurements, and are none.
     """
 
     fitted: tuple[Record, ...]
     unchanged: tuple[Record, ...]
     failed: tuple[Record, ...]
-
-
-class _Stopped(BaseException):
-    """Ends a fit that nobody waits for any more; no error of the material."""
+    left_out: tuple[Path, ...] = ()
 
 
 def fit_library(
@@ -71,15 +55,14 @@ def fit_library(
     output: PathLike,
     fitting: Fitting | None = None,
     *,
-    jobs: int | None = None,
+    executor: Executor | None = None,
     watcher: Watcher | None = None,
 ) -> Outcome:
     """Fit every measured file in folders, into a folder with a manifest.
 
     A material is fitted if the manifest has no fit of it, if its file, the settings or nacre's
     version changed since, or if the fitted file is missing or is not what was written. Whatever
-    goes wrong with a material, a full disk too, costs only that material. At most `jobs` of them
-    are in memory at a time.
+    goes wrong with a material, a full disk too, costs only that material.
 
     Parameters
     ----------
@@ -89,8 +72,8 @@ def fit_library(
         Folder of the fits, made if it is not there; see :func:`nacre.library.output_names`.
     fitting
         What to fit; networks by the recommended recipe where None.
-    jobs
-        Materials at a time; one a core where None.
+    executor
+        What carries out the fits; threads, one a core, where None.
     watcher
         Hears how the run goes on.
 
@@ -98,14 +81,15 @@ def fit_library(
     ------
     NacreError
         If there is nothing to fit, two sources would have the same fit, another run works on
-        `output`, or that is no folder that can be written.
+        `output`, that is no folder that can be written, or the executor does not work.
     MissingExtraError
-        If the fitting needs a library that is not installed.
+        If the fitting or the executor needs a library that is not installed.
     KeyboardInterrupt
         If interrupted; what was finished stays, and the next run goes on.
     """
     output, fitting = Path(output), fitting or NetworkFitting()
-    sources = find_sources(paths, output)
+    left_out: list[Path] = []
+    sources = find_sources(paths, output, left_out.append)
     if not sources:
         where = ", ".join(map(str, paths))
         raise NacreError(f"{where}: no measured materials found")
@@ -114,8 +98,9 @@ def fit_library(
     for name in names:
         if (output / name).resolve() in taken:
             raise FormatError(f"{output / name}: is an input as well; name another output")
-    fitting.check()
+    watcher = watcher or Watcher()
     with contextlib.ExitStack() as stack:
+        stream = stack.enter_context((executor or Threads()).open(fitting, watcher))
         try:
             output.mkdir(parents=True, exist_ok=True)
             stack.enter_context(exclusive(output / LOCK, wait=False))
@@ -126,8 +111,8 @@ def fit_library(
         manifest = Manifest(output)
         leftovers = _leftovers(output, names)
         try:
-            run = _Run(output, fitting, manifest, watcher or Watcher())
-            return run(sources, names, jobs or core_count())
+            outcome = _Run(output, fitting, manifest, watcher)(sources, names, stream)
+            return replace(outcome, left_out=tuple(left_out))
         finally:
             manifest.tidy(set(names))
             for path in leftovers:
@@ -151,24 +136,21 @@ class _Run:
     def __init__(
         self, output: Path, fitting: Fitting, manifest: Manifest, watcher: Watcher
     ) -> None:
-        self._output, self._fitting, self._watcher = output, fitting, watcher
+        self._output, self._watcher = output, watcher
         self._manifest = manifest
         self._settings = fitting.digest
-        self._stopped = threading.Event()
+        self._records: dict[str, Record] = {}
 
-    def __call__(self, sources: Sequence[Source], names: Sequence[str], jobs: int) -> Outcome:
-        with one_blas_thread(), ThreadPoolExecutor(min(jobs, len(sources))) as pool:
-            try:
-                current = list(pool.map(self._current, sources, names))
-                triples = zip(sources, names, current, strict=True)
-                work = [(source, name) for source, name, record in triples if record is None]
-                work.sort(key=lambda pair: self._failed_before(pair[1]))
-                self._watcher.begin(len(work))
-                records = list(pool.map(lambda pair: self._fit(*pair), work))
-            except BaseException:  # an interrupt, which must not wait for what has not begun
-                self._stopped.set()
-                pool.shutdown(cancel_futures=True)
-                raise
+    def __call__(self, sources: Sequence[Source], names: Sequence[str], stream: Stream) -> Outcome:
+        pairs = list(zip(sources, names, strict=True))
+        current = list(thread_map(lambda pair: self._current(*pair), pairs))
+        work = [pair for pair, record in zip(pairs, current, strict=True) if record is None]
+        work.sort(key=lambda pair: self._failed_before(pair[1]))
+        self._watcher.begin(len(work))
+        with contextlib.closing(stream(self._begun(work))) as results:
+            for job, fit in results:
+                self._finish(job.record, job.path, fit)
+        records = [self._records[name] for _, name in work]
         return Outcome(
             tuple(record for record in records if record.error is None),
             tuple(record for record in current if record is not None),
@@ -177,8 +159,6 @@ class _Run:
 
     def _current(self, source: Source, name: str) -> Record | None:
         """The record of a fit that is up to date; None where a material is to be fitted."""
-        if self._stopped.is_set():
-            raise _Stopped
         record = self._manifest.find(name)
         expected = (str(source.relative), self._settings, nacre.__version__, None)
         if record is None:
@@ -203,60 +183,48 @@ class _Run:
         record = self._manifest.find(name)
         return record is not None and record.error is not None
 
-    def _fit(self, source: Source, name: str) -> Record:
-        """Fit one material, and keep what came of it."""
-        shown = printable(str(source.relative))
-        progress = self._watcher.start(shown)
-        record = Record(
-            str(source.relative), None, None, None, self._settings, nacre.__version__, name
-        )
-        with contextlib.suppress(FormatError):  # it only serves the next run
-            self._manifest.keep(replace(record, error=UNFINISHED))
-        try:
-            # Before it is read: a change while it is read shows in the next run.
-            status = source.path.stat()
+    def _begun(self, work: Sequence[tuple[Source, str]]) -> Iterator[Job]:
+        """The jobs, each marked in the manifest when it is taken."""
+        for source, name in work:
+            relative = str(source.relative)
+            record = Record(relative, None, None, None, self._settings, nacre.__version__, name)
+            with contextlib.suppress(FormatError):  # it only serves the next run
+                self._manifest.keep(replace(record, error=UNFINISHED))
+            try:
+                # Before it is read: a change while it is read shows in the next run.
+                status = source.path.stat()
+            except OSError as error:
+                self._finish(record, source.path, Fit(error=explain(error, source.path)))
+                continue
             record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
-            record = replace(record, **self._fitted(source, self._output / name, progress))
-            self._manifest.keep(record)
-        except Exception as error:
-            # As text: the error holds the frames that it went through, and they hold the material.
-            record = self._failed(record, source, error)
-        self._watcher.end(shown, record.error)
-        return record
+            yield Job(source.path, record, self._progress(relative))
 
-    def _fitted(self, source: Source, path: Path, progress: Progress) -> dict[str, Any]:
-        """Fit, and write the file; what a record says of that."""
+    def _progress(self, relative: str) -> Progress:
+        """A material counts as started when the first is heard of it, not when it is queued."""
+        started = cache(lambda: self._watcher.start(printable(relative)))
+        return lambda stage, done, total, note: started()(stage, done, total, note)
 
-        def report(stage: str, done: int, total: int, note: str) -> None:
-            if self._stopped.is_set():
-                raise _Stopped
-            progress(stage, done, total, note)
-
-        report("reading", 0, 1, "")
-        brdf = load(source.path)
-        start = time.perf_counter()
-        fitted = self._fitting.fit(brdf, report)
-        seconds = time.perf_counter() - start
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save(fitted, path)
-        return {
-            "sha256": (brdf.source or {}).get("sha256"),
-            "output_sha256": digest(path),
-            "losses": self._fitting.losses(fitted),
-            "seconds": round(seconds, 3),
-        }
-
-    def _failed(self, record: Record, source: Source, error: Exception) -> Record:
-        if isinstance(error, NacreError):
-            text = str(error).removeprefix(f"{printable(str(source.path))}: ")
-        elif isinstance(error, MemoryError):
-            text = "out of memory"
-        elif isinstance(error, OSError):
-            where = f"{os.fspath(error.filename)}: " if error.filename else ""
-            text = f"{where}{error.strerror or error}"
-        else:
-            text = f"{type(error).__name__}: {reason(error)}"
-        record = replace(record, error=printable(text))
-        with contextlib.suppress(FormatError):  # a material without a record is fitted next time
-            self._manifest.keep(record)
-        return record
+    def _finish(self, record: Record, source: Path, fit: Fit) -> None:
+        """Write what came of a material, and keep a record of it."""
+        result = replace(record, error=fit.error)
+        if fit.error is None:
+            try:
+                path = self._output / record.output
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with atomic_path(path) as temporary:
+                    temporary.write_bytes(fit.content)
+                result = replace(
+                    record,
+                    sha256=fit.sha256,
+                    output_sha256=hashlib.sha256(fit.content).hexdigest(),
+                    losses=dict(fit.losses),
+                    seconds=fit.seconds,
+                )
+                self._manifest.keep(result)
+            except (OSError, NacreError) as error:
+                result = replace(record, error=explain(error, source))
+        if result.error is not None:
+            with contextlib.suppress(FormatError):  # without a record it is fitted next time
+                self._manifest.keep(result)
+        self._records[record.output] = result
+        self._watcher.end(printable(record.source), result.error)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from nacre.files import FormatError, PathLike
-from nacre.formats import is_measured
+from nacre.formats import has_measured_ending, is_measured
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,11 @@ class Source:
     relative: PurePosixPath
 
 
-def find_sources(paths: Sequence[PathLike], output: PathLike) -> list[Source]:
+def find_sources(
+    paths: Sequence[PathLike],
+    output: PathLike,
+    left_out: Callable[[Path], None] = lambda path: None,
+) -> list[Source]:
     """The files among `paths`, and in the folders among them all that are measured materials.
 
     Folders are searched to any depth, but links to folders are not followed. What is hidden (its
@@ -42,6 +46,9 @@ def find_sources(paths: Sequence[PathLike], output: PathLike) -> list[Source]:
         decides.
     output
         Folder of the fits.
+    left_out
+        Called with every file in a folder that has an ending of measurements, but is none: another
+        kind of file, or one that is cut short.
 
     Returns
     -------
@@ -56,7 +63,7 @@ def find_sources(paths: Sequence[PathLike], output: PathLike) -> list[Source]:
     found: dict[Path, Source] = {}
     for path in map(Path, paths):
         if path.is_dir():
-            listed = _below(path, Path(output).resolve())
+            listed = _below(path, Path(output).resolve(), left_out)
         elif path.exists():
             listed = [Source(path, PurePosixPath(path.name))]
         else:
@@ -66,7 +73,7 @@ def find_sources(paths: Sequence[PathLike], output: PathLike) -> list[Source]:
     return list(found.values())
 
 
-def _below(root: Path, output: Path) -> list[Source]:
+def _below(root: Path, output: Path, left_out: Callable[[Path], None]) -> list[Source]:
     """Measured files in a folder, but not those in the folder `output` within it."""
 
     def refuse(error: OSError) -> None:
@@ -78,11 +85,14 @@ def _below(root: Path, output: Path) -> list[Source]:
         folders[:] = sorted(
             f for f in folders if not f.startswith(".") and (folder / f).resolve() != output
         )
-        sources += [
-            Source(path, PurePosixPath(path.relative_to(root).as_posix()))
-            for path in (folder / file for file in sorted(files) if not file.startswith("."))
-            if path.is_file() and is_measured(path)
-        ]
+        for path in (folder / file for file in sorted(files) if not file.startswith(".")):
+            if not path.is_file() or not has_measured_ending(path):
+                continue
+            if is_measured(path):
+                relative = PurePosixPath(path.relative_to(root).as_posix())
+                sources.append(Source(path, relative))
+            else:
+                left_out(path)
     return sources
 
 

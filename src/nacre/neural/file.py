@@ -11,7 +11,15 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.brdf import CosineSampler, Sampler
-from nacre.files import Format, FormatError, PathLike, atomic_path, check_json, read_bytes, reason
+from nacre.files import (
+    Format,
+    FormatError,
+    PathLike,
+    check_json,
+    read_bytes,
+    reason,
+    write_encoded,
+)
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, Layer, NeuralBrdf, check_weights
 from nacre.sampling import BlinnPhongMixture
@@ -40,16 +48,16 @@ _PARAMETRISATIONS = {
 """What the file says of a network's inputs and whether it is isotropic."""
 
 
-def save(network: NeuralBrdf, path: PathLike) -> None:
-    """Write a neural material; the same network gives the same bytes.
+def encode(network: NeuralBrdf) -> bytes:
+    """The content of a neural material's file; the same network gives the same bytes.
 
     Raises
     ------
     FormatError
-        If `network` is no neural material or the path cannot be written.
+        If `network` is no neural material, or the format cannot hold it.
     """
     if not isinstance(network, NeuralBrdf):
-        raise FormatError(f"{path}: holds neural materials only; fit the material first")
+        raise FormatError("holds neural materials only; fit the material first")
     header: dict[str, Any] = {
         **network.metadata,
         "version": VERSION,
@@ -59,7 +67,7 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         "output": "exp(x) - 1, clamped at 0",
         "color_space": "linear Rec. 709",
         "name": network.name,
-        "sampler": _describe_sampler(network.sampler, path),
+        "sampler": _describe_sampler(network.sampler),
     }
     kind = PRECISIONS[network.precision]
     tensors = {}
@@ -71,11 +79,21 @@ def save(network: NeuralBrdf, path: PathLike) -> None:
         check_json(header)
         data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header)})
     except (TypeError, ValueError) as error:
-        raise FormatError(f"{path}: metadata cannot be written as JSON: {error}") from error
+        raise FormatError(f"metadata cannot be written as JSON: {error}") from error
     if len(data) > _LIMIT:
-        raise FormatError(f"{path}: {len(data):,} bytes, more than the {_LIMIT:,} we read back")
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(data)
+        raise FormatError(f"{len(data):,} bytes, more than the {_LIMIT:,} we read back")
+    return data
+
+
+def save(network: NeuralBrdf, path: PathLike) -> None:
+    """Write a neural material.
+
+    Raises
+    ------
+    FormatError
+        As :func:`encode` has it, or if the path cannot be written.
+    """
+    write_encoded(path, encode, network)
 
 
 def load(path: PathLike) -> NeuralBrdf:
@@ -140,7 +158,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     return network
 
 
-def _describe_sampler(sampler: Sampler, path: PathLike) -> dict[str, Any]:
+def _describe_sampler(sampler: Sampler) -> dict[str, Any]:
     if isinstance(sampler, CosineSampler):
         return {"kind": "cosine"}
     if isinstance(sampler, BlinnPhongMixture):
@@ -149,7 +167,7 @@ def _describe_sampler(sampler: Sampler, path: PathLike) -> dict[str, Any]:
             "specular": sampler.specular,
             "exponent": sampler.exponent,
         }
-    raise FormatError(f"{path}: cannot hold a sampler of type {type(sampler).__name__}")
+    raise FormatError(f"cannot hold a sampler of type {type(sampler).__name__}")
 
 
 def _make_sampler(header: dict[str, Any]) -> Sampler:
