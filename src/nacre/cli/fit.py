@@ -155,7 +155,8 @@ def _validation(quality: dict[str, Any]) -> str:
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
 @click.option(
     "--device",
-    help="Fit in PyTorch on this device (cpu, cuda) in place of the compiled CPU kernel.",
+    help="Fit in PyTorch on this device (cpu, cuda) in place of the compiled CPU kernel; of a "
+    "folder, all materials as one batch.",
 )
 @click.option(
     "--scheduler",
@@ -221,7 +222,7 @@ def command(
         from nacre.library import AnalyticFitting, NetworkFitting
 
         fitting = AnalyticFitting(model, settings) if model else NetworkFitting(recipe, device)
-        fit_folders(files, output, fitting, executor(scheduler, data, jobs))
+        fit_folders(files, output, fitting, executor(scheduler, data, jobs, device))
         return
     if scheduler is not None:
         raise click.UsageError("--scheduler is for folders")

@@ -17,13 +17,13 @@ from rich.text import Text
 from nacre.cli.console import StageCallback, console, stage_columns, status
 from nacre.files import printable
 from nacre.formats import formats
-from nacre.library import Cluster, Executor, Fitting, Threads, Watcher, fit_library
+from nacre.library import Cluster, Executor, Fitting, Stacks, Threads, Watcher, fit_library
 from nacre.library.cluster import LOCAL
 from nacre.library.submission import Data
 from nacre.progress import Progress as Report
 
 
-def executor(scheduler: str | None, data: Data, jobs: int | None) -> Executor:
+def executor(scheduler: str | None, data: Data, jobs: int | None, device: str | None) -> Executor:
     """What carries out fits, by what the user says.
 
     Raises
@@ -34,7 +34,8 @@ def executor(scheduler: str | None, data: Data, jobs: int | None) -> Executor:
     if scheduler is None:
         if data != "auto":
             raise click.BadParameter("--data is for a cluster; name its --scheduler")
-        return Threads(jobs)
+        # On a device materials train together, unless they are asked to come so many at a time.
+        return Threads(jobs) if jobs or device is None else Stacks()
     if scheduler != LOCAL and "://" not in scheduler:
         raise click.BadParameter(f"{scheduler!r} is neither {LOCAL} nor like tcp://host:8786")
     if scheduler != LOCAL and jobs:

@@ -114,11 +114,9 @@ class NetworkFitting(Fitting):
             If PyTorch is not installed, or has no such device here.
         """
         if self.device is not None:
-            from nacre.neural.samples import BLOCK
-            from nacre.neural.torch import TorchTrainer
-            from nacre.neural.training import initial_layers
+            from nacre.neural.device import open_device
 
-            TorchTrainer(initial_layers((BLOCK,), 0), BLOCK, self.device)
+            open_device(self.device)
 
 
 @dataclass(frozen=True)
