@@ -16,8 +16,11 @@ lint: setup
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 
-bench: setup  ## Speed tables; takes about a quarter of an hour.
+bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m benchmarks.fit
+	$(RUN) -m benchmarks.presets
+	$(RUN) -m benchmarks.cluster
+	$(RUN) -m benchmarks.stacked --samples 80000
 	$(RUN) -m benchmarks.evaluate
 	$(RUN) -m benchmarks.render --cooperative
 	$(RUN) -m benchmarks.fidelity

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from nacre.cli.console import (
     Stages,
@@ -18,7 +19,11 @@ from nacre.cli.console import (
 )
 from nacre.files import NacreError, printable
 
-_EXPERIMENTS = ("table1", "fig6", "fig7", "fig8", "fig9", "fig10", "fig17")
+_NOISE = ("fig13", "fig14", "fig15", "fig16")
+_EXPERIMENTS = ("table1", "fig6", "fig7", "fig8", "fig9", "fig10", *_NOISE, "fig17")
+
+
+_SAMPLERS = ("uniform", "cosine", "blinn-phong", "ggx", "nacre", "own")
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -28,6 +33,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     from nacre.reproduce import Settings, methods
 
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
+    console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(_SAMPLERS)}", markup=False)
     context.exit()
 
 
@@ -42,7 +48,10 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     help="Folder for the CSV, the Markdown table and the pictures.",
 )
 @click.option(
-    "--methods", "chosen", metavar="NAME,NAME", help="What to compare. Default: all that belong."
+    "--methods",
+    "chosen",
+    metavar="NAME,NAME",
+    help="What to compare: methods, or samplers of figures 13 to 16. Default: all that belong.",
 )
 @click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
@@ -95,6 +104,9 @@ def command(
     from nacre.reproduce.methods import TRUTH
 
     require("matplotlib.figure", "plot")
+    if experiment in _NOISE:
+        _noise(experiment, files, output, chosen, quick, seed, cache or output / "cache", fresh)
+        return
     for folder in published:
         if not folder.is_dir():
             raise NacreError(
@@ -130,6 +142,37 @@ def command(
     for path in paths:
         console.print(printable(str(path)), markup=False)
     console.print(f"differs from the paper: {kind.differs}", markup=False)
+
+
+def _noise(
+    experiment: str,
+    files: tuple[Path, ...],
+    output: Path,
+    chosen: str | None,
+    quick: bool,
+    seed: int,
+    cache: Path,
+    fresh: bool,
+) -> None:
+    """The figures of noise, which compare samplers and not representations."""
+    context = click.get_current_context()
+    for name in ("published", "basis", "environment", "size", "epochs", "jobs"):
+        if context.get_parameter_source(name) != ParameterSource.DEFAULT:
+            raise click.BadParameter(f"--{name} is not for {experiment}")
+    from nacre.reproduce.noise import NoiseSettings
+    from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
+
+    names = _names(chosen, _SAMPLERS) if chosen else list(_SAMPLERS)
+    settings = NoiseSettings(seed=seed)
+    if quick:
+        settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)
+    kind = NOISE_EXPERIMENTS[experiment]
+    output.mkdir(parents=True, exist_ok=True)
+    with Stages() as stages:
+        study = kind.run(files, names, settings, cache, stages.add(experiment), fresh=fresh)
+    for path in kind.write(experiment, study, names, files, output):
+        console.print(printable(str(path)), markup=False)
+    console.print(f"differs from the paper: {DIFFERS}", markup=False)
 
 
 def _names(chosen: str, known: Container[str]) -> list[str]:

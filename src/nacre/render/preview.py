@@ -14,6 +14,7 @@ from nacre.color import tone_map
 from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
+from nacre.render.passes import accumulate, pass_sizes
 from nacre.render.plugins import bsdf
 from nacre.render.scene import describe_scene
 
@@ -24,9 +25,6 @@ DISPLAY_IMAGES = (".png", ".jpg", ".jpeg")
 
 IMAGES = (".exr", *DISPLAY_IMAGES)
 """Endings of the files that :func:`write_image` writes."""
-
-PASS = 16
-"""Samples per pixel between two reports of progress."""
 
 MAX_SIZE = 8192
 """Longest edge of a picture in pixels."""
@@ -57,7 +55,7 @@ def render_preview(
     size
         Edge, or width and height, in pixels; at most :data:`MAX_SIZE`.
     spp
-        Samples per pixel, at least 1; rendered :data:`PASS` at a time.
+        Samples per pixel, at least 1; rendered a few at a time.
     seed
         Of the samples: the same seed gives the same picture, but for the rounding of sums whose
         order the renderer's threads decide.
@@ -88,16 +86,11 @@ def render_preview(
     mi = mitsuba()
     shown = bsdf(material) if isinstance(material, Brdf) else material
     scene = mi.load_dict(describe_scene(shown, shape, light, (width, height), environment))
-    passes = [PASS] * (spp // PASS) + [spp % PASS] * (spp % PASS > 0)
-    seeds = np.random.SeedSequence(seed).generate_state(len(passes))
-    total = np.zeros((height, width, 3), np.float64)
-    done = 0
-    for samples, pass_seed in zip(passes, seeds, strict=True):
-        total += samples * np.array(mi.render(scene, spp=samples, seed=int(pass_seed)), np.float64)
-        done += samples
+    picture = np.zeros((height, width, 3))
+    for done, picture in accumulate(scene, pass_sizes([spp]), seed):  # noqa: B007 - the last one
         if progress is not None:
             progress(done / spp)
-    return (total / spp).astype(np.float32)
+    return picture.astype(np.float32)
 
 
 def check_image_path(path: PathLike, endings: Sequence[str] = IMAGES) -> Path:

@@ -84,21 +84,33 @@ def describe_scene(
     }
 
 
-def _camera(mi: Any, size: tuple[int, int]) -> dict[str, Any]:
+def film(size: tuple[int, int]) -> dict[str, Any]:
+    """Film of a width and height in pixels, for linear colours."""
     width, height = size
+    return {
+        "type": "hdrfilm",
+        "width": width,
+        "height": height,
+        "pixel_format": "rgb",
+        "component_format": "float32",
+        "rfilter": {"type": "gaussian"},
+    }
+
+
+def matte(*reflectance: float) -> dict[str, Any]:
+    """A Lambertian surface seen from both sides, of linear RGB or one value for all."""
+    value = list(reflectance) if len(reflectance) > 1 else reflectance[0]
+    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": value}}
+    return {"type": "twosided", "bsdf": diffuse}
+
+
+def _camera(mi: Any, size: tuple[int, int]) -> dict[str, Any]:
     return {
         "type": "perspective",
         "fov": 24.0,
         "fov_axis": "smaller",
         "to_world": mi.ScalarTransform4f().look_at([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], [0, 1, 0]),
-        "film": {
-            "type": "hdrfilm",
-            "width": width,
-            "height": height,
-            "pixel_format": "rgb",
-            "component_format": "float32",
-            "rfilter": {"type": "gaussian"},
-        },
+        "film": film(size),
         "sampler": {"type": "independent"},
     }
 

@@ -28,7 +28,7 @@ _ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".
 """Of files that hold a class of reflectance exactly."""
 _IGNORED = ("cli", "download", "reproduce")
 """Parts of nacre that do not change what a trial finds; within the last, see `_COUNTED`."""
-_COUNTED = ("methods.py", "trial.py")
+_COUNTED = ("methods.py", "noise.py", "trial.py")
 
 
 class Cache:
@@ -115,13 +115,13 @@ def key(material: str, sha256: str, name: str, method: Method, settings: Setting
         "method": name,
         "settings": dict(method.settings),
         "protocol": settings.facts,
-        "code": _code(),
+        "code": code_digest(),
     }
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
 
 
 @cache
-def _code() -> str:
+def code_digest() -> str:
     """SHA-256 of nacre's version and of its modules that matter for a trial."""
     root = Path(nacre.__file__).parent
     total = hashlib.sha256(nacre.__version__.encode())

@@ -1,0 +1,138 @@
+"""Noise of path-traced pictures against samples per pixel, by the way materials are sampled."""
+
+from __future__ import annotations
+
+import copy
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf, Sampler
+from nacre.color import tone_map
+from nacre.progress import Progress
+from nacre.render import bsdf
+from nacre.render.engine import mitsuba
+from nacre.render.passes import accumulate, pass_sizes
+
+Picture = npt.NDArray[np.float32]
+Describe = Callable[[Sequence[Any], tuple[int, int]], dict[str, Any]]
+"""A scene of some BSDFs, at a size in pixels."""
+
+MEASURES = ("MAE", "RMSE", "MAPE", "PSNR")
+_DARK = 0.01
+"""Added to what MAPE divides by: black pixels would decide it."""
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """How pictures are made.
+
+    Parameters
+    ----------
+    size
+        Width and height in pixels.
+    counts
+        Samples per pixel at which errors are taken, increasing.
+    shown
+        Those of the picture that is shown; one of `counts`.
+    reference
+        Those of the picture that the others are compared with.
+    seed
+        Of the samples.
+    """
+
+    size: tuple[int, int] = (360, 240)
+    counts: tuple[int, ...] = (1, 4, 16, 64, 256, 1024)
+    shown: int = 64
+    reference: int = 4096
+    seed: int = 0
+
+
+@dataclass
+class Convergence:
+    """How a picture became less noisy.
+
+    Parameters
+    ----------
+    seconds
+        Spent until each count, without compiling.
+    errors
+        By measure, at each count.
+    picture
+        At the count that is shown: linear RGB, shape (height, width, 3).
+    """
+
+    seconds: list[float] = field(default_factory=list)
+    errors: dict[str, list[float]] = field(default_factory=lambda: {m: [] for m in MEASURES})
+    picture: Picture | None = None
+
+
+def resampled(brdf: Brdf, sampler: Sampler) -> Brdf:
+    """The same reflectance with another sampler."""
+    other = copy.copy(brdf)
+    other.sampler = sampler
+    return other
+
+
+def reference(
+    describe: Describe, brdfs: Sequence[Brdf], settings: NoiseSettings, progress: Progress
+) -> Picture:
+    """The converged picture, with samples that no other picture has."""
+    scene = _scene(describe, brdfs, settings)
+    sizes = pass_sizes([settings.reference])
+    picture: Any = None
+    for done, picture in accumulate(scene, sizes, settings.seed + 1):  # noqa: B007
+        progress("reference", done, settings.reference, "")
+    result: Picture = picture.astype(np.float32)
+    return result
+
+
+def converge(
+    describe: Describe,
+    brdfs: Sequence[Brdf],
+    truth: Picture,
+    settings: NoiseSettings,
+    progress: Progress,
+) -> Convergence:
+    """Errors of a picture as samples are added."""
+    scene = _scene(describe, brdfs, settings)
+    for _ in accumulate(scene, [1], settings.seed):
+        pass  # compiles
+    result, spent = Convergence(), 0.0
+    start = time.perf_counter()
+    for done, picture in accumulate(scene, pass_sizes(settings.counts), settings.seed):
+        spent += time.perf_counter() - start
+        if done in settings.counts:
+            result.seconds.append(spent)
+            for measure, value in errors(truth, picture).items():
+                result.errors[measure].append(value)
+            if done == settings.shown:
+                result.picture = picture.astype(np.float32)
+        progress("rendering", done, settings.counts[-1], "")
+        start = time.perf_counter()
+    return result
+
+
+def errors(truth: npt.NDArray[np.floating], other: npt.NDArray[np.floating]) -> Mapping[str, float]:
+    """MAE, RMSE, MAPE and PSNR (dB) of linear pictures after clipping and a gamma of 2.2.
+
+    MAPE is the mean of |b - a| / (a + 0.01), as a share.
+    """
+    a, b = tone_map(truth).astype(np.float64), tone_map(other).astype(np.float64)
+    rmse = math.sqrt(float(np.mean((b - a) ** 2)))
+    return {
+        "MAE": float(np.mean(np.abs(b - a))),
+        "RMSE": rmse,
+        "MAPE": float(np.mean(np.abs(b - a) / (a + _DARK))),
+        "PSNR": -20.0 * math.log10(max(rmse, 1e-12)),
+    }
+
+
+def _scene(describe: Describe, brdfs: Sequence[Brdf], settings: NoiseSettings) -> Any:
+    mi = mitsuba()
+    return mi.load_dict(describe([bsdf(brdf) for brdf in brdfs], settings.size))

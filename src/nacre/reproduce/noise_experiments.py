@@ -1,0 +1,120 @@
+"""Figures 13 to 16 by name: two scenes, and ways to sample their materials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nacre.brdf import Brdf, CosineSampler
+from nacre.evaluate.plot import write_plot
+from nacre.files import atomic_path
+from nacre.formats import load
+from nacre.progress import Progress
+from nacre.render.kitchen import describe_kitchen
+from nacre.render.plates import describe_plates
+from nacre.reproduce.noise import Describe, NoiseSettings
+from nacre.reproduce.noise_pages import error_page, noise_table, picture_page, write_noise
+from nacre.reproduce.noise_study import NoiseStudy, Samplers, run_noise
+from nacre.sampling import UniformSampler, fit_blinn_phong, fit_ggx, fit_lobes
+
+SAMPLERS: Samplers = {
+    "uniform": lambda brdf: UniformSampler(),
+    "cosine": lambda brdf: CosineSampler(),
+    "blinn-phong": fit_blinn_phong,
+    "ggx": fit_ggx,
+    "nacre": fit_lobes,
+    "own": lambda brdf: brdf.sampler,
+}
+"""Ways to sample a reflectance, by name; "own" is what it brings along, as RGL tables do."""
+
+DIFFERS = (
+    "scenes of nacre's own; the materials named below in place of the test set of MERL; their f_r "
+    "is that of the files; lobes are fitted by search in place of predicted from a code; errors "
+    "are of pictures after clipping and a gamma of 2.2"
+)
+
+
+@dataclass(frozen=True)
+class NoiseExperiment:
+    """A figure of noise.
+
+    Parameters
+    ----------
+    title
+        What it shows.
+    describe
+        The scene.
+    together
+        Whether all materials are in one picture, or each in one of its own.
+    draw
+        Its page, of a study and samplers.
+    """
+
+    title: str
+    describe: Describe
+    together: bool
+    draw: Callable[[NoiseStudy, Sequence[str]], Any]
+
+    def run(
+        self,
+        files: Sequence[Path],
+        samplers: Sequence[str],
+        settings: NoiseSettings,
+        folder: Path,
+        progress: Progress,
+        *,
+        fresh: bool = False,
+    ) -> NoiseStudy:
+        """Render what is not in the folder yet, or all.
+
+        Raises
+        ------
+        NacreError
+            If a file cannot be read, or its material not rendered.
+        """
+        brdfs: dict[str, Brdf] = {path.stem: load(path) for path in files}
+        every = {"all": list(brdfs.values())}
+        groups = every if self.together else {name: [brdf] for name, brdf in brdfs.items()}
+        chosen = {name: SAMPLERS[name] for name in samplers}
+        return run_noise(self.describe, groups, chosen, settings, folder, progress, fresh=fresh)
+
+    def write(
+        self, name: str, study: NoiseStudy, samplers: Sequence[str], files: Sequence[Path], to: Path
+    ) -> list[Path]:
+        """Write the CSV, the Markdown and the picture; returns their paths.
+
+        Raises
+        ------
+        FormatError
+            If a file cannot be written.
+        MissingExtraError
+            If Matplotlib is not installed.
+        """
+        paths = [to / f"{name}{ending}" for ending in (".csv", ".md", ".png")]
+        write_noise(study, samplers, paths[0])
+        head, rows = noise_table(study, samplers)
+        lines = [f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows)]
+        settings = study.settings
+        text = (
+            f"# {name}: {self.title}\n\nMeans over pictures, at {settings.shown} samples per "
+            "pixel.\n\n" + "\n".join(lines) + "\n\n"
+            f"**Settings:** {settings.size[0]} x {settings.size[1]} pixels, reference of "
+            f"{settings.reference} samples, seed {settings.seed}.\n\n"
+            f"**Differs from the paper:** {DIFFERS}.\n\n"
+            f"**Materials:** {', '.join(path.stem for path in files)}.\n"
+        )
+        with atomic_path(paths[1]) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        write_plot(self.draw(study, samplers), paths[2])
+        return paths
+
+
+NOISE_EXPERIMENTS: Mapping[str, NoiseExperiment] = {
+    "fig13": NoiseExperiment("plates by several samplers", describe_plates, False, picture_page),
+    "fig14": NoiseExperiment("errors of the plates", describe_plates, False, error_page),
+    "fig15": NoiseExperiment("a kitchen by several samplers", describe_kitchen, True, picture_page),
+    "fig16": NoiseExperiment("errors of the kitchen", describe_kitchen, True, error_page),
+}
+"""Every experiment by name."""

@@ -1,0 +1,156 @@
+"""Every sampler in every picture of a scene, kept from one run to the next."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from nacre.brdf import Brdf, Sampler
+from nacre.files import atomic_path
+from nacre.progress import Progress
+from nacre.reproduce.cache import code_digest
+from nacre.reproduce.noise import (
+    MEASURES,
+    Convergence,
+    Describe,
+    NoiseSettings,
+    Picture,
+    converge,
+    reference,
+    resampled,
+)
+
+Samplers = Mapping[str, Callable[[Brdf], Sampler]]
+
+
+@dataclass
+class NoiseStudy:
+    """What came of a scene.
+
+    Parameters
+    ----------
+    settings
+        Of the pictures.
+    references
+        Converged pictures, by what is shown in them.
+    found
+        By what is shown, and sampler.
+    """
+
+    settings: NoiseSettings
+    references: dict[str, Picture] = field(default_factory=dict)
+    found: dict[tuple[str, str], Convergence] = field(default_factory=dict)
+
+    def mean(self, sampler: str, measure: str) -> np.ndarray:
+        """Mean error over the pictures at each count of samples."""
+        return np.mean([self.found[name, sampler].errors[measure] for name in self.references], 0)
+
+    def seconds(self, sampler: str) -> np.ndarray:
+        """Mean seconds over the pictures at each count of samples."""
+        return np.mean([self.found[name, sampler].seconds for name in self.references], 0)
+
+
+def run_noise(
+    describe: Describe,
+    groups: Mapping[str, Sequence[Brdf]],
+    samplers: Samplers,
+    settings: NoiseSettings,
+    folder: Path,
+    progress: Progress,
+    *,
+    fresh: bool = False,
+) -> NoiseStudy:
+    """Render what is not in the folder yet.
+
+    Parameters
+    ----------
+    describe
+        The scene.
+    groups
+        The materials of each picture, by its name.
+    samplers
+        What gives a material its sampler, by name. References use the material's own.
+    settings
+        Of the pictures.
+    folder
+        Where finished pictures are kept; made if it is not there.
+    progress
+        Called as the work goes on.
+    fresh
+        Whether to render again what is in the folder.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    study = NoiseStudy(settings)
+    total, done = len(groups) * (len(samplers) + 1), 0
+
+    def step(what: str) -> Progress:
+        return lambda stage, part, whole, note: progress(
+            "rendering", 100 * done + 100 * part // whole, 100 * total, what
+        )
+
+    for name, brdfs in groups.items():
+        facts = [
+            describe.__name__,
+            [(brdf.source or {}).get("sha256") for brdf in brdfs],
+            asdict(settings),
+            code_digest(),
+        ]
+        path = _path(folder, [*facts, "reference"])
+        truth = None if fresh else _read_picture(path)
+        if truth is None:
+            truth = reference(describe, brdfs, settings, step(f"{name}, reference"))
+            with atomic_path(path) as temporary:
+                np.savez_compressed(temporary, picture=truth)
+        study.references[name] = truth
+        done += 1
+        for sampler, make in samplers.items():
+            path = _path(folder, [*facts, sampler])
+            found = None if fresh else _read(path, len(settings.counts))
+            if found is None:
+                sampled = [resampled(brdf, make(brdf)) for brdf in brdfs]
+                found = converge(describe, sampled, truth, settings, step(f"{name}, {sampler}"))
+                _write(path, found)
+            study.found[name, sampler] = found
+            done += 1
+    return study
+
+
+def _path(folder: Path, facts: Sequence[object]) -> Path:
+    digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+    return folder / f"noise-{digest[:32]}.npz"
+
+
+def _read_picture(path: Path) -> Picture | None:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            picture: Picture = arrays["picture"]
+            return picture
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def _read(path: Path, counts: int) -> Convergence | None:
+    """What was kept; None where there is nothing, or its file is damaged."""
+    picture = _read_picture(path)
+    if picture is None:
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            errors = {measure: arrays[measure].tolist() for measure in MEASURES}
+            seconds = arrays["seconds"].tolist()
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    whole = all(len(values) == counts for values in (seconds, *errors.values()))
+    return Convergence(seconds, errors, picture) if whole else None
+
+
+def _write(path: Path, found: Convergence) -> None:
+    assert found.picture is not None
+    with atomic_path(path) as temporary:
+        np.savez_compressed(temporary, picture=found.picture, seconds=found.seconds, **found.errors)
