@@ -31,6 +31,32 @@ def test_reproduce_writes_and_says_what_differs(here, capsys):
     assert kept == {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
 
 
+def test_noise_is_reproduced_for_samplers(here, capsys):
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    options = ["--quick", "--methods", "cosine,own", "-o", "out"]
+    assert run("reproduce", "fig14", "a.safetensors", *options) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[:3] == ["out/fig14.csv", "out/fig14.md", "out/fig14.png"]
+    assert "differs from the paper: scenes of nacre's own" in printed[3]
+    assert "| cosine |" in (here / "out" / "fig14.md").read_text()
+    lines = (here / "out" / "fig14.csv").read_text().splitlines()
+    assert lines[0] == "picture,sampler,samples,seconds,MAE,RMSE,MAPE,PSNR"
+    assert len(lines) == 1 + 2 * 4
+    kept = {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
+    assert len(kept) == 3
+    assert run("reproduce", "fig13", "a.safetensors", *options) == 0
+    assert kept == {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
+
+
+def test_every_sampler_can_be_chosen():
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    from nacre.cli.reproduce import _NOISE, _SAMPLERS
+    from nacre.reproduce.noise_experiments import NOISE_EXPERIMENTS, SAMPLERS
+
+    assert tuple(SAMPLERS) == _SAMPLERS
+    assert tuple(NOISE_EXPERIMENTS) == _NOISE
+
+
 def test_reproduce_lists_methods(here, capsys):
     assert run("reproduce", "--list") == 0
     printed = capsys.readouterr().out
@@ -49,6 +75,9 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig6", "a.safetensors", "--published", "none"], "none: is no folder"),
         (["fig6", "a.safetensors", "--environment", "none.exr"], "none.exr"),
         (["fig9", "a.safetensors"], "a.safetensors: is isotropic"),
+        (["fig13", "a.safetensors", "--methods", "cosine,ggx-675"], "'ggx-675' is no method"),
+        (["fig16", "a.safetensors", "--epochs", "3"], "--epochs is not for fig16"),
+        (["fig15", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--quick", "--methods", "published"], "nothing could be tried"),
         (["fig6", "a.safetensors", "-o", "a.safetensors"], "a.safetensors"),
     ],

@@ -33,7 +33,7 @@ SLOTS = (
 """What can be given a material."""
 
 _WIDTH, _HEIGHT, _BACK, _FRONT = 4.4, 2.6, -1.6, 2.9
-_DAYLIGHT = (15.0, 15.5, 17.0)
+_DAYLIGHT = (46.0, 47.0, 52.0)
 _STEP = 0.004
 """Distance of points along the outline of a surface of revolution."""
 
@@ -51,8 +51,8 @@ _BOXES: Mapping[str, Sequence[tuple[Sequence[float], Sequence[float]]]] = {
     ],
     "hood": [((-0.42, 1.66, -1.6), (0.42, 1.78, -1.05)), ((-0.16, 1.78, -1.6), (0.16, 2.6, -1.3))],
     "table": [
-        ((0.25, 0.72, 0.1), (1.75, 0.76, 1.0)),
-        *(((x, 0.0, z), (x + 0.06, 0.72, z + 0.06)) for x in (0.3, 1.64) for z in (0.15, 0.9)),
+        ((0.05, 0.72, 0.1), (1.45, 0.76, 1.0)),
+        *(((x, 0.0, z), (x + 0.06, 0.72, z + 0.06)) for x in (0.1, 1.34) for z in (0.15, 0.9)),
     ],
 }
 # Outlines by slot, radii and heights from the top of the axis down the outside to its foot, or
@@ -71,7 +71,7 @@ _OUTLINES: Mapping[str, tuple[Sequence[tuple[float, float]], Sequence[float]]] =
     "bowl": (
         [(0, 0.02), (0.08, 0.022), (0.16, 0.06), (0.2, 0.11), (0.21, 0.115), (0.205, 0.1),
          (0.165, 0.045), (0.09, 0.008), (0.08, 0.0), (0.0, 0.0)],
-        (0.85, 0.76, 0.55),
+        (0.62, 0.76, 0.5),
     ),
     "bottle": (
         [(0, 0.34), (0.016, 0.34), (0.018, 0.325), (0.014, 0.32), (0.015, 0.24), (0.04, 0.19),
@@ -81,12 +81,12 @@ _OUTLINES: Mapping[str, tuple[Sequence[tuple[float, float]], Sequence[float]]] =
     "cup": (
         [(0, 0.012), (0.032, 0.014), (0.038, 0.03), (0.041, 0.1), (0.044, 0.1), (0.042, 0.03),
          (0.034, 0.0), (0.0, 0.0)],
-        (1.3, 0.76, 0.75),
+        (0.98, 0.76, 0.42),
     ),
 }  # fmt: skip
 _BALLS: Mapping[str, Sequence[tuple[Sequence[float], float]]] = {
-    "apple": [((0.79, 0.85, 0.55), 0.062), ((1.08, 0.795, 0.8), 0.035)],
-    "orange": [((0.92, 0.85, 0.53), 0.058), ((0.86, 0.92, 0.6), 0.05), ((1.35, 0.98, -1.2), 0.05)],
+    "apple": [((0.56, 0.85, 0.5), 0.062), ((0.36, 0.795, 0.66), 0.035)],
+    "orange": [((0.69, 0.85, 0.48), 0.058), ((0.63, 0.92, 0.55), 0.05), ((1.35, 0.98, -1.2), 0.05)],
 }
 
 

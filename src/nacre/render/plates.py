@@ -22,7 +22,7 @@ from nacre.render.scene import film, matte
 PLATES = 4
 
 _CAMERA = (0.0, 2.0, 15.0)
-_TARGET = (0.0, -2.0, 2.5)
+_TARGET = (0.0, -1.55, 2.5)
 _LAMPS = ((-3.6, 0.05), (-1.2, 0.15), (1.2, 0.4), (3.6, 0.9))
 """Sideways place and radius."""
 _POWER = 1.6
@@ -48,7 +48,7 @@ def describe_plates(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) ->
         "integrator": {"type": "path", "max_depth": 4},
         "sensor": {
             "type": "perspective",
-            "fov": 26.0,
+            "fov": 40.0,
             "to_world": mi.ScalarTransform4f().look_at(_CAMERA, _TARGET, [0, 1, 0]),
             "film": film(size),
             "sampler": {"type": "independent"},
@@ -89,4 +89,4 @@ def _plate(mi: Any, index: int, y: float, z: float, bsdf: Any) -> Any:
 def _quad(mi: Any, name: str, near: Any, far: Any, bsdf: Any) -> Any:
     """A rectangle that is seen from above: its nearer and its farther edge, left to right."""
     uv = np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 1.0]]])
-    return grid_mesh(mi, name, np.array([near, far], np.float64), uv, bsdf)
+    return grid_mesh(mi, name, np.array([far, near], np.float64), uv, bsdf)

@@ -6,7 +6,7 @@ import copy
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,7 @@ class NoiseSettings:
     seed: int = 0
 
 
-@dataclass
+@dataclass(frozen=True)
 class Convergence:
     """How a picture became less noisy.
 
@@ -67,9 +67,9 @@ class Convergence:
         At the count that is shown: linear RGB, shape (height, width, 3).
     """
 
-    seconds: list[float] = field(default_factory=list)
-    errors: dict[str, list[float]] = field(default_factory=lambda: {m: [] for m in MEASURES})
-    picture: Picture | None = None
+    seconds: Sequence[float]
+    errors: Mapping[str, Sequence[float]]
+    picture: Picture
 
 
 def resampled(brdf: Brdf, sampler: Sampler) -> Brdf:
@@ -103,19 +103,22 @@ def converge(
     scene = _scene(describe, brdfs, settings)
     for _ in accumulate(scene, [1], settings.seed):
         pass  # compiles
-    result, spent = Convergence(), 0.0
+    seconds: list[float] = []
+    found: dict[str, list[float]] = {measure: [] for measure in MEASURES}
+    shown: Any = None
+    spent = 0.0
     start = time.perf_counter()
     for done, picture in accumulate(scene, pass_sizes(settings.counts), settings.seed):
         spent += time.perf_counter() - start
         if done in settings.counts:
-            result.seconds.append(spent)
+            seconds.append(spent)
             for measure, value in errors(truth, picture).items():
-                result.errors[measure].append(value)
+                found[measure].append(value)
             if done == settings.shown:
-                result.picture = picture.astype(np.float32)
+                shown = picture.astype(np.float32)
         progress("rendering", done, settings.counts[-1], "")
         start = time.perf_counter()
-    return result
+    return Convergence(seconds, found, shown)
 
 
 def errors(truth: npt.NDArray[np.floating], other: npt.NDArray[np.floating]) -> Mapping[str, float]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
 from nacre.files import atomic_path
 from nacre.progress import Progress
@@ -47,13 +48,15 @@ class NoiseStudy:
     references: dict[str, Picture] = field(default_factory=dict)
     found: dict[tuple[str, str], Convergence] = field(default_factory=dict)
 
-    def mean(self, sampler: str, measure: str) -> np.ndarray:
+    def mean(self, sampler: str, measure: str) -> Floats:
         """Mean error over the pictures at each count of samples."""
-        return np.mean([self.found[name, sampler].errors[measure] for name in self.references], 0)
+        values = [self.found[name, sampler].errors[measure] for name in self.references]
+        return np.asarray(np.mean(values, axis=0))
 
-    def seconds(self, sampler: str) -> np.ndarray:
+    def seconds(self, sampler: str) -> Floats:
         """Mean seconds over the pictures at each count of samples."""
-        return np.mean([self.found[name, sampler].seconds for name in self.references], 0)
+        values = [self.found[name, sampler].seconds for name in self.references]
+        return np.asarray(np.mean(values, axis=0))
 
 
 def run_noise(
@@ -151,6 +154,8 @@ def _read(path: Path, counts: int) -> Convergence | None:
 
 
 def _write(path: Path, found: Convergence) -> None:
-    assert found.picture is not None
+    arrays = {name: np.asarray(values) for name, values in found.errors.items()}
     with atomic_path(path) as temporary:
-        np.savez_compressed(temporary, picture=found.picture, seconds=found.seconds, **found.errors)
+        np.savez_compressed(
+            temporary, picture=found.picture, seconds=np.asarray(found.seconds), **arrays
+        )
