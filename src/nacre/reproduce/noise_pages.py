@@ -93,7 +93,7 @@ def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Any:
         axes.set_title("PSNR, dB" if measure == "PSNR" else measure, fontsize=9, color=INK)
         label = "samples per pixel" if k < len(MEASURES) else "seconds a picture"
         axes.set_xlabel(label, fontsize=8, color=FAINT)
-        axes.tick_params(labelsize=7, colors=FAINT)
+        axes.tick_params(which="both", labelsize=7, colors=FAINT)
         axes.grid(True, color="#e6e6e3", linewidth=0.6)
     axes.legend(fontsize=7, frameon=False)
     return figure

@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -154,7 +155,7 @@ def _read(path: Path, counts: int) -> Convergence | None:
 
 
 def _write(path: Path, found: Convergence) -> None:
-    arrays = {name: np.asarray(values) for name, values in found.errors.items()}
+    arrays: dict[str, Any] = {name: np.asarray(v) for name, v in found.errors.items()}
     with atomic_path(path) as temporary:
         np.savez_compressed(
             temporary, picture=found.picture, seconds=np.asarray(found.seconds), **arrays
