@@ -16,9 +16,7 @@ import argparse
 import json
 import os
 import platform
-import statistics
 import sys
-import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -26,6 +24,7 @@ import numpy as np
 
 import nacre
 from benchmarks.table import markdown
+from nacre.render.throughput import race
 from nacre.sampling import BlinnPhongMixture
 from tests.data import data_folder
 
@@ -129,42 +128,11 @@ def scene(mi: Any, bsdf: Any, size: int) -> Any:
 
 def measure(scenes: dict[str, Any], rounds: int, size: int, spp: int) -> list[Result]:
     """Render every scene in every round."""
-    import drjit as dr
-    import mitsuba as mi
-
-    def render(name: str, seed: int) -> float:
-        dr.sync_thread()
-        start = time.perf_counter()
-        dr.eval(mi.render(scenes[name], spp=spp, seed=seed))
-        dr.sync_thread()
-        return time.perf_counter() - start
-
-    for name in scenes:
-        for seed in range(2):
-            render(name, seed)
-    dr.set_flag(dr.JitFlag.KernelHistory, True)
-    dr.kernel_history_clear()
-    times: dict[str, list[float]] = {name: [] for name in scenes}
-    for seed in range(2, 2 + rounds):
-        for name in scenes:
-            times[name].append(render(name, seed))
-            kernels = dr.kernel_history([dr.KernelType.JIT])
-            if not all(kernel["cache_hit"] for kernel in kernels):
-                sys.exit(f"{name}: a kernel was compiled during the measurement")
-    results = []
-    for name, seconds in times.items():
-        ratios = [b / s for b, s in zip(times[BASELINE], seconds, strict=True)]
-        median = statistics.median(seconds)
-        results.append(
-            Result(
-                name,
-                median,
-                size * size * spp / median / 1e6,
-                statistics.median(ratios),
-                (min(ratios), max(ratios)),
-            )
-        )
-    return results
+    paths = size * size * spp / 1e6
+    found = race(scenes, BASELINE, rounds=rounds, spp=spp)
+    return [
+        Result(name, x.seconds, paths / x.seconds, x.ratio, x.spread) for name, x in found.items()
+    ]
 
 
 def rows(results: list[Result]) -> list[tuple[str, ...]]:

@@ -20,7 +20,7 @@ from nacre.cli.console import (
 from nacre.files import NacreError, printable
 
 _NOISE = ("fig13", "fig14", "fig15", "fig16")
-_EXPERIMENTS = ("table1", "fig6", "fig7", "fig8", "fig9", "fig10", *_NOISE, "fig17")
+_EXPERIMENTS = ("table1", "table3", "fig6", "fig7", "fig8", "fig9", "fig10", *_NOISE, "fig17")
 
 
 _SAMPLERS = ("cosine", "nacre", "own")

@@ -1,0 +1,99 @@
+"""How fast scenes render, side by side."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nacre.files import NacreError, require
+from nacre.progress import Progress
+from nacre.render.engine import mitsuba
+
+_WARM_UP = 2
+"""Renderings before the first round: they compile, and wake the threads."""
+
+
+@dataclass(frozen=True)
+class Throughput:
+    """Speed of one scene.
+
+    Parameters
+    ----------
+    seconds
+        Median of a rendering.
+    ratio
+        Median over rounds of the speed relative to that of the baseline in the same round.
+    spread
+        Smallest and largest ratio.
+    """
+
+    seconds: float
+    ratio: float
+    spread: tuple[float, float]
+
+
+def race(
+    scenes: Mapping[str, Any],
+    baseline: str,
+    *,
+    rounds: int,
+    spp: int,
+    progress: Progress | None = None,
+) -> dict[str, Throughput]:
+    """Render every scene in every round, so that a busy machine slows all of them alike.
+
+    Parameters
+    ----------
+    scenes
+        Of `mitsuba.load_dict`, by name.
+    baseline
+        Name of the one that the others are compared with.
+    rounds
+        Timed renderings of each.
+    spp
+        Samples per pixel.
+    progress
+        Called after each rendering.
+
+    Raises
+    ------
+    NacreError
+        If a kernel was compiled during a round: its time would be no rendering time.
+    """
+    mi, dr = mitsuba(), require("drjit", "render")
+    total, done = len(scenes) * (_WARM_UP + rounds), 0
+
+    def render(name: str, seed: int) -> float:
+        nonlocal done
+        dr.sync_thread()
+        start = time.perf_counter()
+        dr.eval(mi.render(scenes[name], spp=spp, seed=seed))
+        dr.sync_thread()
+        seconds = time.perf_counter() - start
+        done += 1
+        if progress:
+            progress("timing", done, total, name)
+        return seconds
+
+    for name in scenes:
+        for seed in range(_WARM_UP):
+            render(name, seed)
+    times: dict[str, list[float]] = {name: [] for name in scenes}
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        for seed in range(_WARM_UP, _WARM_UP + rounds):
+            for name in scenes:
+                times[name].append(render(name, seed))
+                kernels = dr.kernel_history([dr.KernelType.JIT])
+                if not all(kernel["cache_hit"] for kernel in kernels):
+                    raise NacreError(f"{name}: a kernel was compiled during the measurement")
+    return {name: _summary(seconds, times[baseline]) for name, seconds in times.items()}
+
+
+def _summary(seconds: list[float], baseline: list[float]) -> Throughput:
+    ratios = [b / s for b, s in zip(baseline, seconds, strict=True)]
+    spread = min(ratios), max(ratios)
+    return Throughput(statistics.median(seconds), statistics.median(ratios), spread)
