@@ -197,5 +197,5 @@ preset_option = click.option(
     "--preset",
     default="standard",
     type=click.Choice(["draft", "standard", "best"]),
-    help="How long a fit may take: about 0.5, 3 or 15 seconds on two cores. Default: standard.",
+    help="How long a fit may take: about 0.5, 3 or 15 seconds on two cores.",
 )
