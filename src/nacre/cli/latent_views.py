@@ -1,0 +1,134 @@
+"""`nacre latent interpolate` and `map`: what lies between codes, and where they lie."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+from nacre.cli.console import Stages, check_outputs, console, file_path, print_table
+from nacre.files import NacreError
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from nacre.latent.file import AnyBasis
+
+_basis_option = click.option(
+    "--basis", "basis_path", required=True, type=file_path(), help="Made by nacre latent train."
+)
+_picture_option = click.option(
+    "-o", "--output", required=True, type=file_path(), help="Picture to write (.png, .jpg)."
+)
+
+
+def _code(path: Path, basis: AnyBasis) -> npt.NDArray[np.floating]:
+    """The code in a `.json` file, or of the material in any other."""
+    from nacre.formats import load
+    from nacre.latent import encode
+    from nacre.latent.file import is_code, load_code
+
+    return load_code(path, basis).code if is_code(path) else encode(basis, load(path))
+
+
+@click.command("interpolate")
+@click.argument("first", type=file_path())
+@click.argument("second", type=file_path())
+@_basis_option
+@_picture_option
+@click.option("--count", default=5, type=click.IntRange(2, 64), help="Materials, both ends too.")
+@click.option("--codes", type=file_path(), help="Folder for the code of each (.json).")
+@click.option("--size", default=192, type=click.IntRange(16, 1024), help="Pixels of each.")
+@click.option("--spp", default=64, type=click.IntRange(1), help="Samples per pixel.")
+def interpolate(
+    first: Path,
+    second: Path,
+    basis_path: Path,
+    output: Path,
+    count: int,
+    codes: Path | None,
+    size: int,
+    spp: int,
+) -> None:
+    """Render what lies between FIRST and SECOND, which are materials or codes (.json).
+
+    The logarithm of f_r is linear in a code: what lies between reflects no more than the same
+    mixture of the ends would, in any direction.
+    """
+    from nacre.color import tone_map
+    from nacre.evaluate import albedo
+    from nacre.latent.file import load_basis, save_code
+    from nacre.render.preview import DISPLAY_IMAGES, check_image_path, render_preview, write_bytes
+
+    check_image_path(output, DISPLAY_IMAGES)
+    check_outputs([output], [first, second, basis_path])
+    basis = load_basis(basis_path)
+    ends = [_code(path, basis) for path in (first, second)]
+    shares = np.linspace(0.0, 1.0, count)
+    name = f"{first.stem} - {second.stem}"
+    materials = [basis.decode((1.0 - t) * ends[0] + t * ends[1], f"{name} {t:.2f}") for t in shares]
+    if codes:
+        codes.mkdir(parents=True, exist_ok=True)
+        for index, material in enumerate(materials):
+            save_code(material, codes / f"{index:02d}.json")
+    rows, pictures = [], []
+    with Stages() as stages:
+        report = stages.add(output.stem)
+        for index, (t, material) in enumerate(zip(shares, materials, strict=True)):
+            pictures.append(tone_map(render_preview(material, size=size, spp=spp)))
+            rows.append((f"{t:.2f}", *(f"{x:.3f}" for x in albedo(material, [0.0]).value[0])))
+            report("rendering", index + 1, count, "")
+    write_bytes(np.rint(255.0 * np.concatenate(pictures, axis=1)).astype(np.uint8), output)
+    print_table(("share of the second", "albedo, red", "green", "blue"), rows)
+    console.print(f"{output}: {count} materials", markup=False)
+
+
+@click.command("map")
+@click.argument("files", nargs=-1, required=True, type=file_path())
+@_basis_option
+@_picture_option
+@click.option(
+    "--mark",
+    "marked",
+    type=file_path(),
+    multiple=True,
+    help="A material among FILES to ring in red, and to list the nearest of. May be repeated.",
+)
+@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same map.")
+def chart(
+    files: tuple[Path, ...], basis_path: Path, output: Path, marked: tuple[Path, ...], seed: int
+) -> None:
+    """Lay out the materials or codes in FILES by t-SNE, neighbours side by side."""
+    from nacre.color import tone_map
+    from nacre.evaluate.plot import check_plot_path, write_plot
+    from nacre.latent.file import load_basis
+    from nacre.latent.map import embed, map_figure, nearest
+    from nacre.render.sphere import render_sphere, standard_lights
+
+    check_plot_path(output)
+    check_outputs([output], [*files, basis_path])
+    missing = [path for path in marked if path not in files]
+    if missing:
+        raise NacreError(f"{missing[0]}: is marked but not among the files")
+    basis = load_basis(basis_path)
+    codes, pictures = [], []
+    light = standard_lights()["environment"]
+    with Stages() as stages:
+        report = stages.add(output.stem)
+        for index, path in enumerate(files):
+            codes.append(_code(path, basis))
+            image, mask = render_sphere(basis.decode(codes[-1], path.stem), light, 48)
+            pictures.append(np.concatenate([tone_map(image), mask[..., None]], axis=-1))
+            report("encoding", index + 1, len(files), "")
+    names = [path.stem for path in files]
+    figure = map_figure(names, embed(codes, seed), pictures, {path.stem for path in marked})
+    write_plot(figure, output)
+    rows = [
+        (path.stem, ", ".join(names[k] for k in nearest(codes, files.index(path), 3)))
+        for path in marked
+    ]
+    if rows:
+        print_table(("material", "nearest"), rows)
+    console.print(f"{output}: {len(files)} materials", markup=False)
