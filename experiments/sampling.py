@@ -8,12 +8,14 @@ the converged value (plus that of a tenth of the picture's mean, for what is nea
 converged picture is the mean of all repetitions, which the deviations of each are corrected for.
 
 Time is that of paths through the scene of :mod:`benchmarks.render`, in rounds in which all take
-turns, and relative to `measured` in the same round. Two materials are timed with each sampler of
-ours: the table, and a network fitted to it, which is what nacre is used for. Error at equal time is
-what is left after the time that `measured` takes for 64 paths.
+turns, relative to `measured` in the same round; medians of three materials. Two things are timed
+with each sampler of ours: the table, and a network fitted to it, which is what nacre is used for.
+Error at equal time is what is left after the time that `measured` takes for 64 paths; in
+parentheses, on how many materials that is less.
 
 Run `python -m experiments.sampling [material ...]` from the root of the repository. With `--cache
-FILE` results are kept and materials that are in it are not measured again.
+FILE` results are kept and what is in it is not measured again; `--timed` without materials, or with
+some, says what is timed.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ import numpy as np
 import numpy.typing as npt
 
 import nacre
+from benchmarks.render import MATERIALS
 from benchmarks.render import scene as timed_scene
 from benchmarks.table import markdown
 from nacre.brdf import Brdf, CosineSampler, Sampler
@@ -42,12 +45,11 @@ from nacre.sampling import GgxLobe, GgxMixture, fit_blinn_phong, fit_lobes
 from nacre.sampling.moment import second_moment
 from tests.data import list_data, require_data
 
-Figures: TypeAlias = dict[str, dict[str, float]]
-"""By sampler: the error in each of :data:`LIGHTS`, and the times of table and network relative to
-`measured`."""
+Results: TypeAlias = dict[str, dict[str, dict[str, dict[str, float]]]]
+"""Errors by material, sampler and light; times, relative to those of `measured`, by material,
+sampler, and table or network."""
 
 MEASURED = "`measured`"
-OWN = "the table's own warp"
 LIGHTS = ("furnace", "environment")
 PATHS = 64
 """A pixel."""
@@ -121,83 +123,88 @@ def noise(mi: Any, bsdf: Any, light: str, size: int, repetitions: int) -> float:
     return float(np.sqrt((variance / (converged**2 + least)).mean()))
 
 
-def relative_times(mi: Any, bsdfs: dict[str, Any], rounds: int, size: int) -> dict[str, float]:
-    """Median over rounds of the time of each material relative to `measured`."""
+def relative_times(
+    mi: Any, material: str, options: argparse.Namespace
+) -> dict[str, dict[str, float]]:
+    """Median over rounds of the time with each sampler relative to `measured`."""
     import drjit as dr
 
-    scenes = {name: timed_scene(mi, bsdf, size) for name, bsdf in bsdfs.items()}
-    times: dict[str, list[float]] = {name: [] for name in scenes}
-    for seed in range(rounds + 2):
-        for name, each in scenes.items():
+    path, table = tabulated(material)
+    network = nacre.fit(table, nacre.Recipe(inputs="enhanced", epochs=5))
+    bsdfs: dict[tuple[str, str], Any] = {
+        (MEASURED, "table"): mi.load_dict({"type": "measured", "filename": str(path)})
+    }
+    for name, fit in SAMPLERS.items():
+        sampled = nacre.load(path)
+        sampled.sampler = fit(table)
+        bsdfs[name, "table"] = nacre.render.bsdf(sampled)
+        bsdfs[name, "network"] = nacre.render.bsdf(replace(network, sampler=sampled.sampler))
+    scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
+    times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
+    for seed in range(options.rounds + 2):
+        for key, each in scenes.items():
             dr.sync_thread()
             start = time.perf_counter()
             dr.eval(mi.render(each, spp=PATHS, seed=seed))
             dr.sync_thread()
-            times[name].append(time.perf_counter() - start)
-    return {
-        name: statistics.median(a / b for a, b in zip(found[2:], times[MEASURED][2:], strict=True))
-        for name, found in times.items()  # the first two rounds compile
-    }
+            times[key].append(time.perf_counter() - start)
+    relative: dict[str, dict[str, float]] = {name: {} for name, _ in times}
+    for (name, kind), found in times.items():
+        pairs = zip(found[2:], times[MEASURED, "table"][2:], strict=True)  # the first two compile
+        relative[name][kind] = statistics.median(one / other for one, other in pairs)
+    return relative
 
 
-def study(mi: Any, material: str, options: argparse.Namespace) -> Figures:
-    """Figures of every sampler on one table: errors, and relative times of table and network."""
-    path = require_data("rgl", f"{material}_rgb.bsdf")
-    table = nacre.load(path)
-    network = nacre.fit(table, nacre.Recipe(inputs="enhanced", epochs=5))
-    tables: dict[str, Any] = {
-        MEASURED: mi.load_dict({"type": "measured", "filename": str(path)}),
-        OWN: nacre.render.bsdf(table),
-    }
-    networks = {}
+def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dict[str, float]]:
+    """Relative error with each sampler under each light."""
+    path, table = tabulated(material)
+    bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
     for name, fit in SAMPLERS.items():
         sampled = nacre.load(path)
         sampled.sampler = fit(table)
-        tables[name] = nacre.render.bsdf(sampled)
-        networks[name] = nacre.render.bsdf(replace(network, sampler=sampled.sampler))
-    figures = {
+        bsdfs[name] = nacre.render.bsdf(sampled)
+    return {
         name: {light: noise(mi, bsdf, light, options.size, options.repetitions) for light in LIGHTS}
-        for name, bsdf in tables.items()
+        for name, bsdf in bsdfs.items()
     }
-    both = tables | {f"{name}, network": bsdf for name, bsdf in networks.items()}
-    times = relative_times(mi, both, options.rounds, options.timed_size)
-    for name, found in figures.items():
-        found["table"] = times[name]
-        found["network"] = times.get(f"{name}, network", times[name])
-    return figures
 
 
-def at_equal_time(found: dict[str, float], light: str, kind: str) -> float:
-    """Error once as much time has passed as `measured` takes for its paths."""
-    return found[light] * math.sqrt(found[kind])
+def tabulated(material: str) -> tuple[Path, Brdf]:
+    """File and table of a material."""
+    path = require_data("rgl", f"{material}_rgb.bsdf")
+    return path, nacre.load(path)
 
 
-def summary(studies: dict[str, Figures]) -> list[tuple[str, ...]]:
+def summary(results: Results) -> list[tuple[str, ...]]:
     """A line for each sampler: medians over materials, and how many it beats `measured` on."""
     rows = []
-    for name in next(iter(studies.values())):
-        each = [figures[name] for figures in studies.values()]
-        row = [name, *(f"{statistics.median(f[light] for f in each):.3f}" for light in LIGHTS)]
+    for name in (MEASURED, *SAMPLERS):
+        each = [found[name] for found in results["errors"].values()]
+        row = [name, *(f"{statistics.median(e[light] for e in each):.3f}" for light in LIGHTS)]
         for kind in ("table", "network"):
-            if kind == "network" and name not in SAMPLERS:
-                row += ["", "", ""]
+            times = [
+                found[name][kind] for found in results["times"].values() if kind in found[name]
+            ]
+            if not times:
+                row += [""] * 3
                 continue
-            row.append(f"{statistics.median(f[kind] for f in each):.2f}")
+            ratio = statistics.median(times)
+            row.append(f"{ratio:.2f}")
             for light in LIGHTS:
-                errors = [at_equal_time(f, light, kind) for f in each]
-                rivals = [figures[MEASURED][light] for figures in studies.values()]
-                won = sum(a < b for a, b in zip(errors, rivals, strict=True))
+                rivals = [found[MEASURED][light] for found in results["errors"].values()]
+                equal = [math.sqrt(ratio) * e[light] for e in each]
+                won = sum(a < b for a, b in zip(equal, rivals, strict=True))
                 count = "" if name == MEASURED else f" ({won})"
-                row.append(f"{statistics.median(errors):.3f}{count}")
+                row.append(f"{statistics.median(equal):.3f}{count}")
         rows.append(tuple(row))
     return rows
 
 
-def details(studies: dict[str, Figures]) -> list[tuple[str, ...]]:
+def details(results: Results) -> list[tuple[str, ...]]:
     """A line for each material: errors of the same number of paths, furnace / environment."""
     return [
-        (material, *(" / ".join(f"{found[x]:.3f}" for x in LIGHTS) for found in figures.values()))
-        for material, figures in studies.items()
+        (material, *(" / ".join(f"{e[light]:.3f}" for light in LIGHTS) for e in found.values()))
+        for material, found in results["errors"].items()
     ]
 
 
@@ -206,8 +213,9 @@ def main() -> None:
     materials = [name.removesuffix("_rgb.bsdf") for name in list_data("rgl", "*_rgb.bsdf")]
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("materials", nargs="*", default=materials, metavar="material")
+    parser.add_argument("--timed", nargs="*", default=list(MATERIALS), metavar="material")
     parser.add_argument("--size", type=int, default=64, help="pixels a side")
-    parser.add_argument("--repetitions", type=int, default=16, help="pictures of each sampler")
+    parser.add_argument("--repetitions", type=int, default=8, help="pictures of each sampler")
     parser.add_argument("--rounds", type=int, default=5, help="of the timing")
     parser.add_argument("--timed-size", type=int, default=96, help="pixels a side")
     parser.add_argument("--cache", type=Path, help="JSON file of results")
@@ -216,18 +224,20 @@ def main() -> None:
         sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
 
     mi = nacre.render.mitsuba()
-    studies: dict[str, Figures] = {}
+    results: Results = {"errors": {}, "times": {}}
     if options.cache and options.cache.exists():
-        studies = json.loads(options.cache.read_text())
-    for material in options.materials:
-        if material not in studies:
-            studies[material] = study(mi, material, options)
-            if options.cache:
-                options.cache.write_text(json.dumps(studies, indent=2))
+        results = json.loads(options.cache.read_text())
+    steps = {"errors": (errors, options.materials), "times": (relative_times, options.timed)}
+    for step, (measure, materials) in steps.items():
+        for material in materials:
+            if material not in results[step]:
+                results[step][material] = measure(mi, material, options)
+                if options.cache:
+                    options.cache.write_text(json.dumps(results, indent=2))
     equal = "furnace (won)", "environment (won)"
-    columns = "sampler", "furnace", "environment", "time, table", *equal, "time, network", *equal
-    print(markdown(columns, summary(studies)), end="\n\n")
-    print(markdown(("material", *next(iter(studies.values()))), details(studies)))
+    columns = "sampler", *LIGHTS, "time, table", *equal, "time, network", *equal
+    print(markdown(columns, summary(results)), end="\n\n")
+    print(markdown(("material", MEASURED, *SAMPLERS), details(results)))
 
 
 if __name__ == "__main__":
