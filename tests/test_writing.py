@@ -28,6 +28,7 @@ from nacre.neural.file import load as load_network
 from nacre.neural.published import load_h5
 from nacre.sampling import BlinnPhongMixture
 from tests.measured.support import hemisphere, material, tensor_bytes
+from tests.sampling.mixtures import MIXTURES
 from tests.specimens import SPECIMENS
 
 WRITABLE = [entry for entry in formats.formats() if entry.save is not None]
@@ -222,7 +223,10 @@ def networks(draw: Callable, isotropic: bool | None = None) -> NeuralBrdf:
               draw(arrays(np.float32, b, elements=weights)))
         for a, b in itertools.pairwise(sizes)
     ]  # fmt: skip
-    lobes = st.builds(BlinnPhongMixture, st.floats(0.0, 1.0), st.floats(1.0, 1e3))
+    lobes = st.one_of(
+        st.builds(BlinnPhongMixture, st.floats(0.0, 1.0), st.floats(1.0, 1e3)),
+        st.sampled_from(list(MIXTURES.values())),
+    )
     if isotropic is None:
         isotropic = draw(st.booleans())
     sampler = draw(st.one_of(st.just(CosineSampler()), lobes))

@@ -69,15 +69,17 @@ def half_vector(wi: Components, wo: Components) -> Components:
     return normalize((wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]))
 
 
-def _azimuth(h: Components) -> tuple[Array, Array, Array]:
-    """Cosine and sine of the azimuth of `h` (azimuth 0 at the pole), and sin theta_h."""
-    xp = namespace(*h)
+def azimuth(w: Components) -> tuple[Array, Array, Array]:
+    """Cosine and sine of the azimuth of a unit vector (0 at the pole), and the sine of its polar
+    angle.
+    """
+    xp = namespace(*w)
     # Not 0 even at the pole, where the square root has no derivative.
-    sin_theta = xp.sqrt(xp.maximum(h[0] * h[0] + h[1] * h[1], _POLE * _POLE))
+    sin_theta = xp.sqrt(xp.maximum(w[0] * w[0] + w[1] * w[1], _POLE * _POLE))
     pole = sin_theta <= _POLE
     scale = xp.where(pole, 0.0 * sin_theta, 1.0 / sin_theta)
-    cos_phi = xp.where(pole, 0.0 * sin_theta + 1.0, h[0] * scale)
-    return cos_phi, h[1] * scale, sin_theta
+    cos_phi = xp.where(pole, 0.0 * sin_theta + 1.0, w[0] * scale)
+    return cos_phi, w[1] * scale, sin_theta
 
 
 def half_difference(wi: Components, wo: Components) -> tuple[Components, Components]:
@@ -87,7 +89,7 @@ def half_difference(wi: Components, wo: Components) -> tuple[Components, Compone
     free, phi_h = 0.
     """
     h = half_vector(wi, wo)
-    cos_phi, sin_phi, sin_theta = _azimuth(h)
+    cos_phi, sin_phi, sin_theta = azimuth(h)
     x = cos_phi * wi[0] + sin_phi * wi[1]
     y = cos_phi * wi[1] - sin_phi * wi[0]
     return h, (h[2] * x - sin_theta * wi[2], y, sin_theta * x + h[2] * wi[2])
@@ -95,7 +97,7 @@ def half_difference(wi: Components, wo: Components) -> tuple[Components, Compone
 
 def from_half_difference(h: Components, d: Components) -> tuple[Components, Components]:
     """Directions (wi, wo) of Rusinkiewicz vectors; inverse of :func:`half_difference`."""
-    cos_phi, sin_phi, sin_theta = _azimuth(h)
+    cos_phi, sin_phi, sin_theta = azimuth(h)
 
     def to_frame(v: Components) -> Components:
         x = h[2] * v[0] + sin_theta * v[2]
@@ -110,7 +112,7 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
 
 def isotropic(h: Components) -> Components:
     """Half vector turned to phi_h = 0: (sin theta_h, 0, cos theta_h); the 0 is a plain number."""
-    return _azimuth(h)[2], 0.0, h[2]
+    return azimuth(h)[2], 0.0, h[2]
 
 
 def from_spherical(theta: Array, phi: Array) -> Components:

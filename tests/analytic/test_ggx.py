@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from nacre.analytic import AnisotropicGgx, Ggx
-from nacre.analytic.ggx import GgxSampler, distribution
 from nacre.brdf import Brdf
 from nacre.geometry import split
-from nacre.sampling import BlinnPhongMixture
+from nacre.sampling import BlinnPhongMixture, GgxLobe, GgxMixture
+from nacre.sampling.visible_normals import distribution
 from tests.measured.support import hemisphere
 from tests.render.reflectances import interaction
 from tests.variants import require_mitsuba
@@ -50,7 +50,8 @@ def test_the_density_of_visible_normals_is_mitsubas(alpha):
     mi, bsdf = conductor(alpha, visible=True)
     wi, wo, si, light = directions(mi)
     expected = np.array(bsdf.pdf(mi.BSDFContext(), si, light))
-    ours = GgxSampler(1.0, alpha).pdf_components(split(wi), split(wo))
+    lobe = GgxLobe((1.0,), (alpha[0],), (alpha[1],), (0.0,))
+    ours = GgxMixture((lobe,), angle=0.0).pdf_components(split(wi), split(wo))
     np.testing.assert_allclose(ours, expected, rtol=2e-3, atol=1e-5)
 
 

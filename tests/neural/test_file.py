@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 
 import h5py
 import numpy as np
@@ -19,6 +20,7 @@ from nacre.neural.nbrdf import round_layers
 from nacre.neural.published import load_h5, load_npy, save_h5
 from nacre.sampling import BlinnPhongMixture
 from tests.data import list_data, require_data
+from tests.sampling.mixtures import MIXTURES
 from tests.specimens.networks import keras_bytes
 
 PUBLISHED = [
@@ -92,7 +94,10 @@ def test_a_file_of_mixed_or_other_precision_is_refused(tmp_path):
             load(path)
 
 
-@pytest.mark.parametrize("sampler", [CosineSampler(), BlinnPhongMixture(0.7, 123.0)])
+SAMPLERS = [CosineSampler(), BlinnPhongMixture(0.7, 123.0), *MIXTURES.values()]
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
 @pytest.mark.parametrize("sizes", [(6, 21, 21, 3), (6, 4, 3), (6, 8, 16, 8, 3)])
 @pytest.mark.parametrize("isotropic", [True, False])
 def test_a_file_holds_everything(tmp_path, sampler, sizes, isotropic):
@@ -108,6 +113,8 @@ def test_a_file_holds_everything(tmp_path, sampler, sizes, isotropic):
     wi, wo = directions(100)
     np.testing.assert_array_equal(after.eval(wi, wo), before.eval(wi, wo))
     np.testing.assert_array_equal(after.pdf(wi, wo), before.pdf(wi, wo))
+    assert type(after.sampler) is type(sampler)
+    assert isinstance(sampler, CosineSampler) or after.sampler == sampler
     assert (after.name, after.isotropic, after.metadata) == ("Größe 7", isotropic, before.metadata)
 
 
@@ -226,6 +233,37 @@ def test_wrong_content_is_named_in_one_line(tmp_path, change, words):
         load(rewritten(path, change))
     assert "changed.safetensors" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda s: s.pop("squared"), "'squared' is missing"),
+        (lambda s: s.pop("angle"), "'angle' is missing"),
+        (lambda s: s.update(lobes=[]), "1 to 8 lobes"),
+        (lambda s: s.update(lobes=s["lobes"] * 500), "1 to 8 lobes"),
+        (lambda s: s.update(lobes=[[1.0]]), "list indices"),
+        (lambda s: s.update(uniform=[0.1] * 5000), "must have 3 values"),
+        (lambda s: s.update(uniform=0.1), "not iterable"),
+        (lambda s: s.update(cosines=[0.1, 0.5, "high"]), "could not convert"),
+        (lambda s: s["lobes"][0].update(roughness=[0.1, 0.1, 0.0]), "roughness must lie"),
+        (lambda s: s["lobes"][0].update(shift=[0.1, math.nan, 0.0]), "shift must lie"),
+        (lambda s: s.update(angle="steep"), "could not convert"),
+        (lambda s: s.update(kind="cosine + sine"), "unknown sampler"),
+    ],
+)
+def test_wrong_lobes_are_named_in_one_line(tmp_path, change, words):
+    path = tmp_path / "x.safetensors"
+    save(network(sampler=MIXTURES["two lobes"]), path)
+    with pytest.raises(FormatError, match=words) as caught:
+        load(rewritten(path, lambda header, _: change(header["sampler"])))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_sampler_that_cannot_be_stored_is_refused(tmp_path):
+    with pytest.raises(FormatError, match="cannot hold a sampler of type object"):
+        save(network(sampler=object()), tmp_path / "x.safetensors")
+    assert not list(tmp_path.iterdir())
 
 
 def test_keras_files_whose_weights_are_elsewhere_or_packed_are_refused(tmp_path):

@@ -17,7 +17,7 @@ from nacre.neural.file import save
 from nacre.neural.recipe import PRESETS
 from nacre.neural.samples import BLOCK, draw
 from nacre.neural.training import initial_layers, schedule
-from nacre.sampling import BlinnPhongMixture
+from nacre.sampling import GgxMixture, fit_lobes
 from tests.data import list_data, require_data
 from tests.reflectances import Brushed, Glossy
 
@@ -53,8 +53,8 @@ def test_a_fit_resembles_its_source_and_records_how_it_was_made():
     assert relative_error(Gloss(), network) < 0.03
     assert network.weight_count == 675
     assert network.isotropic
-    assert isinstance(network.sampler, BlinnPhongMixture)
-    assert 10 < network.sampler.exponent < 160
+    assert isinstance(network.sampler, GgxMixture)
+    assert network.sampler == fit_lobes(network)
     assert network.metadata["fit"]["epochs"] == 12
     assert 0 < network.metadata["quality"]["held_out_loss"] < 0.02
 

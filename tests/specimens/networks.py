@@ -33,6 +33,18 @@ def _weights(sizes: tuple[int, ...] = (6, 4, 3)) -> dict[str, Array]:
     return tensors
 
 
+_LOBES: dict[str, Any] = {
+    "kind": "diffuse + GGX",
+    "cosines": [0.1, 1.0],
+    "uniform": [0.1, 0.2],
+    "squared": [0.0, 0.1],
+    "lobes": [
+        {"share": [0.3, 0.4], "roughness": [0.1, 0.2], "across": [0.2, 0.2], "shift": [0.5, 0.0]}
+    ],
+    "angle": 0.5,
+}
+
+
 def _material_header(sizes: tuple[int, ...] = (6, 4, 3)) -> dict[str, Any]:
     return {
         "version": 1,
@@ -94,11 +106,18 @@ def _safetensors_valued(value: float) -> Iterable[bytes]:
     for key in ("specular", "exponent"):
         sampler = _material_header()["sampler"] | {key: value}
         yield safetensors_bytes(_weights(), _material_header() | {"sampler": sampler})
+    (lobe,) = _LOBES["lobes"]
+    changed_lobes = [_LOBES | {"lobes": [lobe | {key: [0.1, value]}]} for key in lobe]
+    changed_lobes += [_LOBES | {key: [0.1, value]} for key in ("cosines", "uniform", "squared")]
+    for sampler in (*changed_lobes, _LOBES | {"angle": value}):
+        yield safetensors_bytes(_weights(), _material_header() | {"sampler": sampler})
 
 
 def _safetensors_rebuilt(_: bytes, random: Random) -> bytes:
     sizes = random.choice(((6, 4, 3), (6, 3), (6, 1, 2, 3), (6, 16, 16, 16, 3)))
     header, tensors = _material_header(sizes), _weights(sizes)
+    if random.random() < 0.5:
+        header["sampler"] = _LOBES
     choice = random.random()
     if choice < 0.3:
         for name in random.sample(list(tensors), 2):
@@ -171,6 +190,7 @@ SPECIMENS = {
             safetensors_bytes(
                 _weights((6, 3)), _material_header((6, 3)) | {"sampler": {"kind": "cosine"}}
             ),
+            safetensors_bytes(_weights(), _material_header() | {"sampler": _LOBES}),
         ],
         header=64,
         sized=_safetensors_sized,

@@ -12,21 +12,19 @@ combine to
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 from nacre.analytic.fresnel import schlick
 from nacre.analytic.model import DIFFUSE, AnalyticBrdf, Parameter, Values, lambertian
-from nacre.array import Array, Components, namespace
+from nacre.array import Array, Components
 from nacre.brdf import Sampler
 from nacre.color import luminance
-from nacre.geometry import cosine_hemisphere, dot, half_vector, normalize, reflect, turn
+from nacre.geometry import dot, half_vector, turn
+from nacre.sampling import GgxLobe, GgxMixture
+from nacre.sampling.visible_normals import LEAST_ROUGHNESS, distribution, stretched_length
 
 SPECULAR = Parameter("specular", 0.0, 1.0, (0.02, 0.8), colour=True)
 """F0, the Fresnel reflectance at normal incidence."""
-
-LEAST_ROUGHNESS = 1e-3
-"""Below it float32 half vectors do not resolve the lobe."""
 
 
 def _roughness(name: str) -> Parameter:
@@ -48,7 +46,7 @@ class Ggx(AnalyticBrdf):
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
         """Visible normals."""
         roughness = self.values["roughness"]
-        return GgxSampler(_specular_share(self.values), (roughness, roughness))  # type: ignore[arg-type]
+        return _sampler(self.values, (roughness, roughness), None)  # type: ignore[arg-type]
 
 
 class AnisotropicGgx(AnalyticBrdf):
@@ -76,7 +74,7 @@ class AnisotropicGgx(AnalyticBrdf):
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
         """Visible normals."""
         x, y, angle = (self.values[k] for k in ("roughness_x", "roughness_y", "angle"))
-        return GgxSampler(_specular_share(self.values), (x, y), angle)  # type: ignore[arg-type]
+        return _sampler(self.values, (x, y), angle)  # type: ignore[arg-type]
 
 
 def _ggx(values: Values, alpha: tuple[Array, Array], wi: Components, wo: Components) -> Components:
@@ -90,82 +88,9 @@ def _ggx(values: Values, alpha: tuple[Array, Array], wi: Components, wo: Compone
     return red, green, blue
 
 
-def distribution(h: Components, alpha: tuple[Array, Array]) -> Array:
-    """D of GGX in 1/sr, of which D cos theta_h integrates to 1 over the hemisphere."""
-    # The sum of squares keeps its precision where 1 - cos^2 has none left.
-    x, y = h[0] / alpha[0], h[1] / alpha[1]
-    squares = x * x + y * y + h[2] * h[2]
-    return 1.0 / (math.pi * alpha[0] * alpha[1] * squares * squares)
-
-
-def stretched_length(w: Components, alpha: tuple[Array, Array]) -> Array:
-    """Length of `w` in the space in which the microfacets are a hemisphere."""
-    xp = namespace(*w)
-    x, y = alpha[0] * w[0], alpha[1] * w[1]
-    return xp.sqrt(x * x + y * y + w[2] * w[2])
-
-
-@dataclass(frozen=True)
-class GgxSampler:
-    """A cosine lobe, and the mirror directions of visible GGX normals (Heitz 2018).
-
-    Parameters
-    ----------
-    specular
-        Probability of the visible normals, in [0, 1].
-    alpha
-        Roughnesses along x and y.
-    angle
-        Of that x from the frame's, radians.
-
-    References
-    ----------
-    Heitz 2018, "Sampling the GGX Distribution of Visible Normals"; Dupuy and Benyoub 2023,
-    "Sampling Visible GGX Normals with Spherical Caps".
-    """
-
-    specular: float
-    alpha: tuple[float, float]
-    angle: float = 0.0
-
-    def __str__(self) -> str:
-        return f"{self.specular:.0%} visible GGX normals, else cosine"
-
-    def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
-        """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""
-        xp = namespace(*wo, *u)
-        view = turn(wo, -self.angle)
-        x, y = self.alpha
-        # A cap of the unit sphere about the stretched view: its normals are half-way to the view.
-        stretched = normalize((x * view[0], y * view[1], view[2]))
-        z = (1.0 - u[1]) * (1.0 + stretched[2]) - stretched[2]
-        radius = xp.sqrt(xp.maximum(1.0 - z * z, 0.0))
-        phi = 2.0 * math.pi * u[2]
-        normal = (
-            x * (radius * xp.cos(phi) + stretched[0]),
-            y * (radius * xp.sin(phi) + stretched[1]),
-            z + stretched[2],
-        )
-        mirrored = turn(reflect(view, normalize(normal)), self.angle)
-        cosine = cosine_hemisphere(u[1], u[2])
-        chosen = u[0] < self.specular
-        a, b, c = (xp.where(chosen, m, k) for m, k in zip(mirrored, cosine, strict=True))
-        return (a, b, c), self.pdf_components((a, b, c), wo)
-
-    def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
-        xp = namespace(*wi, *wo)
-        light, view = turn(wi, -self.angle), turn(wo, -self.angle)
-        # D_v / (4 wo.h) = G1 D / (4 cos theta_o), with G1 of a single direction.
-        d = distribution(half_vector(light, view), self.alpha)
-        mirrored = d / (2.0 * (view[2] + stretched_length(view, self.alpha)))
-        visible = (wi[2] > 0.0) & (wo[2] > 0.0)
-        mixture = self.specular * mirrored + (1.0 - self.specular) / math.pi * wi[2]
-        return xp.where(visible, mixture, 0.0 * mixture)
-
-
-def _specular_share(values: Values) -> float:
-    """How often to draw visible normals: about as much as the facets add to the albedo."""
+def _sampler(values: Values, alpha: tuple[float, float], angle: float | None) -> GgxMixture:
+    """Visible normals, drawn about as often as the facets add to the albedo, else the cosine."""
     specular, diffuse = luminance(values["specular"]), luminance(values["diffuse"])
     specular += 0.05  # what Schlick adds off normal incidence
-    return float(min(max(specular / (specular + diffuse), 0.1), 0.95))
+    share = float(min(max(specular / (specular + diffuse), 0.1), 0.95))
+    return GgxMixture((GgxLobe((share,), (alpha[0],), (alpha[1],), (0.0,)),), angle=angle)

@@ -10,7 +10,6 @@ import numpy as np
 import safetensors.numpy
 from safetensors import SafetensorError
 
-from nacre.brdf import CosineSampler, Sampler
 from nacre.files import (
     Format,
     FormatError,
@@ -22,7 +21,7 @@ from nacre.files import (
 )
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, Layer, NeuralBrdf, check_weights
-from nacre.sampling import BlinnPhongMixture
+from nacre.sampling.header import describe_sampler, make_sampler
 
 VERSION = 1
 _LIMIT = 1 << 26
@@ -58,6 +57,10 @@ def encode(network: NeuralBrdf) -> bytes:
     """
     if not isinstance(network, NeuralBrdf):
         raise FormatError("holds neural materials only; fit the material first")
+    try:
+        sampler = describe_sampler(network.sampler)
+    except ValueError as error:
+        raise FormatError(str(error)) from error
     header: dict[str, Any] = {
         **network.metadata,
         "version": VERSION,
@@ -67,7 +70,7 @@ def encode(network: NeuralBrdf) -> bytes:
         "output": "exp(x) - 1, clamped at 0",
         "color_space": "linear Rec. 709",
         "name": network.name,
-        "sampler": _describe_sampler(network.sampler),
+        "sampler": sampler,
     }
     kind = PRECISIONS[network.precision]
     tensors = {}
@@ -148,7 +151,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         isotropic=isotropic,
         inputs=inputs,
         name=str(header["name"]),
-        sampler=_make_sampler(header["sampler"]),
+        sampler=make_sampler(header["sampler"]),
         metadata=metadata,
         precision=stored[0],
     )
@@ -156,26 +159,6 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")
     check_json(header)  # so that what was read can be written again
     return network
-
-
-def _describe_sampler(sampler: Sampler) -> dict[str, Any]:
-    if isinstance(sampler, CosineSampler):
-        return {"kind": "cosine"}
-    if isinstance(sampler, BlinnPhongMixture):
-        return {
-            "kind": "cosine + Blinn-Phong",
-            "specular": sampler.specular,
-            "exponent": sampler.exponent,
-        }
-    raise FormatError(f"cannot hold a sampler of type {type(sampler).__name__}")
-
-
-def _make_sampler(header: dict[str, Any]) -> Sampler:
-    if header["kind"] == "cosine":
-        return CosineSampler()
-    if header["kind"] == "cosine + Blinn-Phong":
-        return BlinnPhongMixture(float(header["specular"]), float(header["exponent"]))
-    raise ValueError(f"unknown sampler {header['kind']!r}; update nacre")
 
 
 def _recognise(head: bytes) -> bool:

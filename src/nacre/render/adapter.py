@@ -10,6 +10,7 @@ from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.render.upsample import upsample
+from nacre.sampling.sequence import even_points
 
 _ALBEDO_SAMPLES = 4096
 
@@ -72,11 +73,8 @@ def albedo(brdf: Brdf) -> Floats:
     array of shape (3,)
         Linear RGB; repeatable, with an error of a few per cent where the sampler fits badly.
     """
-    # The R3 sequence (Roberts 2018): powers of the real root of x^4 = x + 1.
-    steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-    u = (0.5 + np.arange(_ALBEDO_SAMPLES)[:, None] * steps) % 1.0
     normal = np.array([0.0, 0.0, 1.0])
-    directions, pdf = brdf.sample(normal, u)
+    directions, pdf = brdf.sample(normal, even_points(_ALBEDO_SAMPLES, 3))
     weight = np.divide(directions[:, 2], pdf, out=np.zeros_like(pdf), where=pdf > 0)
     mean: Floats = (brdf.eval(directions, normal) * weight[:, None]).mean(0)
     return mean

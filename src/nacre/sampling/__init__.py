@@ -5,6 +5,17 @@ a material.
 from nacre.sampling.fit import fit_lobes
 from nacre.sampling.fitted import LobeSampledBrdf
 from nacre.sampling.lobes import BlinnPhongMixture
+from nacre.sampling.mixture import GgxLobe, GgxMixture
+from nacre.sampling.search import fit_blinn_phong
 from nacre.sampling.uniform import DISTRIBUTIONS, draw_samples
 
-__all__ = ["DISTRIBUTIONS", "BlinnPhongMixture", "LobeSampledBrdf", "draw_samples", "fit_lobes"]
+__all__ = [
+    "DISTRIBUTIONS",
+    "BlinnPhongMixture",
+    "GgxLobe",
+    "GgxMixture",
+    "LobeSampledBrdf",
+    "draw_samples",
+    "fit_blinn_phong",
+    "fit_lobes",
+]

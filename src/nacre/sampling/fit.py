@@ -1,78 +1,77 @@
-"""Fit of the importance sampling lobes to a material."""
+"""Fit of importance sampling lobes to a material."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from nacre.array import Floats
-from nacre.brdf import Brdf
-from nacre.color import luminance
-from nacre.geometry import cosine_hemisphere, join, split
-from nacre.sampling.lobes import MAX_EXPONENT, BlinnPhongMixture
+from nacre.brdf import Brdf, CosineSampler, Sampler
+from nacre.geometry import half_vector, split
+from nacre.sampling.mixture import GgxMixture
+from nacre.sampling.mixture_moment import MixtureMoment
+from nacre.sampling.moment import Moment, second_moment
+from nacre.sampling.newton import minimise
 
-_VIEWS = (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
-"""Squared sines of the views that the lobes are fitted at: every view of a sphere counts alike."""
-_PER_VIEW = 1024
-_EXPONENTS = np.geomspace(1.0, MAX_EXPONENT, 48)
-_SHARES = np.linspace(0.0, 0.98, 50)
+_COSINES = (0.1, 0.45, 1.0)
+"""Of the views at which lobes are fitted: a sphere shows hardly any lower ones."""
+_STARTS = (0.02, 0.1, 0.4)
+"""Roughnesses."""
+_APART = 0.6
+"""How far from the one lobe's width a second one starts, either way."""
+_WORTH = 1e-3
+"""Least share of the cosine lobe's second moment that a mixture saves."""
+_FIRST, _MORE = 10, 40
+"""Steps of every start, and of the best."""
 
 
-def fit_lobes(brdf: Brdf, seed: int = 0) -> BlinnPhongMixture:
+def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
     """Lobes that sample a reflectance with the least variance.
 
     For a set of views, directions drawn from a broad proposal estimate the second moment of
-    f cos(theta_i) / p under the density p of every candidate; the share and exponent with the
-    smallest, summed over views relative to their albedo, are chosen.
+    f cos(theta_i) / p under the density p of a mixture (see :mod:`nacre.sampling.moment`). Newton
+    steps lower it: from several roughnesses for a mixture of one lobe of GGX normals, then from
+    that lobe in two parts. Lobes of an anisotropic material may stay with its axes.
 
     Parameters
     ----------
     brdf
-        Any reflectance; what is not reflected is not sampled, so black gets the cosine lobe.
+        Any reflectance.
     seed
         Of the proposal's directions.
+
+    Returns
+    -------
+    Sampler
+        A :class:`GgxMixture` with four digits of each parameter; the cosine lobe of what is black
+        or diffuse.
     """
-    with np.errstate(all="ignore"):  # of a wild reflectance, what is not finite does not count
-        return _search(brdf, *_directions(seed))
+    moment = second_moment(brdf, seed)
+    if not moment.weights.any():
+        return CosineSampler()
+    fits = [_fit(moment, None)]
+    if not brdf.isotropic:
+        fits.append(_fit(moment, _main_axis(moment)))
+    value, mixture = min(fits, key=lambda fit: fit[0])
+    cosine = math.pi * float((moment.weights / moment.wi[..., 2]).sum())
+    return mixture if value < (1.0 - _WORTH) * cosine else CosineSampler()
 
 
-def _search(brdf: Brdf, wo: Floats, wi: Floats, proposal: Floats) -> BlinnPhongMixture:
-    value = luminance(split(brdf.eval(wi, wo))).astype(np.float64) * wi[..., 2]
-    value = np.where(np.isfinite(value), value, 0.0)
-    weight = value**2 / proposal
-    albedo = (value / proposal).mean(axis=1, keepdims=True)
-    weight /= np.maximum(albedo, 1e-12) ** 2
-    weight = np.where(np.isfinite(weight), weight, 0.0)
-    if not weight.any():
-        return BlinnPhongMixture(0.0, 1.0)
-    # The share of the cosine lobe is kept above zero: it bounds every weight.
-    cosine = wi[..., 2] / math.pi
-    best = (math.inf, 0.0, 1.0)
-    for exponent in _EXPONENTS:
-        lobe = BlinnPhongMixture(1.0, float(exponent)).pdf_components(split(wi), split(wo))
-        for share in _SHARES:
-            moment = float((weight / (share * lobe + (1.0 - share) * cosine)).sum())
-            best = min(best, (moment, float(share), float(exponent)))
-    return BlinnPhongMixture(best[1], best[2])
+def _fit(moment: Moment, angle: float | None) -> tuple[float, GgxMixture]:
+    """The least second moment found, and its mixture."""
+    one, two = (MixtureMoment(moment, _COSINES, lobes, angle) for lobes in (1, 2))
+    free = _best(one, [one.start((roughness,)) for roughness in _STARTS])[1]
+    value, free = _best(two, [one.part(free, wider) for wider in (-_APART, _APART)])
+    return value, two.mixture(free)
 
 
-def _directions(seed: int) -> tuple[Floats, Floats, Floats]:
-    """Views (v, n, 3) at all azimuths, lights (v, n, 3) and the density of the lights (v, n)."""
-    random = np.random.default_rng(seed)
-    sine2 = np.repeat(np.array(_VIEWS)[:, None], _PER_VIEW, axis=1)
-    phi = random.uniform(0.0, 2.0 * math.pi, sine2.shape)
-    sine = np.sqrt(sine2)
-    wo = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.sqrt(1.0 - sine2)], axis=-1)
-    # A stack of lobes from broad to sharp sees highlights of every width.
-    lobes = [BlinnPhongMixture(0.8, float(n)) for n in np.geomspace(1.0, MAX_EXPONENT, 8)]
-    u = random.random((*sine2.shape, 3))
-    wi = join(cosine_hemisphere(u[..., 1], u[..., 2]))
-    for k, lobe in enumerate(lobes):
-        part = np.s_[:, k :: len(lobes)]
-        drawn, _ = lobe.sample_components(split(wo[part]), split(u[part]))
-        wi[part] = join(drawn)
-    density = sum(lobe.pdf_components(split(wi), split(wo)) for lobe in lobes) / len(lobes)
-    below = wi[..., 2] <= 0
-    wi[below] = (0.0, 0.0, 1.0)
-    return wo, wi, np.where(below, np.inf, density)
+def _best(function: MixtureMoment, starts: list[Floats]) -> tuple[float, Floats]:
+    """The least value found from some starts, the best of which goes on."""
+    found = [minimise(function, start, _FIRST) for start in starts]
+    return minimise(function, min(found, key=lambda pair: pair[0])[1], _MORE)
+
+
+def _main_axis(moment: Moment) -> float:
+    """Azimuth along which the half vectors of what is reflected spread most."""
+    x, y, _ = half_vector(split(moment.wi), split(moment.wo))
+    cosine, sine = (moment.weights * (x * x - y * y)).sum(), (moment.weights * x * y).sum()
+    return float(f"{0.5 * math.atan2(2.0 * sine, cosine):.4g}")

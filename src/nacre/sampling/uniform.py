@@ -12,7 +12,7 @@ from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError
 from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.parallel import thread_map
-from nacre.sampling.fit import fit_lobes
+from nacre.sampling.search import fit_blinn_phong
 
 Directions = Callable[[Array], tuple[Components, Components]]
 """From numbers in [0, 1), shape (6, n), to pairs (wi, wo); some may lie below the horizon."""
@@ -29,7 +29,7 @@ def _hemisphere(brdf: Brdf) -> Directions:
 def _seen(brdf: Brdf) -> Directions:
     """Views as the pixels of a picture of a sphere have them, under an even sky or a highlight."""
     own = brdf.sampler
-    sampler = fit_lobes(brdf) if isinstance(own, CosineSampler) else own
+    sampler = fit_blinn_phong(brdf) if isinstance(own, CosineSampler) else own
 
     def directions(u: Array) -> tuple[Components, Components]:
         wo = cosine_hemisphere(u[0], u[1])

@@ -1,0 +1,197 @@
+"""Diffuse lobes and visible GGX normals that change with the view."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from nacre.array import Array, Components, namespace
+from nacre.geometry import azimuth, half_vector, reflect
+from nacre.sampling.visible_normals import LEAST_ROUGHNESS, sample_visible, visible_density
+
+Values: TypeAlias = tuple[float, ...]
+"""A value for each of the cosines of a mixture; linear between them, constant beyond."""
+
+MAX_LOBES, MAX_COSINES = 8, 16
+"""Sizes that the code of a renderer grows with."""
+MAX_ROUGHNESS, MAX_SHIFT = 4.0, 2.0
+_ROUNDING = 1e-6
+"""By which shares may add up to more than 1."""
+_TINY = 1e-30
+
+
+@dataclass(frozen=True)
+class GgxLobe:
+    """Mirror directions of visible GGX normals; see :mod:`nacre.sampling.visible_normals`.
+
+    Parameters
+    ----------
+    share
+        Probability of the lobe, in [0, 1].
+    roughness
+        Alpha along the x axis of the lobe, in [:data:`LEAST_ROUGHNESS`, :data:`MAX_ROUGHNESS`].
+    across
+        Alpha across it, as `roughness`.
+    shift
+        Mean slope of the normals along x, in roughnesses, up to :data:`MAX_SHIFT` either way.
+    """
+
+    share: Values
+    roughness: Values
+    across: Values
+    shift: Values
+
+
+@dataclass(frozen=True)
+class GgxMixture:
+    """A diffuse lobe and lobes of visible GGX normals, all of which depend on the view's cosine.
+
+    The axes of the lobes turn with the view: x points to where it comes from. So they follow what
+    isotropic materials do at grazing angles, where highlights grow narrow across the plane of
+    incidence and leave the mirror direction. The diffuse lobe is a polynomial in cos(theta_i) of
+    degree 2. What falls below the horizon has density 0: the density integrates to less than one
+    at grazing views.
+
+    Parameters
+    ----------
+    lobes
+        Of normals.
+    uniform, squared
+        Probabilities of the densities 1 / (2 pi) and 3 cos(theta_i)^2 / (2 pi); what is left by
+        them and the lobes is that of cos(theta_i) / pi.
+    cosines
+        Of the views at which all these are given, increasing, in [0, 1].
+    angle
+        Of the lobes' x axis from the frame's in radians, where it does not turn with the view: for
+        anisotropic materials.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of bounds or has not one value for each cosine.
+    """
+
+    lobes: tuple[GgxLobe, ...]
+    uniform: Values = (0.0,)
+    squared: Values = (0.0,)
+    cosines: Values = (1.0,)
+    angle: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.lobes) <= MAX_LOBES or not 1 <= len(self.cosines) <= MAX_COSINES:
+            raise ValueError(f"1 to {MAX_LOBES} lobes and 1 to {MAX_COSINES} cosines are possible")
+        if any(a >= b for a, b in itertools.pairwise(self.cosines)):
+            raise ValueError(f"cosines must increase, got {self.cosines}")
+        self._check("cosines", self.cosines, 0.0, 1.0)
+        self._check("uniform", self.uniform, 0.0, 1.0)
+        self._check("squared", self.squared, 0.0, 1.0)
+        for lobe in self.lobes:
+            self._check("share", lobe.share, 0.0, 1.0)
+            self._check("roughness", lobe.roughness, LEAST_ROUGHNESS, MAX_ROUGHNESS)
+            self._check("across", lobe.across, LEAST_ROUGHNESS, MAX_ROUGHNESS)
+            self._check("shift", lobe.shift, -MAX_SHIFT, MAX_SHIFT)
+        shares = [self.uniform, self.squared, *(lobe.share for lobe in self.lobes)]
+        if any(sum(at) > 1.0 + _ROUNDING for at in zip(*shares, strict=True)):
+            raise ValueError("shares must add up to 1 at most")
+        if self.angle is not None and not -math.pi <= self.angle <= math.pi:
+            raise ValueError(f"angle must lie in [-pi, pi], got {self.angle}")
+
+    def _check(self, name: str, values: Values, low: float, high: float) -> None:
+        if len(values) != len(self.cosines):
+            raise ValueError(f"{name} must have {len(self.cosines)} values, got {len(values)}")
+        if not all(low <= value <= high for value in values):
+            raise ValueError(f"{name} must lie in [{low:g}, {high:g}], got {values}")
+
+    def __str__(self) -> str:
+        def span(values: Values) -> str:
+            low, high = f"{min(values):.2g}", f"{max(values):.2g}"
+            return low if low == high else f"{low}-{high}"
+
+        lobes = (
+            f"{span(tuple(100.0 * s for s in lobe.share))} % GGX normals of roughness "
+            f"{span(lobe.roughness + lobe.across)}"
+            for lobe in self.lobes
+        )
+        return ", ".join([*lobes, "else diffuse"])
+
+    def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
+        """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""
+        xp = namespace(*wo, *u)
+        at, (cos, sin), view = self._interpolation(wo), *lobe_frame(wo, self.angle)
+        # One normal is drawn, with the parameters of the lobe that u[0] selects.
+        *others, last = self.lobes
+        shape = _shape(last, at)
+        bound: Array = 0.0
+        bounds = [bound := bound + at(lobe.share) for lobe in self.lobes]
+        for lobe, below in zip(reversed(others), bounds[-2::-1], strict=True):
+            pairs = zip(_shape(lobe, at), shape, strict=True)
+            along, across, shift = (xp.where(u[0] < below, *pair) for pair in pairs)
+            shape = along, across, shift
+        normal = sample_visible(view, u[1], u[2], shape[:2], shape[2])
+        mirrored = turned(reflect(view, normal), cos, -1.0 * sin)
+
+        uniform = bound + at(self.uniform)
+        squared = uniform + at(self.squared)
+        cube_root = xp.exp(xp.log(xp.maximum(u[1], _TINY)) * (1.0 / 3.0))
+        z = xp.where(u[0] < uniform, u[1], xp.where(u[0] < squared, cube_root, xp.sqrt(u[1])))
+        radius, phi = xp.sqrt(xp.maximum(1.0 - z * z, 0.0)), 2.0 * math.pi * u[2]
+        diffuse = radius * xp.cos(phi), radius * xp.sin(phi), z
+        x, y, z = (xp.where(u[0] < bound, m, d) for m, d in zip(mirrored, diffuse, strict=True))
+        return (x, y, z), self.pdf_components((x, y, z), wo)
+
+    def pdf_components(self, wi: Components, wo: Components) -> Array:
+        """See :class:`nacre.brdf.Sampler`."""
+        xp = namespace(*wi, *wo)
+        at, (cos, sin), view = self._interpolation(wo), *lobe_frame(wo, self.angle)
+        h = turned(half_vector(wi, wo), cos, sin)
+        uniform, squared = at(self.uniform), at(self.squared)
+        cosine = 1.0 - uniform - squared
+        density: Array = 0.0
+        for lobe in self.lobes:
+            share, (along, across, shift) = at(lobe.share), _shape(lobe, at)
+            density = density + share * visible_density(h, view, (along, across), shift)
+            cosine = cosine - share
+        cosine = xp.maximum(cosine + 0.0 * wo[2], 0.0)
+        diffuse = uniform + wi[2] * (2.0 * cosine + 3.0 * squared * wi[2])
+        density = density + diffuse / (2.0 * math.pi)
+        visible = (wi[2] > 0.0) & (wo[2] > 0.0)
+        return xp.where(visible, density, 0.0 * density)
+
+    def _interpolation(self, wo: Components) -> Callable[[Values], Array]:
+        """What makes of a parameter its value for a view."""
+        xp = namespace(*wo)
+        steps = [
+            xp.minimum(xp.maximum((wo[2] - low) * (1.0 / (high - low)), 0.0), 1.0)
+            for low, high in itertools.pairwise(self.cosines)
+        ]
+
+        def at(values: Values) -> Array:
+            value: Array = values[0]
+            for step, (low, high) in zip(steps, itertools.pairwise(values), strict=True):
+                if low != high:
+                    value = value + (high - low) * step
+            return value
+
+        return at
+
+
+def _shape(lobe: GgxLobe, at: Callable[[Values], Array]) -> Components:
+    """Roughness along and across, and shift, for a view."""
+    return at(lobe.roughness), at(lobe.across), at(lobe.shift)
+
+
+def lobe_frame(wo: Components, angle: float | None) -> tuple[tuple[Array, Array], Components]:
+    """Cosine and sine of the azimuth of the lobes' x axis, and the view in their frame."""
+    if angle is None:
+        cos, sin, sin_theta = azimuth(wo)
+        return (cos, sin), (sin_theta, 0.0, wo[2])
+    axis = math.cos(angle), math.sin(angle)
+    return axis, turned(wo, *axis)
+
+
+def turned(w: Components, cos: Array, sin: Array) -> Components:
+    """`w` in a frame that is turned about z by an angle of this cosine and sine."""
+    return cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]

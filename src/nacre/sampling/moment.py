@@ -1,0 +1,93 @@
+"""The variance that a sampler would have on a reflectance, from one set of directions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.geometry import cosine_hemisphere, half_vector, join, reflect, split, uniform_hemisphere
+from nacre.sampling.sequence import even_points
+from nacre.sampling.visible_normals import sample_visible, visible_density
+
+_VIEWS = 8
+_PER_VIEW = 512
+_ROUGHNESSES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+"""Of the proposal: highlights of every width are seen."""
+_DARK = 0.1
+"""Albedo of a channel, relative to the brightest, below which its noise counts less."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Directions that estimate the second moment of f cos(theta_i) / p of any density p.
+
+    Parameters
+    ----------
+    wo
+        Views at all azimuths, shape (v, n, 3), float64; the cosine is the same along n.
+    wi
+        Lights, as `wo`.
+    weights
+        Shape (v, n). Their sum, each divided by the density p of its light in 1/sr, is the second
+        moment relative to the squared albedo: averaged over the channels, and over views as an
+        orthographic picture of a sphere has them. It is about 1 where nothing varies.
+    """
+
+    wo: Floats
+    wi: Floats
+    weights: Floats
+
+
+def second_moment(brdf: Brdf, seed: int = 0) -> Moment:
+    """Evaluate a reflectance where samplers are compared.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance; values that are not finite count as 0.
+    seed
+        Of the directions.
+    """
+    # Every view of a sphere counts alike: squared sines are uniform.
+    nodes, view_weights = np.polynomial.legendre.leggauss(_VIEWS)
+    sine2 = 0.5 * (1.0 + nodes)[:, None]
+    offset = np.random.default_rng(seed).random(4)
+    u = even_points(_VIEWS * _PER_VIEW, 4, offset).reshape(_VIEWS, _PER_VIEW, 4)
+    phi, sine = 2.0 * math.pi * u[..., 3], np.sqrt(sine2)
+    wo = join((sine * np.cos(phi), sine * np.sin(phi), np.sqrt(1.0 - sine2)))
+    wi, density = _propose(wo, u)
+    below = wi[..., 2] <= 0.0
+    wi[below] = (0.0, 0.0, 1.0)
+    with np.errstate(all="ignore"):  # of a wild reflectance
+        value = brdf.eval(wi, wo).astype(np.float64) * wi[..., 2:]
+        value = np.where(np.isfinite(value) & ~below[..., None], value, 0.0)
+        albedo = (value / density[..., None]).mean(axis=1, keepdims=True)
+        scale = albedo**2 + (_DARK * albedo.max(axis=-1, keepdims=True)) ** 2
+        square = (value**2 / scale).mean(axis=-1)
+        weights = 0.5 * view_weights[:, None] / _PER_VIEW * square / density
+    return Moment(wo, wi, np.where(np.isfinite(weights), weights, 0.0))
+
+
+def _propose(wo: Floats, u: Floats) -> tuple[Floats, Floats]:
+    """Lights from diffuse lobes and normals of all roughnesses in equal parts, their density."""
+    view = split(wo)
+    wi = np.empty_like(wo)
+    parts = len(_ROUGHNESSES) + 2
+    part = (u[..., 0] * parts).astype(int)
+    for k in range(parts):
+        here = part == k
+        first, second = u[here, 1], u[here, 2]
+        if k < 2:
+            drawn = (cosine_hemisphere, uniform_hemisphere)[k](first, second)
+        else:
+            alpha = (_ROUGHNESSES[k - 2],) * 2
+            seen = split(wo[here])
+            drawn = reflect(seen, sample_visible(seen, first, second, alpha))
+        wi[here] = join(drawn)
+    h = half_vector(split(wi), view)
+    lobes = sum(visible_density(h, view, (a, a)) for a in _ROUGHNESSES)
+    return wi, (wi[..., 2] / math.pi + 0.5 / math.pi + lobes) / parts
