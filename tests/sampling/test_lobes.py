@@ -9,7 +9,7 @@ import pytest
 
 from nacre.brdf import CosineSampler
 from nacre.geometry import join, split
-from nacre.sampling import BlinnPhongMixture
+from nacre.sampling import BlinnPhongMixture, UniformSampler
 
 from .reflectances import Shiny
 
@@ -38,6 +38,19 @@ def test_the_density_integrates_to_the_share_of_samples_above_the_horizon(
     error = 5 * (integral.std() + 1) / math.sqrt(len(u))
     assert integral.mean() == pytest.approx(share, abs=error)
     np.testing.assert_allclose(np.linalg.norm(join(drawn), axis=-1), 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("power", [0, 1, 2, 3])
+def test_uniform_samples_have_the_moments_of_the_hemisphere(power):
+    u = np.random.default_rng(1).random((100_000, 3))
+    wi, density = UniformSampler().sample_components(split(view(40.0)), split(u))
+    np.testing.assert_allclose(np.linalg.norm(join(wi), axis=-1), 1.0, atol=1e-9)
+    np.testing.assert_allclose(density, 0.5 / math.pi)
+    # The integral of cos^k over the hemisphere is 2 pi / (k + 1), and of x and y zero.
+    mean = (wi[2] ** power / density).mean()
+    assert mean == pytest.approx(2.0 * math.pi / (power + 1), rel=0.01)
+    assert abs((wi[0] / density).mean()) < 0.05
+    assert abs((wi[1] / density).mean()) < 0.05
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ _NOISE = ("fig13", "fig14", "fig15", "fig16")
 _EXPERIMENTS = ("table1", "table3", "fig6", "fig7", "fig8", "fig9", "fig10", *_NOISE, "fig17")
 
 
-_SAMPLERS = ("cosine", "nacre", "own")
+_SAMPLERS = ("uniform", "cosine", "blinn-phong", "nacre", "own")
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:

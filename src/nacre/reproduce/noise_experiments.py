@@ -17,10 +17,12 @@ from nacre.render.plates import describe_plates
 from nacre.reproduce.noise import Describe, NoiseSettings
 from nacre.reproduce.noise_pages import error_page, noise_table, picture_page, write_noise
 from nacre.reproduce.noise_study import NoiseStudy, Samplers, run_noise
-from nacre.sampling import fit_lobes
+from nacre.sampling import UniformSampler, fit_blinn_phong, fit_lobes
 
 SAMPLERS: Samplers = {
+    "uniform": lambda brdf: UniformSampler(),
     "cosine": lambda brdf: CosineSampler(),
+    "blinn-phong": fit_blinn_phong,
     "nacre": fit_lobes,
     "own": lambda brdf: brdf.sampler,
 }

@@ -4,7 +4,7 @@ a material.
 
 from nacre.sampling.fit import fit_lobes
 from nacre.sampling.fitted import LobeSampledBrdf
-from nacre.sampling.lobes import BlinnPhongMixture
+from nacre.sampling.lobes import BlinnPhongMixture, UniformSampler
 from nacre.sampling.mixture import GgxLobe, GgxMixture
 from nacre.sampling.search import fit_blinn_phong
 from nacre.sampling.uniform import DISTRIBUTIONS, draw_samples
@@ -15,6 +15,7 @@ __all__ = [
     "GgxLobe",
     "GgxMixture",
     "LobeSampledBrdf",
+    "UniformSampler",
     "draw_samples",
     "fit_blinn_phong",
     "fit_lobes",

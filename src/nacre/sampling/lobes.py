@@ -15,6 +15,24 @@ _SMALL = 0.03
 """Below it a series replaces the difference of two numbers near 1."""
 
 
+class UniformSampler:
+    """Density 1 / (2 pi) over the hemisphere, whatever the view: what others are compared with."""
+
+    def __str__(self) -> str:
+        return "uniform"
+
+    def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
+        """See :class:`nacre.brdf.Sampler`."""
+        xp = namespace(*wo, *u)
+        radius, phi = xp.sqrt(xp.maximum(1.0 - u[1] * u[1], 0.0)), 2.0 * math.pi * u[2]
+        wi = radius * xp.cos(phi), radius * xp.sin(phi), u[1]
+        return wi, self.pdf_components(wi, wo)
+
+    def pdf_components(self, wi: Components, wo: Components) -> Array:
+        """See :class:`nacre.brdf.Sampler`."""
+        return 0.5 / math.pi + 0.0 * wi[2] + 0.0 * wo[2]
+
+
 @dataclass(frozen=True)
 class BlinnPhongMixture:
     """A cosine lobe and a Blinn-Phong lobe of half vectors.
