@@ -6,11 +6,11 @@ rendered from its network and from its code by the protocol of :mod:`nacre.rende
 environment map and under a directional light, at 64 x 64 pixels and from 96 directions unless told
 otherwise. Rows:
 
-- PCA, projected: principal components; a material counts with its six permutations of the channels;
-- PCA, optimised: the same, the code then optimised on log(1 + 30 f cos theta_i);
+- PCA, optimised: principal components; a material counts with its six permutations of the channels;
+  the code is optimised on log(1 + 30 f cos theta_i);
 - neural: basis functions that a network gives, the code optimised likewise;
-- PCA by channel (`--separate`): the columns of Nielsen et al. 2015, so that 32 components take
-  3 x 32 values of a colour material.
+- with `--projected`: codes of principal components that are projected only, and those by channel,
+  the columns of Nielsen et al. 2015, so that 32 components take 3 x 32 values of a colour material.
 
 With `--samples N ...`, codes come from so many random samples of the material, uniform in the
 Rusinkiewicz angles, in place of the whole: ridge regression on principal components, and the neural
@@ -69,7 +69,6 @@ def split(files: list[Path], seed: int) -> tuple[list[Path], list[Path]]:
 def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encode]:
     """Codes of materials that are known everywhere."""
     return {
-        f"PCA, projected, {values} values": lambda brdf: pca.decode(pca.project(brdf)),
         f"PCA, optimised, {values} values": lambda brdf: pca.decode(optimised(pca, brdf)),
         f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
     }
@@ -113,7 +112,7 @@ def main() -> None:
     parser.add_argument("--values", type=int, default=32, help="of a code")
     parser.add_argument("--samples", type=int, nargs="*", default=[], help="known of a material")
     parser.add_argument("--ridge", type=float, default=RIDGE, help="of the regression")
-    parser.add_argument("--separate", action="store_true", help="PCA by channel as well")
+    parser.add_argument("--projected", action="store_true", help="projected codes as well")
     parser.add_argument("--size", type=int, default=64, help="pixels of an edge")
     parser.add_argument("--directions", type=int, default=96, help="of light from the environment")
     options = parser.parse_args()
@@ -139,7 +138,8 @@ def main() -> None:
     for count in options.samples:
         methods |= sample_codes(pca, neural, count, options.ridge)
     methods = methods or whole_codes(pca, neural, values)
-    if options.separate:
+    if options.projected:
+        methods[f"PCA, projected, {values} values"] = lambda brdf: pca.decode(pca.project(brdf))
         by_channel = train(materials, 3 * values, separate=True)
         methods[f"PCA by channel, projected, 3 x {values} values"] = lambda brdf: by_channel.decode(
             by_channel.project(brdf)

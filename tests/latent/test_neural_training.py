@@ -74,7 +74,9 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
     )
     assert min(done for stage, done, *_ in seen if stage == "training") > 80
     np.testing.assert_array_equal(resumed.functions, trained.functions)
-    assert list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == [state]
+    again = train_neural(MATERIALS, RECIPE, checkpoint=state)
+    np.testing.assert_array_equal(again.functions, trained.functions)
 
 
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
@@ -117,6 +119,8 @@ def test_what_cannot_be_trained_on_is_refused():
         train_neural([*MATERIALS, lambda: nowhere], RECIPE)
     with pytest.raises(ValueError, match="steps must be positive"):
         BasisRecipe(steps=0)
+    with pytest.raises(ValueError, match="widths of layers"):
+        BasisRecipe(hidden=())
 
 
 @pytest.mark.parametrize(("values", "pairs"), [(1, 0), (2, 0), (3, 1), (8, 1), (16, 2), (32, 5)])

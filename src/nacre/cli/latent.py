@@ -75,6 +75,7 @@ def train(
     except ValueError as error:
         raise click.BadParameter(f"--resolution: {error}") from error
     check_outputs([output], files)
+    state = output.with_name(f"{output.name}.state")
     basis: latent.Basis | latent.NeuralBasis
     with Stages() as stages:
         materials = [partial(load, path) for path in files]
@@ -86,9 +87,10 @@ def train(
             recipe = latent.BasisRecipe(
                 values=values, **{key: value for key, value in chosen.items() if value is not None}
             )
-            state = output.with_name(f"{output.name}.state")
             basis = latent.train_neural(materials, recipe, checkpoint=state, progress=report)
     save_basis(basis, output)
+    if model == "neural":
+        state.unlink(missing_ok=True)
     size = f"{len(files)} materials, {values} values, {basis.nbytes:,} bytes"
     console.print(f"{output}: {size}", markup=False)
 

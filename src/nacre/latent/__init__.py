@@ -7,7 +7,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "encoding": ["encode_neural", "encode_samples"],
         "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
-        "neural_training": ["BasisRecipe", "train_neural"],
+        "neural_recipe": ["BasisRecipe"],
+        "neural_training": ["train_neural"],
         "pca": ["Basis", "PcaBrdf"],
         "refine": ["optimised"],
         "training": ["train"],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -17,6 +17,7 @@ from nacre.files import NacreError, atomic_path, reason, require
 from nacre.latent.directions import basis_inputs, shared_directions
 from nacre.latent.encoding import isotropic_values
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
+from nacre.latent.neural_recipe import BasisRecipe
 from nacre.latent.refine import GAIN
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
@@ -34,47 +35,6 @@ _PRIOR = 1e-4
 """Weight of the mean squared length of a code in the loss."""
 _MEAN_LOGARITHM = -2.0
 """ln f_r where training begins."""
-
-
-@dataclass(frozen=True)
-class BasisRecipe:
-    """Settings of the training of a neural basis; the defaults are the recommended ones.
-
-    Parameters
-    ----------
-    values
-        k, the values of a code.
-    hidden
-        Widths of the hidden layers.
-    steps
-        Optimiser steps.
-    directions
-        Pairs of directions that the materials are known at.
-    batch
-        How many of them one step sees, of all materials.
-    learning_rate
-        Peak of the schedule of :func:`nacre.neural.training.schedule`.
-    seed
-        The same seed gives the same basis on the same machine.
-    """
-
-    values: int = 32
-    hidden: tuple[int, ...] = (96, 96, 96)
-    steps: int = 8000
-    directions: int = 1 << 16
-    batch: int = 256
-    learning_rate: float = 5e-3
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("values", "steps", "directions", "batch"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-
-    @property
-    def pairs(self) -> int:
-        """p, the pairs of values for colours: as many as principal components take."""
-        return max(5 * self.values // 32, min(1, self.values // 3))
 
 
 def train_neural(
@@ -97,7 +57,8 @@ def train_neural(
     recipe
         Settings.
     checkpoint
-        File for the state of the training, from which a later call goes on; removed at the end.
+        File for the state of the training, from which a later call goes on. It stays, for the
+        caller to remove once the basis is saved.
     progress
         Called as it goes on.
 
@@ -120,7 +81,7 @@ def train_neural(
         rows.append(isotropic_values(brdf, wi, wo))
         names.append(brdf.name)
         report("sampling", index + 1, len(materials), brdf.name)
-    # Matrices are small: a second thread gains a tenth, and loses far more on a core that is busy.
+    # Matrices are small: more threads gain little, and lose far more where cores are busy.
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -130,8 +91,6 @@ def train_neural(
         torch.set_num_threads(threads)
     if not math.isfinite(loss):
         raise NacreError("training of the basis diverged; lower the learning rate")
-    if checkpoint is not None:
-        checkpoint.unlink(missing_ok=True)
     settings = asdict(recipe) | {"hidden": list(recipe.hidden)}
     return training.basis({"materials": names, "loss": loss, "training": settings})
 
@@ -146,7 +105,7 @@ class _Training:
         f_r: npt.NDArray[np.float32],
         recipe: BasisRecipe,
     ) -> None:
-        self._recipe, self._step = recipe, 0
+        self._recipe, self._step, self._last_loss = recipe, 0, math.inf
         self._inputs, self._f_r = torch.from_numpy(inputs), torch.from_numpy(f_r)
         self._weight = torch.from_numpy(GAIN * cosine)[:, None]
         random = np.random.default_rng((recipe.seed, 2))
@@ -171,7 +130,7 @@ class _Training:
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
         """All steps that are left; gives the last loss."""
-        recipe, loss = self._recipe, torch.zeros(())
+        recipe = self._recipe
         if checkpoint is not None and checkpoint.exists():
             self._resume(checkpoint)
         rates = schedule(recipe.steps, recipe.learning_rate)
@@ -185,12 +144,12 @@ class _Training:
             self._adam.zero_grad()
             loss.backward()
             self._adam.step()
-            self._step = step + 1
+            self._step, self._last_loss = step + 1, float(loss.item())
             if self._step % 50 == 0 or self._step == recipe.steps:
-                report("training", self._step, recipe.steps, f"loss {loss.item():.4f}")
+                report("training", self._step, recipe.steps, f"loss {self._last_loss:.4f}")
             if checkpoint is not None and self._step % _SAVE_EVERY == 0:
                 self._save(checkpoint)
-        return float(loss.item())
+        return self._last_loss
 
     def _loss(self, chosen: Tensor) -> Tensor:
         values = self._inputs[chosen]
@@ -215,7 +174,7 @@ class _Training:
             self._adam.load_state_dict(state["adam"])
             for mine, saved in zip(self._parameters(), state["parameters"], strict=True):
                 mine.data.copy_(saved)
-            self._step = int(state["step"])
+            self._step, self._last_loss = int(state["step"]), float(state["loss"])
         except NacreError:
             raise
         except Exception as error:  # a damaged file fails in many ways
@@ -227,6 +186,7 @@ class _Training:
         state = {
             "mark": self._mark(),
             "step": self._step,
+            "loss": self._last_loss,
             "adam": self._adam.state_dict(),
             "parameters": [p.data for p in self._parameters()],
         }
