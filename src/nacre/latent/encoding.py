@@ -17,8 +17,9 @@ from nacre.parallel import one_blas_thread
 SAMPLES = 2048
 """Samples of a material that is known everywhere: a code has a few dozen values."""
 _STEPS = 15
-_PRIOR = 0.05
-"""What a standard deviation of a value costs, beside the sum of absolute errors."""
+PRIOR, _WEAK_PRIOR = 0.2, 0.05
+"""What a standard deviation of a value costs, beside the sum of absolute errors: of few samples,
+and of a material that is known everywhere."""
 _FARTHEST = 100.0
 """Bound of the values that are found."""
 
@@ -52,14 +53,28 @@ def encode_neural(basis: NeuralBasis, brdf: Brdf, seed: int = 0) -> Vector:
     """
     wi, wo = shared_directions(SAMPLES, seed)
     f_r = isotropic_values(brdf, wi, wo)
-    return encode_samples(basis, DirectionSamples(wi, wo, f_r)[f_r[:, 0] >= 0.0])
+    return encode_samples(basis, DirectionSamples(wi, wo, f_r)[f_r[:, 0] >= 0.0], _WEAK_PRIOR)
 
 
-def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
-    """The code of samples of an isotropic material, however few, shape (k,).
+def encode_samples(basis: NeuralBasis, samples: DirectionSamples, prior: float = PRIOR) -> Vector:
+    """The code of samples of an isotropic material, however few.
 
     The absolute differences of log(1 + 30 f cos theta_i) are brought to a minimum, together with
     the absolute values of the code: what the samples do not tell stays near the mean material.
+
+    Parameters
+    ----------
+    basis
+        What the code is for.
+    samples
+        Of the material, one or more.
+    prior
+        Weight of the absolute values of the code.
+
+    Returns
+    -------
+    array of shape (k,)
+        In standard deviations of the training materials.
     """
     values = basis.values(basis_inputs(samples.wi, samples.wo)).astype(np.float64)
     weight = GAIN * samples.cosine[:, None].astype(np.float64)
@@ -71,17 +86,17 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
             chroma.reshape(-1, *target.shape),
         ]
     )
-    prior = _PRIOR * np.eye(len(basis))
+    pull = prior * np.eye(len(basis))
 
     def residuals(code: Vector) -> Vector:
         logs = np.minimum(values @ basis.shares(code), BRIGHTEST)
         difference = np.log1p(np.exp(logs) * weight) - target
-        return np.concatenate([difference.reshape(-1), _PRIOR * code])
+        return np.concatenate([difference.reshape(-1), prior * code])
 
     def jacobian(code: Vector, current: Vector) -> Vector:
         # Of v = log(1 + u) the derivative by ln u is 1 - e^-v.
         rate = -np.expm1(-(current[: target.size].reshape(target.shape) + target))
-        return np.concatenate([(rows * rate).reshape(len(rows), -1), prior], axis=1)
+        return np.concatenate([(rows * rate).reshape(len(rows), -1), pull], axis=1)
 
     with one_blas_thread():
         return minimise(residuals, jacobian, np.zeros(len(basis)), _STEPS, _FARTHEST)[0]
