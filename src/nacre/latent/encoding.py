@@ -76,7 +76,8 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples, prior: float =
     array of shape (k,)
         In standard deviations of the training materials.
     """
-    values = basis.values(basis_inputs(samples.wi, samples.wo)).astype(np.float64)
+    with one_blas_thread():
+        values = basis.values(basis_inputs(samples.wi, samples.wo)).astype(np.float64)
     weight = GAIN * samples.cosine[:, None].astype(np.float64)
     target = np.log1p(np.maximum(samples.rgb, 0.0) * weight)
     chroma = np.einsum("np,qc->pqnc", values[:, 1 + basis.greys :], CHROMA)
