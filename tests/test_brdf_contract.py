@@ -23,6 +23,7 @@ from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
 from nacre.sampling import BlinnPhongMixture, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
+from tests.latent.made import random_basis
 from tests.measured.support import hemisphere, material, spectral, tensor_bytes
 from tests.variants import require_mitsuba
 
@@ -78,6 +79,7 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "anisotropic network of enhanced inputs": lambda _: network(False, ENHANCED),
     "network of stereographic inputs": lambda _: network(False, STEREOGRAPHIC),
     "PCA code": lambda _: code(),
+    "code of a neural basis": lambda _: random_basis().decode(np.linspace(-1.0, 1.0, 6)),
     "MERL table of a network": lambda _: tabulate(network(True)),
     "UTIA table of a network": lambda _: utia.tabulate(network(False)),
     "RGL table of a network": lambda _: rgl.tabulate(network(True)),

@@ -9,7 +9,8 @@ import pytest
 
 import nacre
 from nacre.cli import main
-from tests.latent.test_pca import MATERIALS, NEW
+from nacre.latent.directions import shared_directions
+from tests.latent.made import MATERIALS, NEW
 
 
 @pytest.fixture
@@ -40,6 +41,30 @@ def test_a_material_goes_through_its_code(capsys, folder):
         assert np.median(np.abs(found - truth) / truth) < 0.1
 
 
+NEURAL = ["--model", "neural", "--values", "6", "--steps", "400"]
+
+
+def test_a_neural_basis_serves_alike(capsys, folder):
+    pytest.importorskip("torch", reason="needs the extra 'latent'")
+    names = [f"made{index}.json" for index in range(len(MATERIALS))]
+    main(["latent", "train", *names, "-o", "n.safetensors", *NEURAL])
+    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert [path.name for path in folder.glob("n.*")] == ["n.safetensors"]
+    main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "c.json"])
+    assert "6 values (24 bytes)" in capsys.readouterr().out
+    main(["latent", "decode", "c.json", "--basis", "n.safetensors", "-o", "x.binary"])
+    wi, wo = shared_directions(2000, 1)
+    found, truth = nacre.load("x.binary").eval(wi, wo), NEW.eval(wi, wo)
+    assert np.median(np.abs(found - truth) / truth) < 0.2
+    with pytest.raises(SystemExit):
+        main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "d.json",
+              "--project"])  # fmt: skip
+    assert "n.safetensors holds no principal components" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "y.binary"])
+    assert "is not a log-relative PCA code" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -48,6 +73,8 @@ def test_a_material_goes_through_its_code(capsys, folder):
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
         (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "theta_h"),
+        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "for --model neural"),
+        (["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID], "for --model pca"),
         (["encode", "new.json", "--basis", "new.json", "-o", "c.json"], "safetensors"),
         (["encode", "none.json", "--basis", "b.safetensors", "-o", "c.json"], "none.json"),
         (["encode", "new.json", "--basis", "b.safetensors", "-o", "c.binary"], "a .json file"),

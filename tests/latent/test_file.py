@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
@@ -13,7 +14,7 @@ import safetensors.numpy
 import nacre
 from nacre.files import FormatError
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
-from tests.latent.test_pca import basis
+from tests.latent.made import basis, random_basis
 from tests.specimens import mutated
 
 
@@ -24,6 +25,13 @@ def path(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def neural_path(tmp_path: Path) -> Path:
+    path = tmp_path / "basis.safetensors"
+    save_basis(random_basis(), path)
+    return path
+
+
 def test_a_basis_comes_back_as_it_was(path):
     before, after = basis(6), load_basis(path)
     for name in ("mask", "centre", "components", "uses", "colours", "deviations"):
@@ -31,6 +39,30 @@ def test_a_basis_comes_back_as_it_was(path):
     assert (after.resolution, after.metadata) == (before.resolution, before.metadata)
     save_basis(after, path.with_name("two.safetensors"))
     assert path.with_name("two.safetensors").read_bytes() == path.read_bytes()
+
+
+def test_a_neural_basis_comes_back_as_it_was(neural_path):
+    before, after = random_basis(), load_basis(neural_path)
+    for one, other in zip(before.hidden, after.hidden, strict=True):
+        np.testing.assert_array_equal(one.weights, other.weights)
+        np.testing.assert_array_equal(one.biases, other.biases)
+    np.testing.assert_array_equal(before.functions, after.functions)
+    assert (after.greys, after.metadata) == (before.greys, before.metadata)
+    save_basis(after, neural_path.with_name("two.safetensors"))
+    assert neural_path.with_name("two.safetensors").read_bytes() == neural_path.read_bytes()
+
+
+def test_a_code_of_a_neural_basis_comes_back_as_it_was(neural_path):
+    file = neural_path.with_name("x.json")
+    before = random_basis().decode(np.linspace(-2.0, 2.0, 6), "Farbe")
+    save_code(before, file)
+    after = load_code(file, load_basis(neural_path))
+    np.testing.assert_array_equal(after.code, before.code)
+    assert after.name == "Farbe"
+    with pytest.raises(FormatError, match="is not a log-relative PCA code"):
+        load_code(file, basis(6))
+    with pytest.raises(FormatError, match="another one"):
+        load_code(file, random_basis(2, 2))
 
 
 def test_a_code_comes_back_as_it_was(path):
@@ -76,7 +108,10 @@ def test_a_damaged_code_is_refused(path, field, value, message):
         load_code(file, basis(6))
 
 
-def test_a_damaged_basis_is_refused_or_harmless(path):
+@pytest.mark.parametrize("kind", [basis, random_basis])
+def test_a_damaged_basis_is_refused_or_harmless(kind, tmp_path):
+    path = tmp_path / "basis.safetensors"
+    save_basis(kind(), path)
     whole = path.read_bytes()
     random = Random(1)
     cuts = [whole[:length] for length in (1, 8, 40, 200, len(whole) - 1)]
@@ -91,7 +126,8 @@ def test_a_damaged_basis_is_refused_or_harmless(path):
             assert message.startswith(str(path))
             assert "\n" not in message
         else:
-            assert np.isfinite(made.decode(np.ones(len(made))).stored).all()
+            w = np.array([[0.6, 0.0, 0.8]])
+            assert np.isfinite(made.decode(np.ones(len(made))).eval(w, w)).all()
 
 
 @pytest.mark.parametrize(
@@ -112,6 +148,29 @@ def test_a_damaged_basis_is_refused_or_harmless(path):
     ],
 )
 def test_tensors_that_do_not_fit_are_refused(path, name, change):
+    refuses(path, name, change)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("weights_1", lambda a: a[:-1]),
+        ("weights_2", lambda a: a[:, :-1]),
+        ("weights_2", lambda a: a * np.float32(1e30)),
+        ("biases_1", lambda a: a + np.nan),
+        ("biases_2", lambda a: a[:-1]),
+        ("functions", lambda a: a[:-1]),
+        ("functions", lambda a: a[:, :4]),
+        ("functions", lambda a: a.astype(np.float16)),
+        ("functions", lambda a: a[0]),
+    ],
+)
+def test_tensors_that_do_not_fit_a_network_are_refused(neural_path, name, change):
+    refuses(neural_path, name, change)
+
+
+def refuses(path: Path, name: str, change: Callable[[np.ndarray], np.ndarray]) -> None:
+    """A file with one tensor changed is refused by name."""
     data = path.read_bytes()
     tensors = safetensors.numpy.load(data)
     tensors[name] = np.ascontiguousarray(change(tensors[name]))

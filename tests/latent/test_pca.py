@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,30 +15,10 @@ from nacre.files import FormatError, NacreError
 from nacre.latent import Basis, optimised, train
 from nacre.latent.pca import EPSILON, node_cosines
 from nacre.measured import MerlBrdf
-from nacre.measured.merl import Resolution, tabulate
+from nacre.measured.merl import tabulate
+from tests.latent.made import GRID, MATERIALS, NEW, basis, material
 from tests.measured.support import hemisphere
 from tests.reflectances import Brushed, Glossy
-
-GRID = Resolution(24, 12, 12)
-
-
-def material(seed: int) -> Ggx:
-    random = np.random.default_rng(seed)
-    return Ggx(
-        name=f"made {seed}",
-        diffuse=tuple(random.uniform(0.02, 0.6, 3)),
-        specular=tuple(random.uniform(0.02, 0.9, 3)),
-        roughness=random.uniform(0.15, 0.6),
-    )
-
-
-MATERIALS = [partial(material, seed) for seed in range(8)]
-NEW = material(100)
-
-
-@cache
-def basis(values: int = 6, separate: bool = False) -> Basis:
-    return train(MATERIALS, values, GRID, separate=separate)
 
 
 def weighted(brdf: Brdf, mask: np.ndarray) -> np.ndarray:

@@ -18,28 +18,43 @@ _basis_option = click.option(
 def command() -> None:
     """Materials as codes of a few values, in a basis that they share.
 
-    The basis is principal components of log-relative reflectance.
+    The basis is functions that a small network gives, or principal components on a grid.
     """
 
 
 @command.command("train")
 @click.argument("files", nargs=-1, required=True, type=file_path())
 @click.option("-o", "--output", required=True, type=file_path(), help="Basis (.safetensors).")
+@click.option(
+    "--model",
+    type=click.Choice(["neural", "pca"]),
+    default="pca",
+    show_default=True,
+    help="neural: closer, 0.1 MB; stopped, it goes on where it was. pca: 16 MB.",
+)
 @click.option("--values", default=32, type=click.IntRange(1, 1024), help="Values of a code.")
 @click.option(
     "--resolution",
-    default="90,45,45",
     callback=numbers,
     metavar="N,N,N",
-    help="Nodes of the grid: theta_h,theta_d,phi_d.",
+    help="Nodes of the grid of pca: theta_h,theta_d,phi_d.  [default: 90,45,45]",
 )
 @click.option(
     "--separate",
     is_flag=True,
-    help="Take each channel as a material of its own, in place of the six permutations.",
+    help="Take each channel as a material of its own, in place of the six permutations; pca only.",
 )
+@click.option("--steps", type=click.IntRange(1), help="Optimiser steps of neural.  [default: 8000]")
+@click.option("--seed", type=click.IntRange(0), help="Of the training of neural.  [default: 0]")
 def train(
-    files: tuple[Path, ...], output: Path, values: int, resolution: tuple[int, ...], separate: bool
+    files: tuple[Path, ...],
+    output: Path,
+    model: str,
+    values: int,
+    resolution: tuple[int, ...] | None,
+    separate: bool,
+    steps: int | None,
+    seed: int | None,
 ) -> None:
     """Make a basis from the isotropic materials in FILES."""
     from nacre import latent
@@ -49,20 +64,35 @@ def train(
 
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: a basis is a .safetensors file")
-    if len(resolution) != 3:
+    if model == "neural" and (resolution or separate):
+        raise click.BadParameter("--resolution and --separate are for --model pca")
+    if model == "pca" and (steps is not None or seed is not None):
+        raise click.BadParameter("--steps and --seed are for --model neural")
+    if resolution and len(resolution) != 3:
         raise click.BadParameter("--resolution: expected theta_h,theta_d,phi_d, like 90,45,45")
     try:
-        grid = Resolution(*resolution)
+        grid = {"resolution": Resolution(*resolution)} if resolution else {}
     except ValueError as error:
         raise click.BadParameter(f"--resolution: {error}") from error
     check_outputs([output], files)
+    state = output.with_name(f"{output.name}.state")
+    basis: latent.Basis | latent.NeuralBasis
     with Stages() as stages:
         materials = [partial(load, path) for path in files]
         report = stages.add("basis")
-        basis = latent.train(materials, values, grid, separate=separate, progress=report)
+        if model == "pca":
+            basis = latent.train(materials, values, separate=separate, progress=report, **grid)
+        else:
+            chosen = {"steps": steps, "seed": seed}
+            recipe = latent.BasisRecipe(
+                values=values, **{key: value for key, value in chosen.items() if value is not None}
+            )
+            basis = latent.train_neural(materials, recipe, checkpoint=state, progress=report)
     save_basis(basis, output)
-    size = f"{len(basis.components)} components, {basis.nbytes:,} bytes"
-    console.print(f"{output}: {len(files)} materials, {values} values, {size}", markup=False)
+    if model == "neural":
+        state.unlink(missing_ok=True)
+    size = f"{len(files)} materials, {values} values, {basis.nbytes:,} bytes"
+    console.print(f"{output}: {size}", markup=False)
 
 
 @command.command("encode")
@@ -70,19 +100,27 @@ def train(
 @_basis_option
 @click.option("-o", "--output", required=True, type=file_path(), help="Code (.json).")
 @click.option(
-    "--project", is_flag=True, help="Project only: closest in the logarithm, not in pictures."
+    "--project",
+    is_flag=True,
+    help="Project only: closest in the logarithm, not in pictures; pca only.",
 )
 def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     """Find the code of the isotropic material in SOURCE."""
     from nacre.formats import load
-    from nacre.latent import optimised
+    from nacre.latent import Basis, encode_neural, optimised
     from nacre.latent.file import load_basis, save_code
 
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
     check_outputs([output], [source, basis_path])
-    basis, brdf = load_basis(basis_path), load(source)
-    code = basis.project(brdf) if project else optimised(basis, brdf)
+    basis = load_basis(basis_path)
+    if project and not isinstance(basis, Basis):
+        raise click.BadParameter(f"--project: {basis_path} holds no principal components")
+    brdf = load(source)
+    if not isinstance(basis, Basis):
+        code = encode_neural(basis, brdf)
+    else:
+        code = basis.project(brdf) if project else optimised(basis, brdf)
     save_code(basis.decode(code, brdf.name), output)
     console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)
 

@@ -1,7 +1,16 @@
 """A space of materials: few values that stand for a whole reflectance."""
 
-from nacre.latent.pca import Basis, PcaBrdf
-from nacre.latent.refine import optimised
-from nacre.latent.training import train
+import lazy_loader
 
-__all__ = ["Basis", "PcaBrdf", "optimised", "train"]
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "encoding": ["encode_neural", "encode_samples"],
+        "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
+        "neural_recipe": ["BasisRecipe"],
+        "neural_training": ["train_neural"],
+        "pca": ["Basis", "PcaBrdf"],
+        "refine": ["optimised"],
+        "training": ["train"],
+    },
+)

@@ -4,29 +4,30 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
-from dataclasses import astuple
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-import numpy as np
-import numpy.typing as npt
 import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.files import FormatError, PathLike, atomic_path, read_bytes, reason
-from nacre.latent.pca import LARGEST, Basis, PcaBrdf
-from nacre.measured.merl import Resolution
+from nacre.latent import neural_file, pca_file
+from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
+from nacre.latent.pca import Basis, PcaBrdf
 
 VERSION = 1
-BASIS, CODE = "log-relative PCA basis", "log-relative PCA code"
-"""What files say that they are."""
+AnyBasis: TypeAlias = Basis | NeuralBasis
+
+_MODELS: dict[str, tuple[type[AnyBasis], Any]] = {
+    "log-relative PCA": (Basis, pca_file),
+    "neural": (NeuralBasis, neural_file),
+}
+"""By what files say they are: the class, and the module that packs and unpacks it."""
 _KEY = "nacre basis"
 _BASIS_LIMIT, _CODE_LIMIT = 1 << 30, 1 << 20
-_TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")
 
 
-def save_basis(basis: Basis, path: PathLike) -> None:
+def save_basis(basis: AnyBasis, path: PathLike) -> None:
     """Write a basis; the same basis gives the same bytes.
 
     Raises
@@ -34,28 +35,17 @@ def save_basis(basis: Basis, path: PathLike) -> None:
     FormatError
         If the path cannot be written.
     """
-    header = {
-        "version": VERSION,
-        "model": BASIS,
-        "resolution": list(astuple(basis.resolution)),
-        "metadata": basis.metadata,
-    }
-    tensors: dict[str, npt.NDArray[Any]] = {
-        "mask": np.packbits(basis.mask),
-        "uses": basis.uses.astype(np.int32),
-        **{
-            name: np.ascontiguousarray(getattr(basis, name), np.float32)
-            for name in ("centre", "components", "colours", "deviations")
-        },
-    }
+    model = _model(basis)
+    own, tensors = _MODELS[model][1].pack(basis)
+    header = {"version": VERSION, "model": f"{model} basis", **own, "metadata": basis.metadata}
     data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header, allow_nan=False)})
     if len(data) > _BASIS_LIMIT:
-        raise FormatError(f"{path}: {len(data):,} bytes; take a coarser grid or fewer values")
+        raise FormatError(f"{path}: {len(data):,} bytes; take a smaller basis")
     with atomic_path(path) as temporary:
         temporary.write_bytes(data)
 
 
-def load_basis(path: PathLike) -> Basis:
+def load_basis(path: PathLike) -> AnyBasis:
     """Read a basis.
 
     Raises
@@ -68,11 +58,15 @@ def load_basis(path: PathLike) -> Basis:
         tensors = safetensors.numpy.load(data)
         size = int.from_bytes(data[:8], "little")
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
-        if header["model"] != BASIS:
+        model = str(header["model"]).removesuffix(" basis")
+        if model not in _MODELS or model == header["model"]:
             raise FormatError(f"{path}: holds model {header['model']!r}, expected a basis")
         if header["version"] != VERSION:
             raise FormatError(f"{path}: version {header['version']!r} is not {VERSION}")
-        return _basis(header, tensors)
+        if not isinstance(header["metadata"], dict):
+            raise FormatError(f"{path}: metadata is not an object")
+        basis: AnyBasis = _MODELS[model][1].unpack(header, tensors)
+        return basis
     except FormatError:
         raise
     except SafetensorError as error:
@@ -83,40 +77,7 @@ def load_basis(path: PathLike) -> Basis:
         raise FormatError(f"{path}: is not a whole basis: {reason(error)}") from error
 
 
-def _basis(header: dict[str, Any], tensors: dict[str, npt.NDArray[Any]]) -> Basis:
-    resolution = Resolution(*(int(n) for n in header["resolution"]))
-    packed, centre, components, uses, colours, deviations = (tensors[name] for name in _TENSORS)
-    count = math.prod(resolution.dimensions)
-    if packed.dtype != np.uint8 or packed.shape != (-(-count // 8),):
-        raise ValueError(f"mask has another length than its {count} nodes need")
-    mask = np.unpackbits(packed, count=count).astype(bool).reshape(resolution.dimensions)
-    nodes, values = np.count_nonzero(mask), len(uses)
-    if nodes < count // 8:
-        raise ValueError(f"mask leaves {nodes} of {count} nodes")
-    shapes = {
-        "centre": (centre, (nodes,)),
-        "components": (components, (len(components), nodes)),
-        "colours": (colours, (values, 3)),
-        "deviations": (deviations, (values,)),
-    }
-    for name, (array, shape) in shapes.items():
-        if array.dtype != np.float32 or array.shape != shape:
-            raise ValueError(f"{name} is {array.dtype} {array.shape}, expected float32 {shape}")
-        if not (np.abs(array) < LARGEST).all():
-            raise ValueError(f"{name} holds numbers that are not finite or too large")
-    if uses.dtype != np.int32 or not ((uses >= 0) & (uses < len(components))).all() or not values:
-        raise ValueError("uses does not name components")
-    if not (deviations > 0).all():
-        raise ValueError("deviations are not positive")
-    metadata = header["metadata"]
-    if not isinstance(metadata, dict):
-        raise ValueError("metadata is not an object")
-    return Basis(
-        resolution, mask, centre, components, uses.astype(np.int64), colours, deviations, metadata
-    )
-
-
-def save_code(material: PcaBrdf, path: PathLike) -> None:
+def save_code(material: PcaBrdf | NeuralBasisBrdf, path: PathLike) -> None:
     """Write the code of a material, with a mark of the basis that it belongs to.
 
     Raises
@@ -125,7 +86,7 @@ def save_code(material: PcaBrdf, path: PathLike) -> None:
         If the path cannot be written.
     """
     content = {
-        "code of": CODE,
+        "code of": f"{_model(material.basis)} code",
         "version": VERSION,
         "name": material.name,
         "basis": fingerprint(material.basis),
@@ -135,7 +96,7 @@ def save_code(material: PcaBrdf, path: PathLike) -> None:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_code(path: PathLike, basis: Basis) -> PcaBrdf:
+def load_code(path: PathLike, basis: AnyBasis) -> PcaBrdf | NeuralBasisBrdf:
     """Read a code and give the material that it stands for.
 
     Parameters
@@ -156,8 +117,9 @@ def load_code(path: PathLike, basis: Basis) -> PcaBrdf:
         name, mark, values = content["name"], content["basis"], content["values"]
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is not a whole code: {reason(error)}") from error
-    if kind != CODE or version != VERSION:
-        raise FormatError(f"{path}: is not a code of version {VERSION} of {CODE!r}")
+    expected = f"{_model(basis)} code"
+    if kind != expected or version != VERSION:
+        raise FormatError(f"{path}: is not a {expected} of version {VERSION}")
     if mark != fingerprint(basis):
         raise FormatError(f"{path}: basis: the code was made with another one")
     try:
@@ -168,9 +130,14 @@ def load_code(path: PathLike, basis: Basis) -> PcaBrdf:
     return material
 
 
-def fingerprint(basis: Basis) -> str:
+def fingerprint(basis: AnyBasis) -> str:
     """SHA-256 of what a code means in a basis."""
-    digest = hashlib.sha256(repr(astuple(basis.resolution)).encode())
-    for name in _TENSORS:
-        digest.update(np.ascontiguousarray(getattr(basis, name)).tobytes())
+    own, tensors = _MODELS[_model(basis)][1].pack(basis)
+    digest = hashlib.sha256(json.dumps(own).encode())
+    for name in sorted(tensors):
+        digest.update(tensors[name].tobytes())
     return digest.hexdigest()
+
+
+def _model(basis: AnyBasis) -> str:
+    return next(name for name, (kind, _) in _MODELS.items() if isinstance(basis, kind))

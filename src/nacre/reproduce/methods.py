@@ -13,7 +13,7 @@ from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
 from nacre.brdf import Brdf
 from nacre.files import NacreError, digest
 from nacre.formats import load
-from nacre.latent import PcaBrdf, optimised
+from nacre.latent import Basis, PcaBrdf, optimised
 from nacre.latent.file import fingerprint, load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
@@ -188,7 +188,7 @@ def _codes(path: Path | None) -> Method:
     basis = load_basis(path) if path else None
 
     def encode(brdf: Brdf) -> PcaBrdf:
-        if basis is None:
+        if not isinstance(basis, Basis):
             raise UnavailableError("needs --basis, principal components of other materials")
         return basis.decode(optimised(basis, brdf), brdf.name)
 

@@ -1,0 +1,53 @@
+"""Pairs of directions at which materials of all kinds are seen alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
+from nacre.neural.inputs import ENHANCED, network_inputs
+from nacre.sampling import BlinnPhongMixture
+
+Floats = npt.NDArray[np.float32]
+
+_EXPONENTS = np.geomspace(1.0, 1e5, 12)
+_HORIZON = 1e-3
+"""Least cosine: closer to the horizon, tables and networks hold anything."""
+
+
+def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:
+    """Directions to the light and to the viewer, shapes (count, 3), for any isotropic material.
+
+    Half are uniform in the Rusinkiewicz angles. The others are as a picture of a sphere shows them:
+    views as dense as the cosine, half of them with light from anywhere in the sky, half with light
+    about the mirror direction in lobes from broad to sharp.
+    """
+    found = np.empty((2, 0, 3), np.float32)
+    random = np.random.default_rng((seed, 3))
+    while found.shape[1] < count:
+        u = random.random((5, 2 * count), dtype=np.float32)
+        wi, wo = (np.array(np.broadcast_arrays(*w)) for w in uniform_rusinkiewicz(_unturned(u)))
+        seen = np.array(cosine_hemisphere(u[0], u[1]))
+        light = np.array(uniform_hemisphere(u[2], u[3]))
+        for index, exponent in enumerate(_EXPONENTS):
+            part = np.s_[:, 3 + 4 * index :: 4 * len(_EXPONENTS)]
+            lobe = BlinnPhongMixture(1.0, float(exponent))
+            light[part] = lobe.sample_components(tuple(seen[part]), tuple(u[2:][part]))[0]
+        wi[:, 1::2], wo[:, 1::2] = light[:, 1::2], seen[:, 1::2]
+        pairs = np.stack([join(tuple(wi)), join(tuple(wo))]).astype(np.float32)
+        found = np.concatenate([found, pairs[:, (pairs[:, :, 2] > _HORIZON).all(axis=0)]], axis=1)
+    return found[0, :count], found[1, :count]
+
+
+def basis_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    """Enhanced network inputs of an isotropic material, shape (n, 6), for directions (n, 3)."""
+    values = network_inputs(split(wi), split(wo), True, ENHANCED)
+    return np.stack(np.broadcast_arrays(*values), axis=-1).astype(np.float32)
+
+
+def _unturned(u: Floats) -> Floats:
+    """Random numbers for half vectors at phi_h = 0."""
+    turned = u[:4].copy()
+    turned[1] = 0.0
+    return turned

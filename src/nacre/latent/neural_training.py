@@ -1,0 +1,230 @@
+"""Training of a neural basis, together with the codes of its materials, in PyTorch."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.files import NacreError, atomic_path, reason, require
+from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.encoding import isotropic_values
+from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
+from nacre.latent.neural_recipe import BasisRecipe
+from nacre.latent.refine import GAIN
+from nacre.neural.nbrdf import Layer
+from nacre.neural.training import schedule
+from nacre.progress import Progress
+
+torch: Any = require("torch", "latent")
+Tensor: TypeAlias = Any
+Matrix = npt.NDArray[np.float64]
+
+_SAVE_EVERY = 500
+"""Steps between checkpoints."""
+_CODE_RATE = 4.0
+"""Learning rate of the codes, as a multiple of that of the network."""
+_PRIOR = 1e-4
+"""Weight of the mean squared length of a code in the loss."""
+_MEAN_LOGARITHM = -2.0
+"""ln f_r where training begins."""
+
+
+def train_neural(
+    materials: Sequence[Callable[[], Brdf]],
+    recipe: BasisRecipe | None = None,
+    *,
+    checkpoint: Path | None = None,
+    progress: Progress | None = None,
+) -> NeuralBasis:
+    """A neural basis of materials.
+
+    The mean absolute difference of log(1 + 30 f cos theta_i) is brought to a minimum over the
+    network and the codes of the materials at once.
+
+    Parameters
+    ----------
+    materials
+        Functions that give the materials, isotropic; called once each, so that files need not be
+        in memory together. Memory is 12 bytes a direction and material.
+    recipe
+        Settings.
+    checkpoint
+        File for the state of the training, from which a later call goes on. It stays, for the
+        caller to remove once the basis is saved.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    FormatError
+        If a material is anisotropic.
+    NacreError
+        If there are fewer than two materials, one is known at none of the directions, or the
+        checkpoint is of another training or damaged.
+    """
+    recipe = recipe or BasisRecipe()
+    if len(materials) < 2:
+        raise NacreError("a neural basis needs two materials or more")
+    report = progress or (lambda stage, done, total, note: None)
+    wi, wo = shared_directions(recipe.directions, recipe.seed)
+    rows, names = [], []
+    for index, load in enumerate(materials):
+        brdf = load()
+        rows.append(isotropic_values(brdf, wi, wo))
+        names.append(brdf.name)
+        report("sampling", index + 1, len(materials), brdf.name)
+    # Matrices are small: more threads gain little, and lose far more where cores are busy.
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        training = _Training(basis_inputs(wi, wo), wi[:, 2], np.stack(rows), recipe)
+        loss = training.run(checkpoint, report)
+    finally:
+        torch.set_num_threads(threads)
+    if not math.isfinite(loss):
+        raise NacreError("training of the basis diverged; lower the learning rate")
+    settings = asdict(recipe) | {"hidden": list(recipe.hidden)}
+    return training.basis({"materials": names, "loss": loss, "training": settings})
+
+
+class _Training:
+    """Weights, codes and optimiser state."""
+
+    def __init__(
+        self,
+        inputs: npt.NDArray[np.float32],
+        cosine: npt.NDArray[np.float32],
+        f_r: npt.NDArray[np.float32],
+        recipe: BasisRecipe,
+    ) -> None:
+        self._recipe, self._step, self._last_loss = recipe, 0, math.inf
+        self._inputs, self._f_r = torch.from_numpy(inputs), torch.from_numpy(f_r)
+        self._weight = torch.from_numpy(GAIN * cosine)[:, None]
+        random = np.random.default_rng((recipe.seed, 2))
+        greys, materials = recipe.values - 2 * recipe.pairs, len(f_r)
+
+        def normal(deviation: float, *shape: int) -> Tensor:
+            values = random.normal(0.0, deviation, shape).astype(np.float32)
+            return torch.from_numpy(values).requires_grad_()
+
+        widths = list(itertools.pairwise((inputs.shape[1], *recipe.hidden)))
+        self._weights = [normal(math.sqrt(2.0 / n), n, width) for n, width in widths]
+        self._biases = [normal(0.0, width) for _, width in widths]
+        last = recipe.hidden[-1]
+        self._functions = normal(0.1 / math.sqrt(last), last + 1, 1 + greys + recipe.pairs)
+        self._functions.data[:, 0] *= 10.0
+        self._functions.data[-1, 0] = _MEAN_LOGARITHM
+        self._grey = normal(0.5, materials, greys)
+        self._pairs = normal(0.5, materials, recipe.pairs, 2)
+        network = [*self._weights, *self._biases, self._functions]
+        groups = [{"params": network}, {"params": [self._grey, self._pairs]}]
+        self._adam = torch.optim.Adam(groups, betas=(0.9, 0.99))
+
+    def run(self, checkpoint: Path | None, report: Progress) -> float:
+        """All steps that are left; gives the last loss."""
+        recipe = self._recipe
+        if checkpoint is not None and checkpoint.exists():
+            self._resume(checkpoint)
+        rates = schedule(recipe.steps, recipe.learning_rate)
+        for step in range(self._step, recipe.steps):
+            for group, factor in zip(self._adam.param_groups, (1.0, _CODE_RATE), strict=True):
+                group["lr"] = factor * float(rates[step])
+            # What is drawn depends on the step only: training goes on as if it never stopped.
+            random = np.random.default_rng((recipe.seed, 4, step))
+            chosen = random.integers(len(self._inputs), size=recipe.batch)
+            loss = self._loss(torch.from_numpy(chosen))
+            self._adam.zero_grad()
+            loss.backward()
+            self._adam.step()
+            self._step, self._last_loss = step + 1, float(loss.item())
+            if self._step % 50 == 0 or self._step == recipe.steps:
+                report("training", self._step, recipe.steps, f"loss {self._last_loss:.4f}")
+            if checkpoint is not None and self._step % _SAVE_EVERY == 0:
+                self._save(checkpoint)
+        return self._last_loss
+
+    def _loss(self, chosen: Tensor) -> Tensor:
+        values = self._inputs[chosen]
+        for weights, biases in zip(self._weights, self._biases, strict=True):
+            values = torch.relu(torch.addmm(biases, values, weights))
+        values = values @ self._functions[:-1] + self._functions[-1]
+        count, greys = self._grey.shape
+        grey = torch.nn.functional.pad(self._grey, (1, 0), value=1.0) @ values[:, : 1 + greys].T
+        chroma = (self._pairs @ torch.from_numpy(CHROMA)).transpose(1, 2)
+        logarithms = grey[..., None] + (chroma @ values[:, 1 + greys :].T).transpose(1, 2)
+        weight, f_r = self._weight[chosen], self._f_r[:, chosen]
+        weighted = torch.log1p(logarithms.clamp(max=BRIGHTEST).exp() * weight)
+        error = (weighted - torch.log1p(f_r.clamp(min=0.0) * weight)).abs()
+        length = (self._grey.square().sum() + self._pairs.square().sum()) / count
+        return error[f_r >= 0.0].mean() + _PRIOR * length
+
+    def _resume(self, checkpoint: Path) -> None:
+        try:
+            state = torch.load(checkpoint, weights_only=True)
+            if state["mark"] != self._mark():
+                raise NacreError(f"{checkpoint}: is of another training; remove it to begin anew")
+            self._adam.load_state_dict(state["adam"])
+            for mine, saved in zip(self._parameters(), state["parameters"], strict=True):
+                mine.data.copy_(saved)
+            self._step, self._last_loss = int(state["step"]), float(state["loss"])
+        except NacreError:
+            raise
+        except Exception as error:  # a damaged file fails in many ways
+            raise NacreError(
+                f"{checkpoint}: cannot be read, remove it to begin anew: {reason(error)}"
+            ) from error
+
+    def _save(self, checkpoint: Path) -> None:
+        state = {
+            "mark": self._mark(),
+            "step": self._step,
+            "loss": self._last_loss,
+            "adam": self._adam.state_dict(),
+            "parameters": [p.data for p in self._parameters()],
+        }
+        # By its name, PyTorch would refuse a hidden file.
+        with atomic_path(checkpoint) as temporary, temporary.open("wb") as file:
+            torch.save(state, file)
+
+    def _parameters(self) -> list[Tensor]:
+        return [p for group in self._adam.param_groups for p in group["params"]]
+
+    def _mark(self) -> str:
+        """What must be the same for a training to go on."""
+        return f"{self._recipe} {tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
+
+    def basis(self, metadata: dict[str, Any]) -> NeuralBasis:
+        """The basis, for codes of mean 0 and covariance 1."""
+        grey, pairs = (c.detach().double().numpy() for c in (self._grey, self._pairs))
+        functions = self._functions.detach().double().numpy()
+        greys, mean = grey.shape[1], grey.mean(axis=0)
+        common, of_grey, of_pairs = np.split(functions, [1, 1 + greys], axis=1)
+        # Permutations of the channels make both values of a pair vary alike, about 0.
+        both = np.concatenate([pairs[..., 0], pairs[..., 1]])
+        whitened = [
+            common + of_grey @ mean[:, None],
+            of_grey @ _deviations(grey - mean).T,
+            of_pairs @ _deviations(both).T,
+        ]
+        hidden = [
+            Layer(weights.detach().numpy(), biases.detach().numpy())
+            for weights, biases in zip(self._weights, self._biases, strict=True)
+        ]
+        return NeuralBasis(
+            hidden, np.concatenate(whitened, axis=1).astype(np.float32), greys, metadata
+        )
+
+
+def _deviations(values: Matrix) -> Matrix:
+    """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
+    squares, vectors = np.linalg.eigh(values.T @ values / len(values))
+    rows: Matrix = np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T
+    return rows[::-1]

@@ -1,0 +1,132 @@
+"""Training of a neural basis: it learns, it goes on, it says what is wrong."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nacre.files import FormatError, NacreError
+from nacre.latent import BasisRecipe, NeuralBasis, encode_neural
+from nacre.latent.directions import shared_directions
+from nacre.measured import MerlBrdf
+from nacre.measured.merl import tabulate
+from tests.latent.made import GRID, MATERIALS, NEW
+from tests.reflectances import Brushed
+
+pytest.importorskip("torch", reason="needs the extra 'latent'")
+from nacre.latent import neural_training, train_neural
+
+RECIPE = BasisRecipe(values=6, hidden=(24, 24), steps=300, directions=4096, batch=128)
+WI, WO = shared_directions(3000, 11)
+
+
+@pytest.fixture(scope="module")
+def trained() -> NeuralBasis:
+    return train_neural(MATERIALS, RECIPE)
+
+
+def error(basis: NeuralBasis) -> float:
+    """How far the material nobody trained on is from its code, as pictures count it."""
+    decoded = basis.decode(encode_neural(basis, NEW))
+    seen = (np.log1p(30.0 * f.eval(WI, WO) * WI[:, 2:]) for f in (decoded, NEW))
+    return float(np.abs(np.subtract(*seen)).mean())
+
+
+def test_training_lowers_the_loss_and_brings_new_materials_closer(trained):
+    losses = []
+    short = BasisRecipe(values=6, hidden=(24, 24), steps=10, directions=4096, batch=128)
+    train_neural(MATERIALS, short, progress=lambda *step: losses.append(step))
+    assert losses[-1][:3] == ("training", 10, 10)
+    assert trained.metadata["loss"] < 0.2 * float(losses[-1][3].removeprefix("loss "))
+    assert error(trained) < 0.1
+    assert trained.metadata["materials"] == [f"made {seed}" for seed in range(8)]
+
+
+def test_the_same_seed_gives_the_same_basis_and_another_does_not(trained):
+    np.testing.assert_array_equal(train_neural(MATERIALS, RECIPE).functions, trained.functions)
+    other = BasisRecipe(values=6, hidden=(24, 24), steps=20, directions=4096, batch=128, seed=1)
+    assert not np.array_equal(train_neural(MATERIALS, other).functions, trained.functions)
+
+
+def test_codes_of_the_training_materials_have_unit_scale(trained):
+    codes = np.array([encode_neural(trained, make()) for make in MATERIALS])
+    assert np.abs(codes[:, : trained.greys].mean(axis=0)).max() < 0.5
+    assert 0.5 < np.sqrt((codes**2).mean()) < 1.5
+
+
+def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
+    monkeypatch.setattr(neural_training, "_SAVE_EVERY", 40)
+    state = tmp_path / "state"
+
+    def stop(stage: str, done: int, total: int, note: str) -> None:
+        if stage == "training" and done >= 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop)
+    assert state.exists()
+    seen = []
+    resumed = train_neural(
+        MATERIALS, RECIPE, checkpoint=state, progress=lambda *step: seen.append(step)
+    )
+    assert min(done for stage, done, *_ in seen if stage == "training") > 80
+    np.testing.assert_array_equal(resumed.functions, trained.functions)
+    assert list(tmp_path.iterdir()) == [state]
+    again = train_neural(MATERIALS, RECIPE, checkpoint=state)
+    np.testing.assert_array_equal(again.functions, trained.functions)
+
+
+def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(neural_training, "_SAVE_EVERY", 10)
+    state = tmp_path / "state"
+
+    def stop(stage: str, done: int, total: int, note: str) -> None:
+        if stage == "training":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop)
+    with pytest.raises(NacreError, match="of another training"):
+        train_neural(MATERIALS[1:], RECIPE, checkpoint=state)
+    for content in (state.read_bytes()[:-100], b"", b"nothing"):
+        state.write_bytes(content)
+        with pytest.raises(NacreError, match="cannot be read, remove it"):
+            train_neural(MATERIALS, RECIPE, checkpoint=state)
+
+
+def test_nodes_that_are_not_known_are_not_trained_on(tmp_path: Path):
+    recipe = BasisRecipe(values=3, hidden=(16,), steps=60, directions=2048, batch=128)
+    tables = [tabulate(make(), GRID) for make in MATERIALS[:3]]
+    hole = np.zeros(GRID.dimensions, bool)
+    hole[8:] = True
+    damaged = [MerlBrdf(np.where(hole, -1.0, table.stored)) for table in tables]
+    made = train_neural([partial(lambda t: t, table) for table in damaged], recipe)
+    # As zeros, that much of a table would make its mean black.
+    f = made.decode(np.zeros(len(made))).eval(WI, WO)
+    assert np.median(f) > 0.03
+
+
+def test_what_cannot_be_trained_on_is_refused():
+    with pytest.raises(NacreError, match="two materials"):
+        train_neural(MATERIALS[:1], RECIPE)
+    with pytest.raises(FormatError, match="isotropic"):
+        train_neural([*MATERIALS, Brushed], RECIPE)
+    nowhere = MerlBrdf(np.full((3, *GRID.dimensions), -1.0))
+    with pytest.raises(NacreError, match="known at none"):
+        train_neural([*MATERIALS, lambda: nowhere], RECIPE)
+    with pytest.raises(ValueError, match="steps must be positive"):
+        BasisRecipe(steps=0)
+    with pytest.raises(ValueError, match="widths of layers"):
+        BasisRecipe(hidden=())
+
+
+@pytest.mark.parametrize(("values", "pairs"), [(1, 0), (2, 0), (3, 1), (8, 1), (16, 2), (32, 5)])
+def test_colours_get_their_share_of_a_code(values, pairs):
+    recipe = BasisRecipe(values=values, hidden=(4,), steps=1, directions=64, batch=16)
+    assert recipe.pairs == pairs
+    made = train_neural(MATERIALS, recipe)
+    assert len(made) == values
+    assert made.greys == values - 2 * pairs
