@@ -8,10 +8,7 @@ from pathlib import Path
 import click
 
 from nacre.cli.console import Stages, check_outputs, console, file_path, numbers
-
-_basis_option = click.option(
-    "--basis", "basis_path", required=True, type=file_path(), help="Made by nacre latent train."
-)
+from nacre.cli.latent_views import basis_option, chart, interpolate
 
 
 @click.group("latent", no_args_is_help=False)
@@ -97,7 +94,7 @@ def train(
 
 @command.command("encode")
 @click.argument("source", type=file_path())
-@_basis_option
+@basis_option
 @click.option("-o", "--output", required=True, type=file_path(), help="Code (.json).")
 @click.option(
     "--project",
@@ -107,7 +104,8 @@ def train(
 def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     """Find the code of the isotropic material in SOURCE."""
     from nacre.formats import load
-    from nacre.latent import Basis, encode_neural, optimised
+    from nacre.latent import Basis
+    from nacre.latent import encode as find
     from nacre.latent.file import load_basis, save_code
 
     if output.suffix.lower() != ".json":
@@ -117,17 +115,14 @@ def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     if project and not isinstance(basis, Basis):
         raise click.BadParameter(f"--project: {basis_path} holds no principal components")
     brdf = load(source)
-    if not isinstance(basis, Basis):
-        code = encode_neural(basis, brdf)
-    else:
-        code = basis.project(brdf) if project else optimised(basis, brdf)
+    code = basis.project(brdf) if project and isinstance(basis, Basis) else find(basis, brdf)
     save_code(basis.decode(code, brdf.name), output)
     console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)
 
 
 @command.command("decode")
 @click.argument("source", type=file_path())
-@_basis_option
+@basis_option
 @click.option(
     "-o", "--output", required=True, type=file_path(), help="Table (.binary, .npz, .bsdf, ...)."
 )
@@ -142,3 +137,7 @@ def decode(source: Path, basis_path: Path, output: Path) -> None:
     check_target(output, material)
     write(material, output)
     console.print(f"{output}: {output.stat().st_size:,} bytes", markup=False)
+
+
+command.add_command(interpolate)
+command.add_command(chart)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from nacre.latent.file import AnyBasis
 
-_basis_option = click.option(
+basis_option = click.option(
     "--basis", "basis_path", required=True, type=file_path(), help="Made by nacre latent train."
 )
 _picture_option = click.option(
@@ -36,7 +36,7 @@ def _code(path: Path, basis: AnyBasis) -> npt.NDArray[np.floating]:
 @click.command("interpolate")
 @click.argument("first", type=file_path())
 @click.argument("second", type=file_path())
-@_basis_option
+@basis_option
 @_picture_option
 @click.option("--count", default=5, type=click.IntRange(2, 64), help="Materials, both ends too.")
 @click.option("--codes", type=file_path(), help="Folder for the code of each (.json).")
@@ -87,7 +87,7 @@ def interpolate(
 
 @click.command("map")
 @click.argument("files", nargs=-1, required=True, type=file_path())
-@_basis_option
+@basis_option
 @_picture_option
 @click.option(
     "--mark",

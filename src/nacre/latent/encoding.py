@@ -10,7 +10,8 @@ from nacre.direction_samples import DirectionSamples
 from nacre.files import FormatError, NacreError
 from nacre.latent.directions import basis_inputs, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
-from nacre.latent.refine import GAIN
+from nacre.latent.pca import Basis
+from nacre.latent.refine import GAIN, optimised
 from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread
 
@@ -25,6 +26,16 @@ _FARTHEST = 100.0
 
 Floats = npt.NDArray[np.float32]
 Vector = npt.NDArray[np.float64]
+
+
+def encode(basis: Basis | NeuralBasis, brdf: Brdf) -> Vector:
+    """The code of an isotropic material that comes closest in pictures, shape (k,).
+
+    See :func:`encode_neural` and :func:`nacre.latent.refine.optimised`, which also have the errors.
+    """
+    if isinstance(basis, NeuralBasis):
+        return encode_neural(basis, brdf)
+    return optimised(basis, brdf)
 
 
 def encode_neural(basis: NeuralBasis, brdf: Brdf, seed: int = 0) -> Vector:

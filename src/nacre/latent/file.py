@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import safetensors.numpy
 from safetensors import SafetensorError
 
-from nacre.files import FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.files import FormatError, PathLike, atomic_path, first_bytes, read_bytes, reason
 from nacre.latent import neural_file, pca_file
 from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
 from nacre.latent.pca import Basis, PcaBrdf
@@ -128,6 +128,11 @@ def load_code(path: PathLike, basis: AnyBasis) -> PcaBrdf | NeuralBasisBrdf:
         raise FormatError(f"{path}: values: {reason(error)}") from error
     material.source = {"file": Path(path).name}
     return material
+
+
+def is_code(path: PathLike) -> bool:
+    """Whether a file looks like a code; one that cannot be read does not."""
+    return Path(path).suffix.lower() == ".json" and b'"code of"' in first_bytes(path)
 
 
 def fingerprint(basis: AnyBasis) -> str:

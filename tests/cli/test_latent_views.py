@@ -1,0 +1,101 @@
+"""`nacre latent interpolate` and `map`."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.latent.file import save_basis
+from nacre.latent.map import embed, nearest
+from tests.cli.support import run
+from tests.latent.made import random_basis
+from tests.reflectances import Glossy
+
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    save_basis(random_basis(), tmp_path / "basis.safetensors")
+    for index in range(6):
+        brdf = Glossy(0.1 + 0.1 * index, 0.05, 0.2 + 0.1 * index)
+        nacre.save(brdf, tmp_path / f"m{index}.npz")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_what_lies_between_is_rendered_and_kept(here, capsys):
+    options = ["--basis", "basis.safetensors", "--count", 3, "--size", 32, "--spp", 1]
+    command = ["latent", "interpolate", "m0.npz", "m5.npz", "-o", "x.png", "--codes", "codes"]
+    assert run(*command, *options) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "x.png: 3 materials"
+    codes = [json.loads((here / f"codes/0{k}.json").read_text())["values"] for k in range(3)]
+    np.testing.assert_allclose(codes[1], 0.5 * np.add(codes[0], codes[2]), atol=1e-5)
+    # Codes are taken as they are.
+    ends = ["codes/00.json", "codes/02.json"]
+    assert run("latent", "interpolate", *ends, "-o", "y.png", "--codes", "again", *options) == 0
+    for k in range(3):
+        again = json.loads((here / f"again/0{k}.json").read_text())["values"]
+        np.testing.assert_allclose(again, codes[k], atol=1e-5)
+
+
+def test_between_two_materials_f_is_at_most_their_mixture():
+    basis = random_basis()
+    random = np.random.default_rng(3)
+    a, b = random.normal(size=(2, len(basis)))
+    wi, wo = random.normal(size=(2, 500, 3))
+    wi[:, 2], wo[:, 2] = np.abs(wi[:, 2]), np.abs(wo[:, 2])
+    wi /= np.linalg.norm(wi, axis=-1, keepdims=True)
+    wo /= np.linalg.norm(wo, axis=-1, keepdims=True)
+    ends = [basis.decode(code).eval(wi, wo) for code in (a, b)]
+    for t in (0.2, 0.5, 0.9):
+        between = basis.decode((1 - t) * a + t * b).eval(wi, wo)
+        assert np.isfinite(between).all()
+        assert (between >= 0).all()
+        assert (between <= (1 - t) * ends[0] + t * ends[1] + 1e-5).all()
+
+
+def test_a_map_shows_all_and_names_the_nearest(here, capsys):
+    pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
+    files = [f"m{k}.npz" for k in range(6)]
+    options = ["--basis", "basis.safetensors", "--mark", "m0.npz", "-o", "map.png"]
+    assert run("latent", "map", *files, *options) == 0
+    printed = capsys.readouterr().out
+    assert "m0" in printed
+    assert printed.splitlines()[-1] == "map.png: 6 materials"
+    first = (here / "map.png").read_bytes()
+    assert first.startswith(b"\x89PNG")
+    assert run("latent", "map", *files, *options) == 0
+    assert (here / "map.png").read_bytes() == first
+
+
+def test_neighbours_stay_neighbours():
+    pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
+    random = np.random.default_rng(0)
+    codes = np.concatenate([random.normal(k * 20, 1, (12, 8)) for k in range(2)])
+    places = embed(codes)
+    middles = places[:12].mean(axis=0), places[12:].mean(axis=0)
+    own = np.linalg.norm(places[:12] - middles[0], axis=1)
+    other = np.linalg.norm(places[:12] - middles[1], axis=1)
+    assert (own < other).all()
+    assert nearest([[0.0], [5.0], [1.0], [2.0]], 0, 2) == [2, 3]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
+        (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
+        (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes 5 materials at least, got 2"),
+        (["map", "m0.npz", "-o", "x.png", "--mark", "m1.npz"], "m1.npz: is marked but not among"),
+    ],
+)
+def test_wrong_usage_ends_in_one_line(here, capsys, arguments, words):
+    pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
+    assert run("latent", *arguments, "--basis", "basis.safetensors") == 2
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert printed.splitlines()[-1].startswith("nacre: ")
