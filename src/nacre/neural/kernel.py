@@ -232,7 +232,7 @@ def _gradient(
 ) -> None:  # fmt: skip
     """Gradient of the mean loss of a mini-batch, while the upcoming one is fetched."""
     count = order.size * BLOCK
-    x, g = rows[0], rows[1]
+    x, g = rows[0], rows[1]  # unpacked at once, Numba would not know that they are contiguous
     _gather(blocks, order, widths[0], stride, x[0], targets)
     scale = np.float32(1.0 / (_OUTPUTS * count))
     last = widths.size - 1
