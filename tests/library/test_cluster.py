@@ -20,7 +20,6 @@ from nacre.files import MissingExtraError, NacreError
 from nacre.library import (
     AnalyticFitting,
     Cluster,
-    Manifest,
     NetworkFitting,
     Watcher,
     fit_library,
@@ -200,16 +199,17 @@ def test_a_material_that_kills_its_workers_fails(cluster, folder, output):
 def test_an_interrupt_keeps_what_is_done(cluster, folder, output, here, tmp_path):
     fitting = Held(folder=tmp_path)
 
-    def interrupt() -> None:
-        fitting.worker()
-        eventually(lambda: [r for r in Manifest(output).records() if r.error is None])
-        os.kill(os.getpid(), signal.SIGINT)
+    class Interrupt(Watcher):
+        """As Ctrl-C would: a signal that falls into a destructor is lost."""
 
-    thread = aside(interrupt)
+        def end(self, name, error):
+            fitting.worker()
+            raise KeyboardInterrupt
+
+    executor = Cluster(cluster.address)
     with pytest.raises(KeyboardInterrupt):
-        fit_library([folder], output, fitting, executor=Cluster(cluster.address))
+        fit_library([folder], output, fitting, executor=executor, watcher=Interrupt())
     fitting.go()
-    thread.join()
     errors = {line["source"]: line["error"] for line in lines(output)}
     assert set(errors.values()) == {None, module.UNFINISHED}
     assert errors["b.binary"] == module.UNFINISHED

@@ -112,6 +112,7 @@ class Submission:
         for key, future in futures.items():
             job = self._flights.pop(key).job
             result = results.get(key) or self._failed(future)
+            future.release()  # its destructor would swallow an interrupt
             if isinstance(result, Fit):
                 yield job, result
             elif self._data == "auto":
