@@ -138,3 +138,37 @@ def test_processes_that_compile_at_once_do_not_mix_up_their_files(tmp_path):
     assert last.communicate("go\n", timeout=60)[0].split()[-1] == str(len(kinds))
     assert last.returncode == 0
     assert len(list(tmp_path.rglob("*.nbc"))) == len(kinds)
+
+
+TRAINING = """
+import numpy as np
+from nacre.neural.kernel import KernelTrainer
+from nacre.neural.samples import Samples
+from nacre.neural.training import initial_layers
+
+random = np.random.default_rng(0)
+samples = Samples.pack(
+    random.normal(size=(800, 6)), random.uniform(size=(800, 3)), random.uniform(size=800)
+)
+trainer = KernelTrainer(initial_layers((21, 21), 0), 512)
+for _ in range(3):
+    order = random.permutation(samples.block_count)
+    trainer.epoch(samples, order, np.full(2, 5e-3, np.float32))
+    print(trainer.loss(samples).hex(), trainer.gradient(samples, order[:9])[0].hex())
+print([layer.weights.tobytes().hex() for layer in trainer.layers()])
+"""
+
+
+def test_freshly_compiled_code_rounds_as_code_from_the_disk(tmp_path):
+    def output():
+        return subprocess.run(
+            [sys.executable, "-c", TRAINING],
+            env={"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+
+    fresh = output()
+    assert list(tmp_path.rglob("*.nbc"))
+    assert output() == fresh

@@ -27,8 +27,11 @@ from nacre.lock import exclusive
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """A function that Numba compiles without the interpreter lock, once a machine."""
-    dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
+    """A function that Numba compiles without the interpreter lock, once a machine.
+
+    Compiled functions that it calls become part of it.
+    """
+    dispatcher = numba.njit(nogil=True, error_model="numpy", forceinline=True)(function)
     dispatcher._cache = _Cache(function)
     return dispatcher
 

@@ -30,7 +30,6 @@ from nacre.neural.simd import (
     dense_linear,
     dense_relu,
     outer,
-    prefer_wide_vectors,
     prefetch_block,
     sum_lanes,
 )
@@ -39,8 +38,10 @@ _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1
 """Rows after the inputs in a block of samples: three targets and the cosine."""
 
-_inner = numba.njit(error_model="numpy")
-_inner_fast = numba.njit(error_model="numpy", fastmath=True)
+# Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
+# code of other roundings than that which the next process loads from the disk.
+_inner = numba.njit(error_model="numpy", forceinline=True)
+_inner_fast = numba.njit(error_model="numpy", fastmath=True, forceinline=True)
 
 Vector = npt.NDArray[np.float32]
 
@@ -88,7 +89,6 @@ def _loss(x: Any, target: Any, weight: Any) -> Any:
     With a weight above 1, 1 + u can be negative: there the logarithm goes on below u = 0 as it does
     above, as -log(1 - u).
     """
-    prefer_wide_vectors()
     total = np.float32(0.0)
     one = np.float32(1.0)
     for s in range(x.size):
@@ -102,7 +102,6 @@ def _loss(x: Any, target: Any, weight: Any) -> Any:
 @_inner_fast  # type: ignore[untyped-decorator]
 def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
     """Gradient of :func:`_loss` times `scale`, which needs no logarithm; returns its sum."""
-    prefer_wide_vectors()
     total = np.float32(0.0)
     one = np.float32(1.0)
     for s in range(x.size):

@@ -271,17 +271,6 @@ def sum_lanes(_context: Any, x: Any, x_offset: Any, y: Any, y_offset: Any) -> An
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def prefer_wide_vectors(_context: Any) -> Any:
-    """Let LLVM's loop vectoriser use the widest vectors in the calling function."""
-
-    def generate(context: Any, builder: Any, _: Any, __: Any) -> Any:
-        set.add(builder.function.attributes, f'"prefer-vector-width"="{32 * LANES}"')
-        return context.get_dummy_value()
-
-    return types.void(), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
 def prefetch_block(_context: Any, x: Any, x_offset: Any) -> Any:
     """Ask for the :data:`BLOCK` values at an offset to be fetched into the second-level cache."""
     signature = types.void(x, types.intp)
