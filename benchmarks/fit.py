@@ -19,6 +19,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,8 @@ from nacre.neural.kernel import KernelTrainer
 from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.training import initial_layers, schedule, train
+from nacre.neural.training import epochs as run_epochs
+from nacre.neural.training import initial_layers, train
 from nacre.parallel import core_count
 
 SAMPLING = "mixed"
@@ -80,23 +82,17 @@ class Kernel:
     """Our standard recipe on one material."""
 
     def __init__(self, training: Samples, held_out: Samples, epochs: int) -> None:
-        recipe = Recipe()
+        recipe = Recipe(epochs=epochs)
         self._trainer = KernelTrainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch)
-        self._training, self._held_out = training, held_out
-        self._steps = -(-training.block_count * BLOCK // recipe.batch)
-        self._rates = schedule(self._steps * epochs, recipe.learning_rate)
-        self._random = np.random.default_rng((recipe.seed, 1))
-        self._epoch = 0
+        self._held_out = held_out
+        self._epochs = run_epochs(self._trainer, training, recipe)
 
     def run(self, epochs: int) -> tuple[float, float]:
         """Seconds of so many more epochs, and the core's multiply-adds a second before them."""
         rate = peak()
         start = time.perf_counter()
-        for _ in range(epochs):
-            first = self._epoch * self._steps
-            order = self._random.permutation(self._training.block_count)
-            self._trainer.epoch(self._training, order, self._rates[first : first + self._steps])
-            self._epoch += 1
+        for _ in islice(self._epochs, epochs):
+            pass
         return time.perf_counter() - start, rate
 
     def loss(self) -> float:
@@ -134,16 +130,20 @@ class Result:
         return (self.ratio, "standard") if self.loss <= self.reference_loss else (0.0, "nothing")
 
 
-def draft(part: tuple[Samples, Samples]) -> tuple[float, float]:
-    """Seconds and held-out loss of the training of a draft, on the first of the samples."""
-    training, held_out = part
-    recipe = Recipe.preset("draft")
-    blocks = int((1 - recipe.held_out) * recipe.sample_share * SAMPLES) // BLOCK
-    few = Samples(training.blocks[: blocks * training.rows * BLOCK], training.inputs)
-    trainer = KernelTrainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch)
+def attempt(recipe: Recipe, samples: Samples, held_out: Samples) -> tuple[float, float]:
+    """Seconds of a training on the recipe's share of the samples, and its held-out loss."""
+    count = round((1 - recipe.held_out) * recipe.sample_share * SAMPLES) // BLOCK
+    few = Samples(samples.blocks[: count * samples.rows * BLOCK], samples.inputs)
+    layers = initial_layers(recipe.hidden, recipe.seed, samples.inputs)
+    trainer = KernelTrainer(layers, recipe.batch)
     start = time.perf_counter()
-    train(trainer, few, held_out, recipe)
-    return time.perf_counter() - start, trainer.loss(held_out)
+    quality = train(trainer, few, held_out, recipe)
+    return time.perf_counter() - start, quality["held_out_loss"]
+
+
+def draft(part: tuple[Samples, Samples]) -> tuple[float, float]:
+    """Seconds and held-out loss of the training of a draft."""
+    return attempt(Recipe.preset("draft"), *part)
 
 
 def measure(group: Sequence[tuple[str, Brdf]], options: argparse.Namespace) -> list[Result]:

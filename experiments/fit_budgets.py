@@ -22,15 +22,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.fit import attempt
 from benchmarks.materials import materials
 from benchmarks.table import markdown, prevent_oversubscription
 from nacre import Recipe
-from nacre.neural.inputs import input_count
-from nacre.neural.kernel import KernelTrainer
 from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import PRESETS
-from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.training import initial_layers, train
+from nacre.neural.samples import draw
 
 UNSEEN = 100_000
 """Samples that losses are measured on."""
@@ -67,17 +65,6 @@ def _recipe(inputs: str, share: float, batch: int, rate: float, steps: int) -> R
     blocks = (1 - Recipe().held_out) * share * SAMPLES / batch
     epochs = max(1, round(steps / blocks))
     return Recipe(inputs=inputs, sample_share=share, batch=batch, learning_rate=rate, epochs=epochs)
-
-
-def attempt(recipe: Recipe, samples: Samples, unseen: Samples) -> tuple[float, float]:
-    """Seconds and loss of a training on the first of the samples."""
-    count = round((1 - recipe.held_out) * recipe.sample_share * SAMPLES) // BLOCK
-    few = Samples(samples.blocks[: count * samples.rows * BLOCK], samples.inputs)
-    width = input_count(recipe.inputs, True)
-    trainer = KernelTrainer(initial_layers(recipe.hidden, recipe.seed, width), recipe.batch)
-    start = time.perf_counter()
-    train(trainer, few, unseen, recipe)
-    return time.perf_counter() - start, trainer.loss(unseen)
 
 
 def main() -> None:

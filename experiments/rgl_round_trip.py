@@ -34,6 +34,7 @@ import numpy as np
 import numpy.typing as npt
 
 import nacre
+from benchmarks.materials import TABULATED
 from benchmarks.table import markdown
 from nacre.color import tone_map
 from nacre.evaluate import compare
@@ -42,16 +43,6 @@ from nacre.evaluate.metrics import image_errors
 from nacre.files import require
 from nacre.render.preview import render_preview, write_bytes
 
-MATERIALS = (
-    "chrome",
-    "gold-metallic-paint",
-    "pink-fabric",
-    "blue-acrylic",
-    "black-phenolic",
-    "blue-rubber",
-    "cherry-235",
-    "pink-felt",
-)
 FLIP_SCALE = 0.1
 COLUMNS = 2
 """Materials side by side on the contact sheet."""
@@ -123,7 +114,7 @@ def main() -> None:
     """Print one Markdown table and write the contact sheet."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("folder", type=Path, help="where the published networks are")
-    parser.add_argument("materials", nargs="*", default=MATERIALS)
+    parser.add_argument("materials", nargs="*", default=TABULATED)
     parser.add_argument("-o", "--output", type=Path, default=Path("rgl_round_trip.png"))
     parser.add_argument("--size", type=int, default=192, help="pixels along an edge")
     parser.add_argument("--spp", type=int, default=512, help="samples per pixel")

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
-from nacre.latent.pca import LARGEST
+from nacre.latent.pca import checked_code
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, Layer, check_weights
 from nacre.sampling import LobeSampledBrdf
@@ -135,10 +135,7 @@ class NeuralBasisBrdf(LobeSampledBrdf):
     """
 
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
-        values = np.asarray(code, np.float64)
-        if values.shape != (len(basis),) or not (np.abs(values) < LARGEST).all():
-            raise ValueError(f"a code has {len(basis)} values below a million, got {values.shape}")
-        self.basis, self.code, self.name = basis, values.astype(np.float32), name
+        self.basis, self.code, self.name = basis, checked_code(code, len(basis)), name
         output = (basis.functions @ basis.shares(self.code)).astype(np.float32)
         self.layers = [*basis.hidden, Layer(output[:-1], output[-1])]
         check_weights(self.layers)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
@@ -167,6 +168,20 @@ class Basis:
         return PcaBrdf(self, code, name)
 
 
+def checked_code(code: npt.ArrayLike, count: int) -> Weights:
+    """A code of so many values, as float32.
+
+    Raises
+    ------
+    ValueError
+        If it has another length, or a value is a million or more.
+    """
+    values = np.asarray(code, np.float64)
+    if values.shape != (count,) or not (np.abs(values) < LARGEST).all():
+        raise ValueError(f"a code has {count} values below a million, got {values.shape}")
+    return values.astype(np.float32)
+
+
 class PcaBrdf(MerlBrdf):
     """A code and what it stands for, tabulated on the grid of its basis.
 
@@ -186,10 +201,7 @@ class PcaBrdf(MerlBrdf):
     """
 
     def __init__(self, basis: Basis, code: npt.ArrayLike, name: str = "") -> None:
-        values = np.asarray(code, np.float64)
-        if values.shape != (len(basis),) or not (np.abs(values) < LARGEST).all():
-            raise ValueError(f"a code has {len(basis)} values below a million, got {values.shape}")
-        self.basis, self.code = basis, values.astype(np.float32)
+        self.basis, self.code = basis, checked_code(code, len(basis))
         logs = np.minimum(basis.logarithms(self.code), _BRIGHTEST)
         f_r = np.maximum(np.exp(logs) - EPSILON, 0.0) / basis.weights()[:, None]
         stored = np.full((*basis.mask.shape, 3), INVALID, np.float32)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from nacre.brdf import Brdf
 from nacre.files import NacreError, printable, reason
 from nacre.formats import load
 from nacre.library.fitting import Fitting
@@ -51,14 +52,20 @@ def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
         start = time.perf_counter()
         fitted = fitting.fit(brdf, progress)
         seconds = time.perf_counter() - start
-        return Fit(
-            fitting.encode(fitted),
-            (brdf.source or {}).get("sha256"),
-            fitting.losses(fitted),
-            round(seconds, 3),
-        )
+        return finished(fitting, fitted, (brdf.source or {}).get("sha256"), seconds)
     except Exception as error:
         return Fit(error=explain(error, path))
+
+
+def finished(fitting: Fitting, fitted: Brdf, sha256: str | None, seconds: float) -> Fit:
+    """What there is to say of a fit that took so many seconds.
+
+    Raises
+    ------
+    NacreError
+        If it cannot be written.
+    """
+    return Fit(fitting.encode(fitted), sha256, fitting.losses(fitted), round(seconds, 3))
 
 
 def explain(error: Exception, path: Path) -> str:

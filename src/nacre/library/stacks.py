@@ -12,7 +12,7 @@ from nacre.files import NacreError
 from nacre.formats import load
 from nacre.library.executor import Executor, Job, Results, Stream
 from nacre.library.fitting import Fitting, NetworkFitting
-from nacre.library.material import Fit, explain
+from nacre.library.material import Fit, explain, finished
 from nacre.library.watcher import Watcher
 from nacre.neural import fit_many
 
@@ -67,7 +67,6 @@ def _fit(
     try:
         if isinstance(result, Exception):
             raise result
-        losses = fitting.losses(result)
-        return Fit(fitting.encode(result), sha256, losses, round(seconds, 3))
+        return finished(fitting, result, sha256, seconds)
     except Exception as error:
         return Fit(error=explain(error, job.path))

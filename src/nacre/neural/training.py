@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -53,15 +53,9 @@ def train(
     progress: Progress | None = None,
 ) -> dict[str, _Loss]:
     """Run the schedule of a recipe; returns the training and held-out losses at its end."""
-    batch_blocks = recipe.batch // BLOCK
-    steps = -(-training.block_count // batch_blocks)
-    rates = schedule(steps * recipe.epochs, recipe.learning_rate)
-    random = np.random.default_rng((recipe.seed, 1))
     report_every = max(1, recipe.epochs // 20)
     losses: dict[str, _Loss] = {}
-    for epoch in range(recipe.epochs):
-        order = random.permutation(training.block_count)
-        trainer.epoch(training, order, rates[epoch * steps : (epoch + 1) * steps])
+    for epoch in epochs(trainer, training, recipe):
         last = epoch + 1 == recipe.epochs
         if last or (progress and epoch % report_every == 0):
             losses["held_out_loss"] = trainer.loss(held_out)
@@ -69,6 +63,18 @@ def train(
             note = f"held-out loss {_median(losses['held_out_loss']):.5f}"
             progress("training", epoch + 1, recipe.epochs, note)
     return {"training_loss": trainer.loss(training), **losses}
+
+
+def epochs(trainer: Trainer[_Samples, _Loss], training: _Samples, recipe: Recipe) -> Iterator[int]:
+    """Run the schedule of a recipe an epoch at a time; each is counted when it is done, from 0."""
+    batch_blocks = recipe.batch // BLOCK
+    steps = -(-training.block_count // batch_blocks)
+    rates = schedule(steps * recipe.epochs, recipe.learning_rate)
+    random = np.random.default_rng((recipe.seed, 1))
+    for epoch in range(recipe.epochs):
+        order = random.permutation(training.block_count)
+        trainer.epoch(training, order, rates[epoch * steps : (epoch + 1) * steps])
+        yield epoch
 
 
 def _median(losses: npt.ArrayLike) -> float:

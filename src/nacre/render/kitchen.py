@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.render.engine import mitsuba
 from nacre.render.mesh import revolve
-from nacre.render.scene import film, matte
+from nacre.render.scene import camera, matte
 
 SLOTS = (
     "counter",
@@ -106,13 +106,7 @@ def describe_kitchen(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) -
     scene: dict[str, Any] = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 8},
-        "sensor": {
-            "type": "perspective",
-            "fov": 52.0,
-            "to_world": place.look_at([-0.75, 1.5, 2.75], [0.25, 0.98, -0.9], [0, 1, 0]),
-            "film": film(size),
-            "sampler": {"type": "independent"},
-        },
+        "sensor": camera([-0.75, 1.5, 2.75], [0.25, 0.98, -0.9], 52.0, size),
         **_room(place),
     }
     for slot, boxes in _BOXES.items():

@@ -17,7 +17,7 @@ import numpy as np
 
 from nacre.render.engine import mitsuba
 from nacre.render.mesh import grid_mesh
-from nacre.render.scene import film, matte
+from nacre.render.scene import camera, matte
 
 PLATES = 4
 
@@ -46,13 +46,7 @@ def describe_plates(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) ->
     scene: dict[str, Any] = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 4},
-        "sensor": {
-            "type": "perspective",
-            "fov": 40.0,
-            "to_world": mi.ScalarTransform4f().look_at(_CAMERA, _TARGET, [0, 1, 0]),
-            "film": film(size),
-            "sampler": {"type": "independent"},
-        },
+        "sensor": camera(_CAMERA, _TARGET, 40.0, size),
         "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 0.02}},
     }
     for index, (x, radius) in enumerate(_LAMPS):

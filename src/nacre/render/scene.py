@@ -7,6 +7,7 @@ towards -z, so the lamps of the environment are behind it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -77,23 +78,48 @@ def describe_scene(
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 6},
-        "sensor": _camera(mi, size),
+        "sensor": camera([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], 24.0, size, fov_axis="smaller"),
         "light": _emitter(mi, light, environment),
         "floor": _floor(mi),
         **(_ball(mi, bsdf) if shape == "ball" else _sphere(mi, bsdf)),
     }
 
 
-def film(size: tuple[int, int]) -> dict[str, Any]:
-    """Film of a width and height in pixels, for linear colours."""
+def camera(
+    origin: Sequence[float],
+    target: Sequence[float],
+    fov: float,
+    size: tuple[int, int],
+    fov_axis: str = "x",
+) -> dict[str, Any]:
+    """A perspective camera with a film for linear colours; +y is up.
+
+    Parameters
+    ----------
+    origin, target
+        Where it stands, and what it looks at.
+    fov
+        Angle of view along `fov_axis` in degrees.
+    size
+        Width and height in pixels.
+    fov_axis
+        As Mitsuba has it: "x", "y", "smaller", ...
+    """
     width, height = size
     return {
-        "type": "hdrfilm",
-        "width": width,
-        "height": height,
-        "pixel_format": "rgb",
-        "component_format": "float32",
-        "rfilter": {"type": "gaussian"},
+        "type": "perspective",
+        "fov": fov,
+        "fov_axis": fov_axis,
+        "to_world": mitsuba().ScalarTransform4f().look_at(list(origin), list(target), [0, 1, 0]),
+        "film": {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "pixel_format": "rgb",
+            "component_format": "float32",
+            "rfilter": {"type": "gaussian"},
+        },
+        "sampler": {"type": "independent"},
     }
 
 
@@ -102,17 +128,6 @@ def matte(*reflectance: float) -> dict[str, Any]:
     value = list(reflectance) if len(reflectance) > 1 else reflectance[0]
     diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": value}}
     return {"type": "twosided", "bsdf": diffuse}
-
-
-def _camera(mi: Any, size: tuple[int, int]) -> dict[str, Any]:
-    return {
-        "type": "perspective",
-        "fov": 24.0,
-        "fov_axis": "smaller",
-        "to_world": mi.ScalarTransform4f().look_at([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], [0, 1, 0]),
-        "film": film(size),
-        "sampler": {"type": "independent"},
-    }
 
 
 def _emitter(mi: Any, light: str, environment: Environment | None) -> dict[str, Any]:

@@ -106,8 +106,10 @@ def run_noise(
             code_digest(),
         ]
         path = _path(folder, [*facts, "reference"])
-        truth = None if fresh else _read_picture(path)
-        if truth is None:
+        kept = None if fresh else _arrays(path, "picture")
+        if kept:
+            (truth,) = kept
+        else:
             truth = reference(describe, brdfs, settings, step(f"{name}, reference"))
             with atomic_path(path) as temporary:
                 np.savez_compressed(temporary, picture=truth)
@@ -130,28 +132,25 @@ def _path(folder: Path, facts: Sequence[object]) -> Path:
     return folder / f"noise-{digest[:32]}.npz"
 
 
-def _read_picture(path: Path) -> Picture | None:
+def _arrays(path: Path, *names: str) -> list[Any] | None:
+    """Arrays that were kept; None where there is no file, or a damaged one."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
-            picture: Picture = arrays["picture"]
-            return picture
+            return [arrays[name] for name in names]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
 
 
 def _read(path: Path, counts: int) -> Convergence | None:
-    """What was kept; None where there is nothing, or its file is damaged."""
-    picture = _read_picture(path)
-    if picture is None:
+    """What was kept; None where there is nothing whole."""
+    arrays = _arrays(path, "picture", "seconds", *MEASURES)
+    if arrays is None:
         return None
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            errors = {measure: arrays[measure].tolist() for measure in MEASURES}
-            seconds = arrays["seconds"].tolist()
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    picture, *figures = arrays
+    if any(len(values) != counts for values in figures):
         return None
-    whole = all(len(values) == counts for values in (seconds, *errors.values()))
-    return Convergence(seconds, errors, picture) if whole else None
+    seconds, *errors = (values.tolist() for values in figures)
+    return Convergence(seconds, dict(zip(MEASURES, errors, strict=True)), picture)
 
 
 def _write(path: Path, found: Convergence) -> None:

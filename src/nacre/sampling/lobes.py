@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from nacre.array import Array, Components, namespace
-from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect
+from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect, uniform_hemisphere
 
 MAX_EXPONENT = 1e5
 """Sharpest Blinn-Phong lobe: beyond it float32 half vectors no longer resolve the lobe."""
@@ -23,9 +23,7 @@ class UniformSampler:
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """See :class:`nacre.brdf.Sampler`."""
-        xp = namespace(*wo, *u)
-        radius, phi = xp.sqrt(xp.maximum(1.0 - u[1] * u[1], 0.0)), 2.0 * math.pi * u[2]
-        wi = radius * xp.cos(phi), radius * xp.sin(phi), u[1]
+        wi = uniform_hemisphere(u[1], u[2])
         return wi, self.pdf_components(wi, wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
