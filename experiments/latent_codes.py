@@ -41,12 +41,12 @@ from nacre.latent import (
     BasisRecipe,
     NeuralBasis,
     encode_neural,
-    encode_samples,
     optimised,
     train,
     train_neural,
 )
 from nacre.latent.pca import encoded
+from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
 from nacre.render.environment import Environment, load_environment
 from tests.data import data_folder

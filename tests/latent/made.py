@@ -42,4 +42,5 @@ def random_basis(greys: int = 4, pairs: int = 1) -> NeuralBasis:
         for shape in ((6, 12), (12, 10))
     ]
     functions = random.normal(0.0, 0.3, (11, 1 + greys + pairs)).astype(np.float32)
-    return NeuralBasis(hidden, functions, greys, {"about": "random"})
+    examples = random.normal(size=(5, greys + 2 * pairs)).astype(np.float32)
+    return NeuralBasis(hidden, functions, greys, examples, {"about": "random"})

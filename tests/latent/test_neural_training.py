@@ -51,10 +51,19 @@ def test_the_same_seed_gives_the_same_basis_and_another_does_not(trained):
     assert not np.array_equal(train_neural(MATERIALS, other).functions, trained.functions)
 
 
-def test_codes_of_the_training_materials_have_unit_scale(trained):
-    codes = np.array([encode_neural(trained, make()) for make in MATERIALS])
-    assert np.abs(codes[:, : trained.greys].mean(axis=0)).max() < 0.5
-    assert 0.5 < np.sqrt((codes**2).mean()) < 1.5
+def test_codes_of_the_training_materials_have_mean_0_and_covariance_1(trained):
+    codes = trained.examples.astype(float)
+    assert codes.shape == (8, 6)
+    grey, pairs = codes[:, : trained.greys], codes[:, trained.greys :]
+    np.testing.assert_allclose(grey.mean(axis=0), 0.0, atol=1e-4)
+    np.testing.assert_allclose(np.cov(grey.T, bias=True), np.eye(trained.greys), atol=1e-3)
+    assert (pairs**2).mean() == pytest.approx(1.0, abs=1e-3)
+
+
+def test_examples_are_codes_of_the_training_materials(trained):
+    for code, make in zip(trained.examples, MATERIALS, strict=True):
+        seen = (np.log1p(30.0 * f.eval(WI, WO) * WI[:, 2:]) for f in (trained.decode(code), make()))
+        assert np.abs(np.subtract(*seen)).mean() < 0.15
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):

@@ -22,10 +22,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
+from nacre.latent.directions import basis_inputs
 from nacre.latent.pca import checked_code
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, Layer, check_weights
 from nacre.sampling import LobeSampledBrdf
+
+Double = npt.NDArray[np.float64]
 
 BRIGHTEST = math.log(1e6)
 """Bound of ln f_r: whatever a code holds, what it stands for is finite."""
@@ -52,18 +55,21 @@ class NeuralBasis:
         all materials have, those of the grey values, those of the pairs.
     greys
         g.
+    examples
+        Codes of the training materials, shape (m, k), float32: what materials are like.
     metadata
         JSON-able facts about the training.
 
     Raises
     ------
     ValueError
-        If layers do not chain, or `greys` is out of range.
+        If layers do not chain, `greys` is out of range, or the examples are no codes.
     """
 
     hidden: Sequence[Layer]
     functions: Weights
     greys: int
+    examples: Weights
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -74,6 +80,8 @@ class NeuralBasis:
             raise ValueError(f"functions {self.functions.shape} do not follow {widths[-1]} units")
         if not 0 <= self.greys < self.functions.shape[1] or not len(self):
             raise ValueError(f"{self.functions.shape[1]} functions with {self.greys} grey values")
+        if self.examples.ndim != 2 or self.examples.shape[1] != len(self):
+            raise ValueError(f"examples {self.examples.shape} are no codes of {len(self)} values")
 
     def __len__(self) -> int:
         """Number of values in a code."""
@@ -83,7 +91,7 @@ class NeuralBasis:
     def nbytes(self) -> int:
         """Memory of the basis, which all materials share."""
         layers = (a for layer in self.hidden for a in (layer.weights, layer.biases))
-        return sum(a.nbytes for a in (*layers, self.functions))
+        return sum(a.nbytes for a in (*layers, self.functions, self.examples))
 
     def values(self, inputs: Floats) -> Floats:
         """The functions at network inputs of shape (n, 6), shape (n, 1 + g + p)."""
@@ -91,7 +99,22 @@ class NeuralBasis:
             inputs = np.maximum(inputs @ layer.weights + layer.biases, 0.0)
         return np.asarray(inputs @ self.functions[:-1] + self.functions[-1])
 
-    def shares(self, code: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Double, Double]:
+        """Of ln f_r at directions of shape (n, 3), what is linear in a code.
+
+        Returns
+        -------
+        common
+            ln f_r of the code 0, shape (n, 1).
+        rows
+            Derivatives by the values of a code, shape (k, n, 3).
+        """
+        values = self.values(basis_inputs(wi, wo)).astype(np.float64)
+        common, grey, pairs = np.split(values, [1, 1 + self.greys], axis=1)
+        chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
+        return common, np.concatenate([np.repeat(grey.T[..., None], OUTPUTS, axis=2), chroma])
+
+    def shares(self, code: npt.ArrayLike) -> Double:
         """Weights of the functions in each channel, shape (1 + g + p, 3)."""
         values = np.asarray(code, np.float64)
         grey = np.repeat(values[: self.greys, None], OUTPUTS, axis=1)
@@ -160,3 +183,8 @@ class NeuralBasisBrdf(LobeSampledBrdf):
         """See :class:`nacre.brdf.Brdf`."""
         own = {"code values": len(self.code), "code bytes": self.code.nbytes}
         return super().describe() | own | {"basis bytes": self.basis.nbytes}
+
+
+def grown(common: Double, rows: Double, code: Double) -> Double:
+    """f_r of a code from :meth:`NeuralBasis.logarithms`, in 1/sr."""
+    return np.asarray(np.exp(np.minimum(common + np.tensordot(code, rows, 1), BRIGHTEST)))

@@ -16,7 +16,9 @@ Tensors = dict[str, npt.NDArray[Any]]
 
 def pack(basis: NeuralBasis) -> tuple[dict[str, Any], Tensors]:
     """What the header says beside the metadata, and the tensors."""
-    tensors: Tensors = {"functions": np.ascontiguousarray(basis.functions)}
+    tensors: Tensors = {
+        name: np.ascontiguousarray(getattr(basis, name)) for name in ("functions", "examples")
+    }
     for index, layer in enumerate(basis.hidden, 1):
         tensors |= {f"weights_{index}": layer.weights, f"biases_{index}": layer.biases}
     return {"greys": basis.greys, "hidden": [len(layer.biases) for layer in basis.hidden]}, tensors
@@ -42,4 +44,5 @@ def unpack(header: dict[str, Any], tensors: Tensors) -> NeuralBasis:
     ]
     if [len(layer.biases) for layer in hidden] != widths:
         raise ValueError(f"layers are not as wide as {widths}")
-    return NeuralBasis(hidden, tensors["functions"], int(header["greys"]), header["metadata"])
+    functions, examples = tensors["functions"], tensors["examples"]
+    return NeuralBasis(hidden, functions, int(header["greys"]), examples, header["metadata"])

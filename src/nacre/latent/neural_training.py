@@ -209,18 +209,22 @@ class _Training:
         common, of_grey, of_pairs = np.split(functions, [1, 1 + greys], axis=1)
         # Permutations of the channels make both values of a pair vary alike, about 0.
         both = np.concatenate([pairs[..., 0], pairs[..., 1]])
+        grey_deviations, pair_deviations = _deviations(grey - mean), _deviations(both)
         whitened = [
             common + of_grey @ mean[:, None],
-            of_grey @ _deviations(grey - mean).T,
-            of_pairs @ _deviations(both).T,
+            of_grey @ grey_deviations.T,
+            of_pairs @ pair_deviations.T,
+        ]
+        examples = [
+            np.linalg.solve(grey_deviations.T, (grey - mean).T).T,
+            np.linalg.solve(pair_deviations.T, pairs).reshape(len(pairs), -1),
         ]
         hidden = [
             Layer(weights.detach().numpy(), biases.detach().numpy())
             for weights, biases in zip(self._weights, self._biases, strict=True)
         ]
-        return NeuralBasis(
-            hidden, np.concatenate(whitened, axis=1).astype(np.float32), greys, metadata
-        )
+        output, codes = (np.hstack(parts).astype(np.float32) for parts in (whitened, examples))
+        return NeuralBasis(hidden, output, greys, codes, metadata)
 
 
 def _deviations(values: Matrix) -> Matrix:

@@ -54,17 +54,10 @@ def second_moment(brdf: Brdf, seed: int = 0) -> Moment:
     """
     # Every view of a sphere counts alike: squared sines are uniform.
     nodes, view_weights = np.polynomial.legendre.leggauss(_VIEWS)
-    sine2 = 0.5 * (1.0 + nodes)[:, None]
-    offset = np.random.default_rng(seed).random(4)
-    u = even_points(_VIEWS * _PER_VIEW, 4, offset).reshape(_VIEWS, _PER_VIEW, 4)
-    phi, sine = 2.0 * math.pi * u[..., 3], np.sqrt(sine2)
-    wo = join((sine * np.cos(phi), sine * np.sin(phi), np.sqrt(1.0 - sine2)))
-    wi, density = _propose(wo, u)
-    below = wi[..., 2] <= 0.0
-    wi[below] = (0.0, 0.0, 1.0)
+    wo, wi, density = propose_lights(0.5 * (1.0 + nodes), _PER_VIEW, seed)
     with np.errstate(all="ignore"):  # of a wild reflectance
         value = brdf.eval(wi, wo).astype(np.float64) * wi[..., 2:]
-        value = np.where(np.isfinite(value) & ~below[..., None], value, 0.0)
+        value = np.where(np.isfinite(value), value, 0.0)
         albedo = (value / density[..., None]).mean(axis=1, keepdims=True)
         scale = albedo**2 + (_DARK * albedo.max(axis=-1, keepdims=True)) ** 2
         square = (value**2 / scale).mean(axis=-1)
@@ -72,8 +65,31 @@ def second_moment(brdf: Brdf, seed: int = 0) -> Moment:
     return Moment(wo, wi, np.where(np.isfinite(weights), weights, 0.0))
 
 
-def _propose(wo: Floats, u: Floats) -> tuple[Floats, Floats]:
-    """Lights from diffuse lobes and normals of all roughnesses in equal parts, their density."""
+def propose_lights(squared_sines: Floats, count: int, seed: int) -> tuple[Floats, Floats, Floats]:
+    """Lights for views: diffuse and about the mirror directions of normals of all roughnesses.
+
+    Parameters
+    ----------
+    squared_sines
+        Of the polar angles of the views, shape (v,).
+    count
+        Lights for each.
+    seed
+        Of their directions and of the azimuths of the views, which differ from light to light.
+
+    Returns
+    -------
+    wo, wi
+        Views and lights, shapes (v, count, 3), float64.
+    density
+        Of the lights, in 1/sr, shape (v, count); infinite where one fell below the horizon, which
+        the normal stands in for.
+    """
+    offset = np.random.default_rng(seed).random(4)
+    u = even_points(len(squared_sines) * count, 4, offset).reshape(len(squared_sines), count, 4)
+    sine2 = squared_sines[:, None]
+    phi, sine = 2.0 * math.pi * u[..., 3], np.sqrt(sine2)
+    wo = join((sine * np.cos(phi), sine * np.sin(phi), np.sqrt(1.0 - sine2)))
     view = split(wo)
     wi = np.empty_like(wo)
     parts = len(_ROUGHNESSES) + 2
@@ -90,4 +106,7 @@ def _propose(wo: Floats, u: Floats) -> tuple[Floats, Floats]:
         wi[here] = join(drawn)
     h = half_vector(split(wi), view)
     lobes = sum(visible_density(h, view, (a, a)) for a in _ROUGHNESSES)
-    return wi, (wi[..., 2] / math.pi + 0.5 / math.pi + lobes) / parts
+    density = (wi[..., 2] / math.pi + 0.5 / math.pi + lobes) / parts
+    below = wi[..., 2] <= 0.0
+    wi[below], density[below] = (0.0, 0.0, 1.0), np.inf
+    return wo, wi, density

@@ -1,0 +1,108 @@
+"""Codes of materials that few samples are known of."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.direction_samples import DirectionSamples
+from nacre.latent.neural_basis import CHROMA, NeuralBasis, grown
+from nacre.parallel import one_blas_thread
+
+MOST = 2048
+"""Samples that count: of more, a code has nothing to learn."""
+_EPSILON = 1e-3
+"""Added to f cos theta_i before logarithms."""
+_WIDTHS = 0.3, 0.5, 0.8
+"""Of the prior about each training material, in standard deviations of the code."""
+_NOISES = 0.15, 0.3, 0.6
+"""Standard deviations of the logarithm of what is left unexplained."""
+_TRUST = 0.1
+"""Power of the likelihood: neighbouring directions and channels err alike."""
+_STEPS = 12
+_LONGEST, _SHORTENED = 1.0, 0.7
+_CLOSE = 1e-2
+
+Vector = npt.NDArray[np.float64]
+
+
+def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
+    """The code that is to be expected of a material with these samples, however few.
+
+    Before the samples are known, a code is held to be near that of a training material or of one
+    with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
+    is nearly linear in the code, so samples turn each of these normal distributions into another
+    one, and tell how likely it was; the result is the mean over all of them, found again where it
+    is linearised until it stays.
+
+    Parameters
+    ----------
+    basis
+        What the code is for.
+    samples
+        Of the material, one or more; of more than :data:`MOST`, an even choice.
+
+    Returns
+    -------
+    array of shape (k,)
+        In standard deviations of the training materials.
+
+    Raises
+    ------
+    ValueError
+        If there is no sample.
+    """
+    if not len(samples):
+        raise ValueError("a code needs one sample or more")
+    if len(samples) > MOST:
+        samples = samples[np.linspace(0, len(samples) - 1, MOST).astype(np.int64)]
+    with one_blas_thread():
+        common, rows = basis.logarithms(samples.wi, samples.wo)
+        cosine = samples.cosine[:, None].astype(np.float64)
+        target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
+        centres = permuted(basis)
+        code = np.zeros(len(basis))
+        for step in range(1, _STEPS + 1):
+            scaled = grown(common, rows, code) * cosine
+            slopes = (rows * (scaled / (scaled + _EPSILON))).reshape(len(code), -1)
+            left = (target - np.log(scaled + _EPSILON)).reshape(-1) + code @ slopes
+            change = _expected(left, slopes, centres) - code
+            last = step == _STEPS or np.abs(change).max() < _CLOSE
+            code = code + np.clip(change, -_LONGEST, _LONGEST) * (1.0 if last else _SHORTENED)
+            if last:
+                break
+    return np.asarray(code)
+
+
+def permuted(basis: NeuralBasis) -> Vector:
+    """Codes of the training materials with all permutations of their channels, shape (m, k)."""
+    greys, chroma = basis.greys, CHROMA.astype(np.float64)
+    codes = basis.examples.astype(np.float64)
+    weights = codes[:, greys:].reshape(len(codes), -1, 2) @ chroma
+    orders = itertools.permutations(range(3))
+    pairs = [(weights[..., list(order)] @ chroma.T).reshape(len(codes), -1) for order in orders]
+    return np.concatenate([np.hstack([codes[:, :greys], pair]) for pair in pairs])
+
+
+def _expected(values: Vector, slopes: Vector, centres: Vector) -> Vector:
+    """Mean of the codes whose products with slopes, (k, n), give values, (n,), but for noise."""
+    squares, axes = np.linalg.eigh(slopes @ slopes.T)
+    anywhere = np.zeros((1, len(slopes)))
+    priors = [(centres, width) for width in _WIDTHS if len(centres)] + [(anywhere, 1.0)]
+    logs, means = [], []
+    for centre, width in priors:
+        missed = values - centre @ slopes
+        length, pulls = (missed**2).sum(axis=1), missed @ slopes.T @ axes
+        for noise in _NOISES:
+            precision = squares / noise**2 + 1.0 / width**2
+            moved = pulls / (noise**2 * precision)
+            fit = (length - (pulls * moved).sum(axis=1)) / noise**2 + np.log(precision).sum()
+            spread = 2.0 * len(slopes) * math.log(width) + 2.0 * len(values) * math.log(noise)
+            logs.append(-0.5 * _TRUST * (fit + spread) - math.log(len(centre)))
+            means.append(centre + moved @ axes.T)
+    likelihood = np.concatenate(logs)
+    shares = np.exp(likelihood - likelihood.max())
+    return np.asarray(shares @ np.concatenate(means) / shares.sum())

@@ -1,0 +1,99 @@
+"""Codes from few samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nacre.direction_samples import DirectionSamples
+from nacre.files import FormatError
+from nacre.latent import encode, encode_samples
+from nacre.latent.directions import shared_directions
+from nacre.latent.posterior import _expected, permuted
+from nacre.measured.scattered import ScatteredBrdf
+from tests.latent.made import random_basis
+
+CODE = np.array([0.9, -1.3, 0.4, 0.2, 1.1, -0.7])
+WI, WO = shared_directions(3000, 11)
+
+
+def test_few_samples_tell_what_they_can():
+    made = random_basis()
+    truth = made.decode(CODE)
+    target = truth.eval(WI, WO)
+
+    def error(count: int) -> float:
+        samples = DirectionSamples(WI[:count], WO[:count], truth.eval(WI[:count], WO[:count]))
+        code = encode_samples(made, samples)
+        assert np.abs(code).max() < 5.0
+        return float(np.abs(np.log(made.decode(code).eval(WI, WO) / target)).mean())
+
+    assert error(1000) < 0.02
+    assert error(100) < 0.1
+    average = np.abs(np.log(made.decode(np.zeros(6)).eval(WI, WO) / target)).mean()
+    assert error(2) < average
+
+
+def test_the_mean_over_priors_is_that_of_a_grid():
+    """One value and one sample: the integral over all codes can be taken numerically."""
+    values, slopes, centres = np.array([1.3]), np.array([[0.7]]), np.array([[-1.0], [2.0]])
+    codes = np.linspace(-30.0, 30.0, 60001)
+
+    def normal(x, deviation):
+        return np.exp(-0.5 * (x / deviation) ** 2) / deviation
+
+    weights, sums = [], []
+    for noise in (0.15, 0.3, 0.6):
+        for centre, width, share in ((-1, 0.3, 2), (2, 0.3, 2), (-1, 0.5, 2), (2, 0.5, 2),
+                                     (-1, 0.8, 2), (2, 0.8, 2), (0, 1.0, 1)):  # fmt: skip
+            density = normal(codes - centre, width) * normal(values - 0.7 * codes, noise)
+            weights.append(density.sum() ** 0.1 / share)
+            sums.append((codes * density).sum() / density.sum())
+    expected = np.average(sums, weights=weights)
+    assert _expected(values, slopes, centres) == pytest.approx([expected], abs=1e-6)
+
+
+def test_materials_are_expected_to_be_like_those_of_the_training():
+    made = random_basis()
+    known = made.examples[2].astype(float)
+    f_r = made.decode(known).eval(WI[:40], WO[:40])
+    code = encode_samples(made, DirectionSamples(WI[:40], WO[:40], f_r))
+    np.testing.assert_allclose(code, known, atol=0.1)
+
+
+def test_codes_are_known_with_every_order_of_the_channels():
+    made = random_basis()
+    codes = permuted(made)
+    assert codes.shape == (30, 6)
+    first = made.decode(made.examples[0]).eval(WI, WO)
+    found = np.stack([made.decode(code).eval(WI, WO) for code in codes[::5]])
+    assert all(
+        any(np.allclose(first[:, list(order)], one, rtol=1e-3) for one in found)
+        for order in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
+    )
+
+
+def test_scans_have_the_code_of_their_samples():
+    made = random_basis()
+    f_r = made.decode(CODE).eval(WI[:300], WO[:300])
+    scan = ScatteredBrdf(WI[:300], WO[:300], f_r, "scan")
+    np.testing.assert_array_equal(encode(made, scan), encode_samples(made, scan.samples))
+    with pytest.raises(FormatError, match="scan: is anisotropic"):
+        encode(made, ScatteredBrdf(WI[:300], WO[:300], f_r, "scan", isotropic=False))
+
+
+def test_no_sample_has_no_code():
+    made = random_basis()
+    with pytest.raises(ValueError, match="one sample"):
+        encode_samples(made, DirectionSamples(WI[:0], WO[:0], WI[:0]))
+
+
+def test_a_sample_of_a_colour_outside_the_gamut_counts_as_black():
+    made = random_basis()
+    f_r = made.decode(CODE).eval(WI[:100], WO[:100])
+    negative, black = f_r.copy(), f_r.copy()
+    negative[::7, 1], black[::7, 1] = -0.2, 0.0
+    codes = (
+        encode_samples(made, DirectionSamples(WI[:100], WO[:100], f)) for f in (negative, black)
+    )
+    np.testing.assert_array_equal(*codes)
