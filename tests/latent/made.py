@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
 from nacre.analytic import Ggx
-from nacre.latent import Basis, NeuralBasis, train
+from nacre.latent import Basis, Hypernetwork, NeuralBasis, train
+from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT
+from nacre.latent.weights import flat_weights
 from nacre.measured.merl import Resolution
 from nacre.neural import Layer
+from nacre.neural.nbrdf import HIDDEN
+from nacre.neural.training import initial_layers
 
 GRID = Resolution(24, 12, 12)
 
@@ -43,3 +48,23 @@ def random_basis(greys: int = 4, pairs: int = 1) -> NeuralBasis:
     ]
     functions = random.normal(0.0, 0.3, (11, 1 + greys + pairs)).astype(np.float32)
     return NeuralBasis(hidden, functions, greys, {"about": "random"})
+
+
+@cache
+def random_hypernetwork(greys: int = 4, pairs: int = 1) -> Hypernetwork:
+    """A hypernetwork that nothing has trained."""
+    random = np.random.default_rng(4)
+
+    start = flat_weights(initial_layers(HIDDEN, 0))
+
+    def layer(rows: int, columns: int, deviation: float, biases: Any = 0.0) -> Layer:
+        return Layer(random.normal(0.0, deviation, (rows, columns)), biases + np.zeros(columns))
+
+    return Hypernetwork(
+        random_basis(greys, pairs),
+        layer(greys + pairs, 8, 0.5),
+        layer(greys + 8, HIDDEN_COUNT, 0.05, start[:HIDDEN_COUNT]),
+        layer(8 + pairs, 8, 0.4),
+        layer(greys + pairs + 8, COLUMN, 0.05, 0.3),
+        {"about": "random"},
+    )

@@ -5,12 +5,15 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "encoding": ["encode", "encode_neural", "encode_samples"],
+        "encoding": ["encode", "encode_hypernetwork", "encode_neural", "encode_samples"],
+        "hypernetwork": ["Hypernetwork"],
+        "hypernetwork_training": ["HypernetworkRecipe", "train_hypernetwork"],
         "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
         "neural_recipe": ["BasisRecipe"],
         "neural_training": ["train_neural"],
         "pca": ["Basis", "PcaBrdf"],
         "refine": ["optimised"],
         "training": ["train"],
+        "weights": ["CodedNetwork"],
     },
 )

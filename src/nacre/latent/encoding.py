@@ -9,9 +9,11 @@ from nacre.brdf import Brdf
 from nacre.direction_samples import DirectionSamples
 from nacre.files import FormatError, NacreError
 from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.pca import Basis
 from nacre.latent.refine import GAIN, optimised
+from nacre.latent.weight_encoding import refine
 from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread
 
@@ -28,11 +30,14 @@ Floats = npt.NDArray[np.float32]
 Vector = npt.NDArray[np.float64]
 
 
-def encode(basis: Basis | NeuralBasis, brdf: Brdf) -> Vector:
+def encode(basis: Basis | NeuralBasis | Hypernetwork, brdf: Brdf) -> Vector:
     """The code of an isotropic material that comes closest in pictures, shape (k,).
 
-    See :func:`encode_neural` and :func:`nacre.latent.refine.optimised`, which also have the errors.
+    See :func:`encode_neural`, :func:`encode_hypernetwork` and
+    :func:`nacre.latent.refine.optimised`, which also have the errors.
     """
+    if isinstance(basis, Hypernetwork):
+        return encode_hypernetwork(basis, brdf)
     if isinstance(basis, NeuralBasis):
         return encode_neural(basis, brdf)
     return optimised(basis, brdf)
@@ -62,9 +67,18 @@ def encode_neural(basis: NeuralBasis, brdf: Brdf, seed: int = 0) -> Vector:
     NacreError
         If it is known at none of the directions.
     """
-    wi, wo = shared_directions(SAMPLES, seed)
-    f_r = isotropic_values(brdf, wi, wo)
-    return encode_samples(basis, DirectionSamples(wi, wo, f_r)[f_r[:, 0] >= 0.0], _WEAK_PRIOR)
+    return encode_samples(basis, _known(brdf, seed), _WEAK_PRIOR)
+
+
+def encode_hypernetwork(basis: Hypernetwork, brdf: Brdf, seed: int = 0) -> Vector:
+    """The code whose network comes closest in log(1 + 30 f cos theta_i).
+
+    It is sought from what the neural basis has for the material. The parameters, what is returned
+    and the errors are those of :func:`encode_neural`.
+    """
+    samples = _known(brdf, seed)
+    start = encode_samples(basis.basis, samples, _WEAK_PRIOR)
+    return refine(basis, samples, start, _WEAK_PRIOR)
 
 
 def encode_samples(basis: NeuralBasis, samples: DirectionSamples, prior: float = PRIOR) -> Vector:
@@ -112,6 +126,13 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples, prior: float =
 
     with one_blas_thread():
         return minimise(residuals, jacobian, np.zeros(len(basis)), _STEPS, _FARTHEST)[0]
+
+
+def _known(brdf: Brdf, seed: int) -> DirectionSamples:
+    """Samples of an isotropic material, as many as its code needs."""
+    wi, wo = shared_directions(SAMPLES, seed)
+    f_r = isotropic_values(brdf, wi, wo)
+    return DirectionSamples(wi, wo, f_r)[f_r[:, 0] >= 0.0]
 
 
 def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
