@@ -83,6 +83,24 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
     np.testing.assert_array_equal(nacre.load("x.h5").eval(wi, wo), found)
 
 
+def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
+    pytest.importorskip("torch", reason="needs the extra 'latent'")
+    names = [f"made{index}.json" for index in range(len(MATERIALS))]
+    options = ["--model", "autoencoder", "--values", "6", "--steps", "300"]
+    main(["latent", "train", *names, "-o", "a.safetensors", *options])
+    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]
+    wi, wo = shared_directions(2000, 1)
+    truth = NEW.eval(wi, wo)
+    errors = []
+    for more in (["--project"], []):
+        main(["latent", "encode", "new.json", "--basis", "a.safetensors", "-o", "c.json", *more])
+        main(["latent", "decode", "c.json", "--basis", "a.safetensors", "-o", "x.safetensors"])
+        found = nacre.load("x.safetensors").eval(wi, wo)
+        errors.append(np.median(np.abs(found - truth) / truth))
+    assert errors[1] < min(0.3, errors[0])
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -14,7 +14,7 @@ import safetensors.numpy
 import nacre
 from nacre.files import FormatError
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
-from tests.latent.made import basis, random_basis, random_hypernetwork
+from tests.latent.made import basis, random_autoencoder, random_basis, random_hypernetwork
 from tests.specimens import mutated
 
 
@@ -86,6 +86,20 @@ def test_a_hypernetwork_and_its_codes_come_back_as_they_were(tmp_path):
         load_code(file, random_basis())
 
 
+def test_an_autoencoder_comes_back_as_it_was(tmp_path):
+    path = tmp_path / "basis.safetensors"
+    before = random_autoencoder()
+    save_basis(before, path)
+    after = load_basis(path)
+    for name, layer in before.layers.items():
+        np.testing.assert_array_equal(after.layers[name].weights, layer.weights)
+        np.testing.assert_array_equal(after.layers[name].biases, layer.biases)
+    np.testing.assert_array_equal(after.common, before.common)
+    assert (after.seed, after.metadata) == (before.seed, before.metadata)
+    save_basis(after, path.with_name("two.safetensors"))
+    assert path.with_name("two.safetensors").read_bytes() == path.read_bytes()
+
+
 def test_a_code_comes_back_as_it_was(path):
     file = path.with_name("x.json")
     before = basis(6).decode(np.linspace(-2.0, 2.0, 6), "Farbe")
@@ -129,7 +143,7 @@ def test_a_damaged_code_is_refused(path, field, value, message):
         load_code(file, basis(6))
 
 
-@pytest.mark.parametrize("kind", [basis, random_basis, random_hypernetwork])
+@pytest.mark.parametrize("kind", [basis, random_basis, random_hypernetwork, random_autoencoder])
 def test_a_damaged_basis_is_refused_or_harmless(kind, tmp_path):
     path = tmp_path / "basis.safetensors"
     save_basis(kind(), path)
@@ -204,6 +218,23 @@ def test_tensors_that_do_not_fit_a_network_are_refused(neural_path, name, change
 def test_tensors_that_do_not_fit_a_hypernetwork_are_refused(tmp_path, name, change):
     path = tmp_path / "basis.safetensors"
     save_basis(random_hypernetwork(), path)
+    refuses(path, name, change)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("common", lambda a: a[:-1]),
+        ("common", lambda a: a + np.nan),
+        ("contract_weights", lambda a: a[:-1]),
+        ("code_weights", lambda a: a[:, :-1]),
+        ("expand_biases", lambda a: a.astype(np.float16)),
+        ("network_weights", lambda a: a * np.float32(1e30)),
+    ],
+)
+def test_tensors_that_do_not_fit_an_autoencoder_are_refused(tmp_path, name, change):
+    path = tmp_path / "basis.safetensors"
+    save_basis(random_autoencoder(), path)
     refuses(path, name, change)
 
 

@@ -1,4 +1,4 @@
-"""Hypernetworks: codes of a neural basis as ordinary networks, and their training."""
+"""Hypernetworks and autoencoders: codes as ordinary networks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 import nacre
 from nacre.direction_samples import DirectionSamples
 from nacre.files import FormatError, NacreError
-from nacre.latent import Hypernetwork, encode
+from nacre.latent import Autoencoder, Hypernetwork, encode
 from nacre.latent.directions import shared_directions
 from nacre.latent.neural_basis import CHROMA
 from nacre.latent.weight_encoding import _outputs, refine, weight_tangents
@@ -19,7 +19,7 @@ from nacre.measured import MerlBrdf
 from nacre.neural import NeuralBrdf
 from nacre.neural.samples import direction_inputs
 from nacre.sampling import GgxMixture
-from tests.latent.made import GRID, random_basis, random_hypernetwork
+from tests.latent.made import GRID, random_autoencoder, random_basis, random_hypernetwork
 from tests.reflectances import Brushed
 
 WI, WO = shared_directions(2000, 11)
@@ -67,10 +67,11 @@ def test_permuted_channels_are_a_permuted_code():
     assert not np.allclose(g, f, rtol=1e-2)
 
 
+@pytest.mark.parametrize("kind", [random_hypernetwork, random_autoencoder])
 @pytest.mark.parametrize("size", [30.0, 1e3, 9.9e5])
-def test_a_code_far_away_gives_what_is_finite(size):
+def test_a_code_far_away_gives_what_is_finite(kind, size):
     random = np.random.default_rng(1)
-    basis = random_hypernetwork()
+    basis = kind()
     for code in size * np.sign(random.normal(size=(8, 6))):
         f = basis.decode(code).eval(WI, WO)
         assert np.isfinite(f).all()
@@ -89,13 +90,20 @@ def test_layers_that_do_not_fit_are_refused():
     layers = basis.layers | {"channel": basis.layers["trunk"]}
     with pytest.raises(ValueError, match="layer channel"):
         Hypernetwork(random_basis(), **layers)
+    auto = random_autoencoder()
+    layers = auto.layers | {"expand": auto.layers["contract"]}
+    with pytest.raises(ValueError, match="layer expand"):
+        Autoencoder(auto.common, **layers, seed=0)
+    with pytest.raises(ValueError, match="is no network"):
+        Autoencoder(auto.common[:-1], **auto.layers, seed=0)
 
 
-def test_tangents_are_the_derivatives_of_f_r():
+@pytest.mark.parametrize("kind", [random_hypernetwork, random_autoencoder])
+def test_tangents_are_the_derivatives_of_f_r(kind):
     torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     from nacre.latent.weight_networks import outputs
 
-    basis = random_hypernetwork()
+    basis = kind()
     weights = basis.weights(CODE[None])[0]
     tangents = weight_tangents(basis, CODE)
     free = torch.tensor(weights, requires_grad=True)
@@ -125,8 +133,9 @@ def logarithms(material: NeuralBrdf) -> np.ndarray:
     return np.log1p(30.0 * material.eval(WI, WO) * WI[:, 2:])
 
 
-def test_samples_of_what_a_code_stands_for_lead_to_it():
-    basis = random_hypernetwork()
+@pytest.mark.parametrize("kind", [random_hypernetwork, random_autoencoder])
+def test_samples_of_what_a_code_stands_for_lead_to_it(kind):
+    basis = kind()
     truth = basis.decode(0.6 * CODE)
     samples = DirectionSamples(WI, WO, truth.eval(WI, WO))
     found = basis.decode(refine(basis, samples, np.zeros(6), 1e-3))

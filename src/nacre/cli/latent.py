@@ -24,11 +24,11 @@ def command() -> None:
 @click.option("-o", "--output", required=True, type=file_path(), help="Basis (.safetensors).")
 @click.option(
     "--model",
-    type=click.Choice(["neural", "hypernetwork", "pca"]),
+    type=click.Choice(["neural", "hypernetwork", "autoencoder", "pca"]),
     default="pca",
     show_default=True,
     help="neural: closer, 0.1 MB. hypernetwork: codes decode into networks of 675 weights; 0.6 MB. "
-    "Both go on where they were stopped. pca: 16 MB.",
+    "autoencoder: the paper's. These go on where they were stopped. pca: 16 MB.",
 )
 @click.option("--values", default=32, type=click.IntRange(1, 1024), help="Values of a code.")
 @click.option(
@@ -43,7 +43,9 @@ def command() -> None:
     help="Take each channel as a material of its own, in place of the six permutations; pca only.",
 )
 @click.option(
-    "--steps", type=click.IntRange(1), help="Optimiser steps; not of pca.  [default: 8000]"
+    "--steps",
+    type=click.IntRange(1),
+    help="Optimiser steps; not of pca.  [default: 8000, autoencoder: 4000]",
 )
 @click.option("--seed", type=click.IntRange(0), help="Of the training, not of pca.  [default: 0]")
 def train(
@@ -61,6 +63,7 @@ def train(
     from nacre.formats import load
     from nacre.latent.file import AnyBasis, save_basis
     from nacre.measured.merl import Resolution
+    from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
 
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: a basis is a .safetensors file")
@@ -84,16 +87,23 @@ def train(
         report = stages.add("basis")
         if model == "pca":
             basis = latent.train(materials, values, separate=separate, progress=report, **grid)
+        elif model == "autoencoder":
+            coder = latent.AutoencoderRecipe(values=values, **settings)
+            pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
+            basis = latent.train_autoencoder(
+                materials, pixels, coder, checkpoint=states[0], progress=report
+            )
         else:
             recipe = latent.BasisRecipe(values=values, **settings)
             basis = latent.train_neural(materials, recipe, checkpoint=states[0], progress=report)
-        if model == "hypernetwork":
-            basis = latent.train_hypernetwork(
-                basis,
-                latent.HypernetworkRecipe(**settings),
-                checkpoint=states[1],
-                progress=stages.add("hypernetwork"),
-            )
+            if model == "hypernetwork":
+                basis = latent.train_hypernetwork(
+                    basis,
+                    materials,
+                    latent.HypernetworkRecipe(**settings),
+                    checkpoint=states[1],
+                    progress=stages.add("hypernetwork"),
+                )
     save_basis(basis, output)
     if model != "pca":
         for state in states:
@@ -109,12 +119,13 @@ def train(
 @click.option(
     "--project",
     is_flag=True,
-    help="Project only: closest in the logarithm, not in pictures; pca only.",
+    help="Do not optimise the code for pictures: of pca it is closest in the logarithm, of "
+    "autoencoder what the encoder gives.",
 )
 def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     """Find the code of the isotropic material in SOURCE."""
     from nacre.formats import load
-    from nacre.latent import Basis
+    from nacre.latent import Autoencoder, Basis
     from nacre.latent import encode as find
     from nacre.latent.file import load_basis, save_code
 
@@ -122,10 +133,14 @@ def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
         raise click.BadParameter(f"{output}: a code is a .json file")
     check_outputs([output], [source, basis_path])
     basis = load_basis(basis_path)
-    if project and not isinstance(basis, Basis):
-        raise click.BadParameter(f"--project: {basis_path} holds no principal components")
-    brdf = load(source)
-    code = basis.project(brdf) if project and isinstance(basis, Basis) else find(basis, brdf)
+    if not project:
+        code = find(basis, brdf := load(source))
+    elif isinstance(basis, Basis | Autoencoder):
+        code = basis.project(brdf := load(source))
+    else:
+        raise click.BadParameter(
+            f"--project: {basis_path} holds no principal components and no encoder"
+        )
     save_code(basis.decode(code, brdf.name), output)
     console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)
 
@@ -138,7 +153,7 @@ def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     "--output",
     required=True,
     type=file_path(),
-    help="Material (.binary, .bsdf, ...); of a hypernetwork also .safetensors, .h5.",
+    help="Material (.binary, .bsdf, ...); networks also as .safetensors, .h5.",
 )
 def decode(source: Path, basis_path: Path, output: Path) -> None:
     """Write the material that the code in SOURCE stands for, in the format of the output's name."""

@@ -5,15 +5,18 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "encoding": ["encode", "encode_hypernetwork", "encode_neural", "encode_samples"],
+        "autoencoder": ["Autoencoder"],
+        "autoencoder_training": ["train_autoencoder"],
+        "encoding": ["encode", "encode_network", "encode_neural", "encode_samples"],
         "hypernetwork": ["Hypernetwork"],
-        "hypernetwork_training": ["HypernetworkRecipe", "train_hypernetwork"],
+        "hypernetwork_training": ["train_hypernetwork"],
         "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
         "neural_recipe": ["BasisRecipe"],
         "neural_training": ["train_neural"],
         "pca": ["Basis", "PcaBrdf"],
         "refine": ["optimised"],
         "training": ["train"],
+        "weight_recipes": ["AutoencoderRecipe", "HypernetworkRecipe"],
         "weights": ["CodedNetwork"],
     },
 )

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.direction_samples import DirectionSamples
-from nacre.files import FormatError, NacreError
-from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.autoencoder import Autoencoder
+from nacre.latent.directions import basis_inputs, isotropic_values, shared_directions
 from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.pca import Basis
@@ -26,18 +26,17 @@ and of a material that is known everywhere."""
 _FARTHEST = 100.0
 """Bound of the values that are found."""
 
-Floats = npt.NDArray[np.float32]
 Vector = npt.NDArray[np.float64]
 
 
-def encode(basis: Basis | NeuralBasis | Hypernetwork, brdf: Brdf) -> Vector:
+def encode(basis: Basis | NeuralBasis | Hypernetwork | Autoencoder, brdf: Brdf) -> Vector:
     """The code of an isotropic material that comes closest in pictures, shape (k,).
 
-    See :func:`encode_neural`, :func:`encode_hypernetwork` and
-    :func:`nacre.latent.refine.optimised`, which also have the errors.
+    See :func:`encode_neural`, :func:`encode_network` and :func:`nacre.latent.refine.optimised`,
+    which also have the errors.
     """
-    if isinstance(basis, Hypernetwork):
-        return encode_hypernetwork(basis, brdf)
+    if isinstance(basis, Hypernetwork | Autoencoder):
+        return encode_network(basis, brdf)
     if isinstance(basis, NeuralBasis):
         return encode_neural(basis, brdf)
     return optimised(basis, brdf)
@@ -70,14 +69,17 @@ def encode_neural(basis: NeuralBasis, brdf: Brdf, seed: int = 0) -> Vector:
     return encode_samples(basis, _known(brdf, seed), _WEAK_PRIOR)
 
 
-def encode_hypernetwork(basis: Hypernetwork, brdf: Brdf, seed: int = 0) -> Vector:
+def encode_network(basis: Hypernetwork | Autoencoder, brdf: Brdf, seed: int = 0) -> Vector:
     """The code whose network comes closest in log(1 + 30 f cos theta_i).
 
-    It is sought from what the neural basis has for the material. The parameters, what is returned
-    and the errors are those of :func:`encode_neural`.
+    It is sought from the code of the neural basis, or from that of the encoder. The parameters,
+    what is returned and the errors are those of :func:`encode_neural`.
     """
     samples = _known(brdf, seed)
-    start = encode_samples(basis.basis, samples, _WEAK_PRIOR)
+    if isinstance(basis, Autoencoder):
+        start = basis.project(brdf)
+    else:
+        start = encode_samples(basis.basis, samples, _WEAK_PRIOR)
     return refine(basis, samples, start, _WEAK_PRIOR)
 
 
@@ -133,22 +135,3 @@ def _known(brdf: Brdf, seed: int) -> DirectionSamples:
     wi, wo = shared_directions(SAMPLES, seed)
     f_r = isotropic_values(brdf, wi, wo)
     return DirectionSamples(wi, wo, f_r)[f_r[:, 0] >= 0.0]
-
-
-def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
-    """f_r of an isotropic reflectance in 1/sr, shape (n, 3), float32; -1 where it is not known.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it is known at none of the directions.
-    """
-    name = brdf.name or "reflectance"
-    if not brdf.isotropic:
-        raise FormatError(f"{name}: is anisotropic; codes are for isotropic materials")
-    known = brdf.valid(wi, wo)
-    if not known.any():
-        raise NacreError(f"{name}: is known at none of the directions")
-    return np.where(known[:, None], brdf.eval(wi, wo), -1.0).astype(np.float32)

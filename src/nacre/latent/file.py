@@ -11,19 +11,21 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.files import FormatError, PathLike, atomic_path, first_bytes, read_bytes, reason
-from nacre.latent import hypernetwork_file, neural_file, pca_file
+from nacre.latent import autoencoder_file, hypernetwork_file, neural_file, pca_file
+from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
 from nacre.latent.pca import Basis, PcaBrdf
 from nacre.latent.weights import CodedNetwork, WeightBasis
 
 VERSION = 1
-AnyBasis: TypeAlias = Basis | NeuralBasis | Hypernetwork
+AnyBasis: TypeAlias = Basis | NeuralBasis | Hypernetwork | Autoencoder
 Coded: TypeAlias = PcaBrdf | NeuralBasisBrdf | CodedNetwork
 
 _MODELS: dict[str, tuple[type[AnyBasis], Any]] = {
     "log-relative PCA": (Basis, pca_file),
     "neural": (NeuralBasis, neural_file),
+    "autoencoder": (Autoencoder, autoencoder_file),
     "hypernetwork": (Hypernetwork, hypernetwork_file),
 }
 """By what files say they are: the class, and the module that packs and unpacks it."""

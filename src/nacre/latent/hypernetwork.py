@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.latent.neural_basis import CHROMA, NeuralBasis
-from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis
+from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis, bent, dense
 from nacre.neural.nbrdf import OUTPUTS, Layer
 
 COLUMN = SIZES[-2] + 1
@@ -101,22 +101,11 @@ class Hypernetwork(WeightBasis):
         grey, pairs = np.split(values, [self.basis.greys], axis=1)
         pairs = pairs.reshape(len(values), self.pairs, 2)
         lengths = 0.5 * np.square(pairs).sum(axis=2) - 1.0
-        common = _bent(_dense(np.concatenate([grey, lengths], axis=1), self.trunk))
-        hidden = _dense(np.concatenate([grey, common], axis=1), self.shared)
+        common = bent(dense(np.concatenate([grey, lengths], axis=1), self.trunk))
+        hidden = dense(np.concatenate([grey, common], axis=1), self.shared)
         chroma = (pairs @ CHROMA).transpose(0, 2, 1)
         grey, common = (np.repeat(a[:, None], OUTPUTS, axis=1) for a in (grey, common))
-        own = _bent(_dense(np.concatenate([common, chroma], axis=2), self.channel))
-        columns = _dense(np.concatenate([grey, chroma, own], axis=2), self.output)
+        own = bent(dense(np.concatenate([common, chroma], axis=2), self.channel))
+        columns = dense(np.concatenate([grey, chroma, own], axis=2), self.output)
         last = columns.transpose(0, 2, 1).reshape(len(values), -1)
         return np.concatenate([hidden, last], axis=1)
-
-
-def _dense(values: Matrix, layer: Layer) -> Matrix:
-    found: Matrix = values @ layer.weights.astype(np.float64) + layer.biases
-    return found
-
-
-def _bent(values: Matrix) -> Matrix:
-    """The function s of :class:`Hypernetwork`, without overflow."""
-    found: Matrix = 0.5 * values * (1.0 + np.tanh(0.5 * values))
-    return found

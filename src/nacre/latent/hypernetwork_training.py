@@ -1,28 +1,31 @@
 """Training of a hypernetwork, in PyTorch.
 
 The neural basis has a material for every code, so there is no end of them to train on: every step
-draws codes of its own. Nothing has to be learnt from the few materials there are, but what the
-basis has learnt from them.
+draws codes of its own, most of them about those of known materials.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import require
+from nacre.brdf import Brdf
+from nacre.files import NacreError, require
 from nacre.geometry import split
 from nacre.latent.descent import descend
 from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.encoding import encode_neural
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.refine import GAIN
 from nacre.latent.weight_networks import reflectance
+from nacre.latent.weight_recipes import HypernetworkRecipe
 from nacre.latent.weights import flat_weights
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer
@@ -37,45 +40,15 @@ _REACH = 0.4
 """How much of the weights' own scale, about, an output of the hypernetwork is."""
 _DIRECTIONS = 1 << 16
 """Pairs of directions that the basis is evaluated at, once."""
-_SPREADS = 0.3, 1.7
-"""Standard deviations of codes, least and largest: new materials are not just as those known."""
-
-
-@dataclass(frozen=True)
-class HypernetworkRecipe:
-    """Settings of the training of a hypernetwork; the defaults are the recommended ones.
-
-    Parameters
-    ----------
-    width
-        Units of both of its hidden layers.
-    steps
-        Optimiser steps.
-    codes
-        Materials that one step sees.
-    directions
-        Pairs of directions at which it sees them.
-    learning_rate
-        Peak of the schedule of :func:`nacre.neural.training.schedule`.
-    seed
-        The same seed gives the same hypernetwork on the same machine.
-    """
-
-    width: int = 128
-    steps: int = 8000
-    codes: int = 192
-    directions: int = 64
-    learning_rate: float = 6e-3
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("width", "steps", "codes", "directions"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+_KNOWN = 0.7
+"""Share of the codes that are drawn about those of known materials; others are about 0."""
+_SPREAD = 1.5
+"""Largest standard deviation of codes about these: new materials are not just as those known."""
 
 
 def train_hypernetwork(
     basis: NeuralBasis,
+    materials: Sequence[Callable[[], Brdf]],
     recipe: HypernetworkRecipe | None = None,
     *,
     checkpoint: Path | None = None,
@@ -89,7 +62,10 @@ def train_hypernetwork(
     Parameters
     ----------
     basis
-        What it is for; no material is needed.
+        What it is for.
+    materials
+        Functions that give the materials that the basis was trained on, or others; called once
+        each. Of these only the codes matter.
     recipe
         Settings.
     checkpoint
@@ -100,12 +76,22 @@ def train_hypernetwork(
 
     Raises
     ------
+    FormatError
+        If a material is anisotropic.
     NacreError
-        If training diverges, or the checkpoint is of another training or damaged.
+        If there is no material, one is known at none of the directions, training diverges, or the
+        checkpoint is of another training or damaged.
     """
     recipe = recipe or HypernetworkRecipe()
-    training = _Training(basis, recipe)
-    loss = training.run(checkpoint, progress or (lambda stage, done, total, note: None))
+    if not materials:
+        raise NacreError("a hypernetwork needs a material or more")
+    report = progress or (lambda stage, done, total, note: None)
+    known = []
+    for index, load in enumerate(materials):
+        known.append(encode_neural(basis, load()))
+        report("encoding", index + 1, len(materials), "")
+    training = _Training(basis, np.stack(known), recipe)
+    loss = training.run(checkpoint, report)
     metadata = {**basis.metadata, "hypernetwork": asdict(recipe) | {"loss": loss}}
     return Hypernetwork(basis, **training.layers(), metadata=metadata)
 
@@ -113,8 +99,10 @@ def train_hypernetwork(
 class _Training:
     """The layers and the state of the optimiser."""
 
-    def __init__(self, basis: NeuralBasis, recipe: HypernetworkRecipe) -> None:
-        self._recipe, self._count, self._greys = recipe, len(basis), basis.greys
+    def __init__(
+        self, basis: NeuralBasis, known: npt.NDArray[np.float64], recipe: HypernetworkRecipe
+    ) -> None:
+        self._recipe, self._known, self._greys = recipe, known, basis.greys
         self._pairs = (len(basis) - basis.greys) // 2
         wi, wo = shared_directions(_DIRECTIONS, recipe.seed)
         seen = np.broadcast_arrays(*network_inputs(split(wi), split(wo), True))
@@ -147,14 +135,16 @@ class _Training:
     def run(self, checkpoint: Path | None, report: Progress) -> float:
         """All steps that are left; gives the last loss."""
         rates = schedule(self._recipe.steps, self._recipe.learning_rate)
-        mark = f"{self._recipe} {tuple(self._functions.shape)} {self._functions.sum().item()!r}"
+        sums = self._functions.double().sum().item(), self._known.sum()
+        mark = f"{self._recipe} {tuple(self._functions.shape)} {len(self._known)} {sums}"
         return descend(self._adam, self._loss, rates, mark, checkpoint, report, "hypernetwork")
 
     def _loss(self, step: int) -> Tensor:
         random = np.random.default_rng((self._recipe.seed, 4, step))
         chosen = torch.from_numpy(random.integers(_DIRECTIONS, size=self._recipe.directions))
-        codes = random.normal(size=(self._recipe.codes, self._count))
-        codes *= random.uniform(*_SPREADS, (len(codes), 1))
+        near = self._known[random.integers(len(self._known), size=self._recipe.codes)]
+        codes = random.normal(size=near.shape) * random.uniform(0.0, _SPREAD, (len(near), 1))
+        codes += near * (random.random((len(near), 1)) < _KNOWN)
         grey, pairs = torch.from_numpy(codes.astype(np.float32)).split(
             [self._greys, 2 * self._pairs], dim=1
         )

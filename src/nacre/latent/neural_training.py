@@ -15,8 +15,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import NacreError, require
 from nacre.latent.descent import descend
-from nacre.latent.directions import basis_inputs, shared_directions
-from nacre.latent.encoding import isotropic_values
+from nacre.latent.directions import basis_inputs, isotropic_values, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.neural_recipe import BasisRecipe
 from nacre.latent.refine import GAIN

@@ -123,3 +123,15 @@ def network_layers(weights: npt.ArrayLike) -> list[Layer]:
 def flat_weights(layers: Sequence[Layer]) -> npt.NDArray[np.float32]:
     """The 675 weights of layers, shape (675,); undoes :func:`network_layers`."""
     return np.concatenate([a.reshape(-1) for x in layers for a in (x.weights, x.biases)])
+
+
+def dense(values: Matrix, layer: Layer) -> Matrix:
+    """A layer in double precision, for values of shape (..., inputs)."""
+    found: Matrix = values @ layer.weights.astype(np.float64) + layer.biases
+    return found
+
+
+def bent(values: Matrix) -> Matrix:
+    """The function x / (1 + e^-x), without overflow."""
+    found: Matrix = 0.5 * values * (1.0 + np.tanh(0.5 * values))
+    return found
