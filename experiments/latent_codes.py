@@ -17,6 +17,9 @@ With `--networks`, codes that stand for networks of 675 weights, in place of pri
 - hypernetwork, from codes of the neural basis;
 - autoencoder: the paper's; codes as the encoder gives them, and optimised.
 
+`--between N` then takes N pairs of held-out materials and tells the albedo of what is half way
+between their codes, beside the larger albedo of the two.
+
 With `--samples N ...`, codes come from so many random samples of the material, uniform in the
 Rusinkiewicz angles, in place of the whole: ridge regression on principal components, and the neural
 basis with its own prior. All are nodes of the grid of the components, which costs them nothing.
@@ -40,13 +43,16 @@ import nacre
 from benchmarks.table import markdown
 from nacre.brdf import Brdf
 from nacre.direction_samples import DirectionSamples
-from nacre.evaluate import compare
+from nacre.evaluate import albedo, compare
 from nacre.latent import (
+    Autoencoder,
     AutoencoderRecipe,
     Basis,
     BasisRecipe,
+    Hypernetwork,
     HypernetworkRecipe,
     NeuralBasis,
+    encode,
     encode_network,
     encode_neural,
     encode_samples,
@@ -86,10 +92,10 @@ def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encod
     }
 
 
-def network_codes(
+def network_bases(
     materials: list[Callable[[], Brdf]], neural: NeuralBasis, values: int, seed: int
-) -> dict[str, Encode]:
-    """Codes that stand for networks."""
+) -> tuple[Hypernetwork, Autoencoder]:
+    """Bases whose codes stand for networks."""
     start = time.perf_counter()
     hyper = train_hypernetwork(neural, materials, HypernetworkRecipe(seed=seed))
     log(f"hypernetwork, loss {hyper.metadata['hypernetwork']['loss']:.4f}", hyper, start)
@@ -97,6 +103,13 @@ def network_codes(
     recipe = AutoencoderRecipe(values=values, seed=seed)
     auto = train_autoencoder(materials, lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE), recipe)
     log(f"autoencoder, loss {auto.metadata['loss']:.6f}", auto, start)
+    return hyper, auto
+
+
+def network_codes(
+    neural: NeuralBasis, hyper: Hypernetwork, auto: Autoencoder, values: int
+) -> dict[str, Encode]:
+    """Codes that stand for networks, and those of the neural basis."""
     return {
         f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
         f"hypernetwork, {values} values": lambda brdf: hyper.decode(encode_network(hyper, brdf)),
@@ -105,6 +118,22 @@ def network_codes(
             encode_network(auto, brdf)
         ),
     }
+
+
+def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
+    """One line on materials half way between two codes: albedo for light along the normal."""
+    codes = [encode(basis, nacre.load(path)) for path in held_out]
+    random = np.random.default_rng((seed, 6))
+    found, ratios = [], []
+    for _ in range(pairs):
+        one, other = (codes[k] for k in random.permutation(len(codes))[:2])
+        middle, *ends = (
+            albedo(basis.decode(code), [0.0]).value[0] for code in (0.5 * (one + other), one, other)
+        )
+        found.append(middle.max())
+        ratios.append((middle / np.max(ends, axis=0)).max())
+    above = sum(ratio > 1.0 for ratio in ratios)
+    return f"{max(found):.3f}", f"{above} of {pairs}", f"{max(ratios):.2f}"
 
 
 def log(name: str, basis: AnyBasis, start: float) -> None:
@@ -152,6 +181,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, nargs="*", default=[], help="known of a material")
     parser.add_argument("--ridge", type=float, default=RIDGE, help="of the regression")
     parser.add_argument("--networks", action="store_true", help="codes that stand for networks")
+    parser.add_argument("--between", type=int, default=0, help="pairs of codes; with --networks")
     parser.add_argument("--projected", action="store_true", help="projected codes as well")
     parser.add_argument("--size", type=int, default=64, help="pixels of an edge")
     parser.add_argument("--directions", type=int, default=96, help="of light from the environment")
@@ -169,8 +199,14 @@ def main() -> None:
     log(f"neural, loss {neural.metadata['loss']:.4f}", neural, start)
     protocol = environment, options.size, options.directions
     if options.networks:
-        methods = network_codes(materials, neural, values, options.seed)
+        hyper, auto = network_bases(materials, neural, values, options.seed)
+        methods = network_codes(neural, hyper, auto, values)
         report(methods, held_out, options.seed, *protocol)
+        if options.between:
+            chosen = held_out, options.between, options.seed
+            columns = "half way", "largest albedo", "above both ends", "at most, of the brighter"
+            bases = {"neural": neural, "hypernetwork": hyper, "autoencoder": auto}
+            print(markdown(columns, [(k, *between(b, *chosen)) for k, b in bases.items()]))
         return
     start = time.perf_counter()
     pca = train(materials, values)

@@ -17,6 +17,7 @@ from nacre.latent.weight_encoding import _outputs, refine, weight_tangents
 from nacre.latent.weights import COUNT, flat_weights, network_layers
 from nacre.measured import MerlBrdf
 from nacre.neural import NeuralBrdf
+from nacre.neural.prune import without_inactive_units
 from nacre.neural.samples import direction_inputs
 from nacre.sampling import GgxMixture
 from tests.latent.made import GRID, random_autoencoder, random_basis, random_hypernetwork
@@ -51,6 +52,9 @@ def test_a_code_is_a_material_like_any_other(tmp_path: Path):
     assert (facts["code values"], facts["weights"]) == (6, 675)
     f = material.eval(WI, WO)
     assert f.max() > 0
+    pruned = without_inactive_units(material)
+    np.testing.assert_allclose(pruned.eval(WI, WO), f, rtol=1e-4, atol=1e-5)
+    assert pruned.sampler is material.sampler
     for name in ("x.safetensors", "x.h5"):
         nacre.save(material, tmp_path / name)
         np.testing.assert_array_equal(nacre.load(tmp_path / name).eval(WI, WO), f)

@@ -15,7 +15,8 @@ from nacre.cli.latent_views import basis_option, chart, interpolate
 def command() -> None:
     """Materials as codes of a few values, in a basis that they share.
 
-    The basis is functions that a small network gives, or principal components on a grid.
+    The basis is functions that a small network gives, principal components on a grid, or a network
+    that gives the weights of others.
     """
 
 
@@ -63,7 +64,6 @@ def train(
     from nacre.formats import load
     from nacre.latent.file import AnyBasis, save_basis
     from nacre.measured.merl import Resolution
-    from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
 
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: a basis is a .safetensors file")
@@ -88,6 +88,8 @@ def train(
         if model == "pca":
             basis = latent.train(materials, values, separate=separate, progress=report, **grid)
         elif model == "autoencoder":
+            from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+
             coder = latent.AutoencoderRecipe(values=values, **settings)
             pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
             basis = latent.train_autoencoder(
