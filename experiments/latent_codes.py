@@ -12,6 +12,14 @@ otherwise. Rows:
 - with `--projected`: codes of principal components that are projected only, and those by channel,
   the columns of Nielsen et al. 2015, so that 32 components take 3 x 32 values of a colour material.
 
+With `--networks`, codes that stand for networks of 675 weights, in place of principal components:
+
+- hypernetwork, from codes of the neural basis;
+- autoencoder: the paper's; codes as the encoder gives them, and optimised.
+
+`--between N` then takes N pairs of held-out materials and tells the albedo of what is half way
+between their codes, beside the larger albedo of the two.
+
 With `--samples N ...`, codes come from so many random samples of the material, uniform in the
 Rusinkiewicz angles, in place of the whole: ridge regression on principal components, and the neural
 basis with its own prior. All are nodes of the grid of the components, which costs them nothing.
@@ -35,20 +43,30 @@ import nacre
 from benchmarks.table import markdown
 from nacre.brdf import Brdf
 from nacre.direction_samples import DirectionSamples
-from nacre.evaluate import compare
+from nacre.evaluate import albedo, compare
 from nacre.latent import (
+    Autoencoder,
+    AutoencoderRecipe,
     Basis,
     BasisRecipe,
+    Hypernetwork,
+    HypernetworkRecipe,
     NeuralBasis,
+    encode,
+    encode_network,
     encode_neural,
     optimised,
     train,
+    train_autoencoder,
+    train_hypernetwork,
     train_neural,
 )
+from nacre.latent.file import AnyBasis
 from nacre.latent.pca import encoded
 from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
 from nacre.render.environment import Environment, load_environment
+from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
 from tests.data import data_folder
 
 SHARE = 0.2
@@ -72,6 +90,56 @@ def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encod
         f"PCA, optimised, {values} values": lambda brdf: pca.decode(optimised(pca, brdf)),
         f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
     }
+
+
+def network_bases(
+    materials: list[Callable[[], Brdf]], neural: NeuralBasis, values: int, seed: int
+) -> tuple[Hypernetwork, Autoencoder]:
+    """Bases whose codes stand for networks."""
+    start = time.perf_counter()
+    hyper = train_hypernetwork(neural, materials, HypernetworkRecipe(seed=seed))
+    log(f"hypernetwork, loss {hyper.metadata['hypernetwork']['loss']:.4f}", hyper, start)
+    start = time.perf_counter()
+    recipe = AutoencoderRecipe(values=values, seed=seed)
+    auto = train_autoencoder(materials, lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE), recipe)
+    log(f"autoencoder, loss {auto.metadata['loss']:.6f}", auto, start)
+    return hyper, auto
+
+
+def network_codes(
+    neural: NeuralBasis, hyper: Hypernetwork, auto: Autoencoder, values: int
+) -> dict[str, Encode]:
+    """Codes that stand for networks, and those of the neural basis."""
+    return {
+        f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
+        f"hypernetwork, {values} values": lambda brdf: hyper.decode(encode_network(hyper, brdf)),
+        f"autoencoder, encoder only, {values} values": lambda brdf: auto.decode(auto.project(brdf)),
+        f"autoencoder, optimised, {values} values": lambda brdf: auto.decode(
+            encode_network(auto, brdf)
+        ),
+    }
+
+
+def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
+    """One line on materials half way between two codes: albedo for light along the normal."""
+    codes = [encode(basis, nacre.load(path)) for path in held_out]
+    random = np.random.default_rng((seed, 6))
+    found, ratios = [], []
+    for _ in range(pairs):
+        one, other = (codes[k] for k in random.permutation(len(codes))[:2])
+        middle, *ends = (
+            albedo(basis.decode(code), [0.0]).value[0] for code in (0.5 * (one + other), one, other)
+        )
+        found.append(middle.max())
+        ratios.append((middle / np.max(ends, axis=0)).max())
+    above = sum(ratio > 1.0 for ratio in ratios)
+    return f"{max(found):.3f}", f"{above} of {pairs}", f"{max(ratios):.2f}"
+
+
+def log(name: str, basis: AnyBasis, start: float) -> None:
+    """One line on a basis and the time that it took."""
+    spent = time.perf_counter() - start
+    print(f"{name}: {basis.nbytes:,} bytes, {spent:.0f} s", file=sys.stderr, flush=True)
 
 
 def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
@@ -112,6 +180,8 @@ def main() -> None:
     parser.add_argument("--values", type=int, default=32, help="of a code")
     parser.add_argument("--samples", type=int, nargs="*", default=[], help="known of a material")
     parser.add_argument("--ridge", type=float, default=RIDGE, help="of the regression")
+    parser.add_argument("--networks", action="store_true", help="codes that stand for networks")
+    parser.add_argument("--between", type=int, default=0, help="pairs of codes; with --networks")
     parser.add_argument("--projected", action="store_true", help="projected codes as well")
     parser.add_argument("--size", type=int, default=64, help="pixels of an edge")
     parser.add_argument("--directions", type=int, default=96, help="of light from the environment")
@@ -124,16 +194,23 @@ def main() -> None:
     materials = [partial(nacre.load, path) for path in training]
     values = options.values
 
-    def log(name: str, basis: Basis | NeuralBasis, start: float) -> None:
-        spent = time.perf_counter() - start
-        print(f"{name}: {basis.nbytes:,} bytes, {spent:.0f} s", file=sys.stderr, flush=True)
-
-    start = time.perf_counter()
-    pca = train(materials, values)
-    log("PCA", pca, start)
     start = time.perf_counter()
     neural = train_neural(materials, BasisRecipe(values=values, seed=options.seed))
     log(f"neural, loss {neural.metadata['loss']:.4f}", neural, start)
+    protocol = environment, options.size, options.directions
+    if options.networks:
+        hyper, auto = network_bases(materials, neural, values, options.seed)
+        methods = network_codes(neural, hyper, auto, values)
+        report(methods, held_out, options.seed, *protocol)
+        if options.between:
+            chosen = held_out, options.between, options.seed
+            columns = "half way", "largest albedo", "above both ends", "at most, of the brighter"
+            bases = {"neural": neural, "hypernetwork": hyper, "autoencoder": auto}
+            print(markdown(columns, [(k, *between(b, *chosen)) for k, b in bases.items()]))
+        return
+    start = time.perf_counter()
+    pca = train(materials, values)
+    log("PCA", pca, start)
     methods: dict[str, Encode] = {}
     for count in options.samples:
         methods |= sample_codes(pca, neural, count, options.ridge)
@@ -144,10 +221,22 @@ def main() -> None:
         methods[f"PCA by channel, projected, 3 x {values} values"] = lambda brdf: by_channel.decode(
             by_channel.project(brdf)
         )
-    protocol = environment, options.size, options.directions
+    report(methods, held_out, options.seed, *protocol)
+
+
+def report(
+    methods: dict[str, Encode],
+    held_out: Sequence[Path],
+    seed: int,
+    environment: Environment,
+    size: int,
+    directions: int,
+) -> None:
+    """Print the table."""
+    protocol = environment, size, directions
     rows = [row(name, encode, held_out, *protocol) for name, encode in methods.items()]
     columns = "environment: MAE / SSIM / PSNR", "directional", "worst MAE", "encoding, one core"
-    print(markdown((f"{len(held_out)} held out, seed {options.seed}", *columns), rows))
+    print(markdown((f"{len(held_out)} held out, seed {seed}", *columns), rows))
 
 
 def row(

@@ -65,6 +65,42 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     assert "is not a log-relative PCA code" in capsys.readouterr().err
 
 
+def test_a_hypernetwork_gives_networks(capsys, folder):
+    pytest.importorskip("torch", reason="needs the extra 'latent'")
+    names = [f"made{index}.json" for index in range(len(MATERIALS))]
+    options = ["--model", "hypernetwork", "--values", "6", "--steps", "600"]
+    main(["latent", "train", *names, "-o", "h.safetensors", *options])
+    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert [path.name for path in folder.glob("h.*")] == ["h.safetensors"]
+    main(["latent", "encode", "new.json", "--basis", "h.safetensors", "-o", "c.json"])
+    for name in ("x.safetensors", "x.h5", "x.binary"):
+        main(["latent", "decode", "c.json", "--basis", "h.safetensors", "-o", name])
+    made = nacre.load("x.safetensors")
+    assert made.sizes == (6, 21, 21, 3)
+    wi, wo = shared_directions(2000, 1)
+    found, truth = made.eval(wi, wo), NEW.eval(wi, wo)
+    assert np.median(np.abs(found - truth) / truth) < 0.2
+    np.testing.assert_array_equal(nacre.load("x.h5").eval(wi, wo), found)
+
+
+def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
+    pytest.importorskip("torch", reason="needs the extra 'latent'")
+    names = [f"made{index}.json" for index in range(len(MATERIALS))]
+    options = ["--model", "autoencoder", "--values", "6", "--steps", "300"]
+    main(["latent", "train", *names, "-o", "a.safetensors", *options])
+    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]
+    wi, wo = shared_directions(2000, 1)
+    truth = NEW.eval(wi, wo)
+    errors = []
+    for more in (["--project"], []):
+        main(["latent", "encode", "new.json", "--basis", "a.safetensors", "-o", "c.json", *more])
+        main(["latent", "decode", "c.json", "--basis", "a.safetensors", "-o", "x.safetensors"])
+        found = nacre.load("x.safetensors").eval(wi, wo)
+        errors.append(np.median(np.abs(found - truth) / truth))
+    assert errors[1] < min(0.3, errors[0])
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -73,7 +109,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
         (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "theta_h"),
-        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "for --model neural"),
+        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "not for --model pca"),
         (["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID], "for --model pca"),
         (["encode", "new.json", "--basis", "new.json", "-o", "c.json"], "safetensors"),
         (["encode", "none.json", "--basis", "b.safetensors", "-o", "c.json"], "none.json"),

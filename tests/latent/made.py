@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
 from nacre.analytic import Ggx
-from nacre.latent import Basis, NeuralBasis, train
+from nacre.latent import Autoencoder, Basis, Hypernetwork, NeuralBasis, train
+from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT
+from nacre.latent.weights import COUNT, flat_weights
 from nacre.measured.merl import Resolution
 from nacre.neural import Layer
+from nacre.neural.nbrdf import HIDDEN
+from nacre.neural.training import initial_layers
 
 GRID = Resolution(24, 12, 12)
 
@@ -44,3 +49,42 @@ def random_basis(greys: int = 4, pairs: int = 1) -> NeuralBasis:
     functions = random.normal(0.0, 0.3, (11, 1 + greys + pairs)).astype(np.float32)
     examples = random.normal(size=(5, greys + 2 * pairs)).astype(np.float32)
     return NeuralBasis(hidden, functions, greys, examples, {"about": "random"})
+
+
+def random_layer(
+    random: np.random.Generator, rows: int, columns: int, deviation: float, biases: Any = 0.0
+) -> Layer:
+    return Layer(random.normal(0.0, deviation, (rows, columns)), biases + np.zeros(columns))
+
+
+@cache
+def random_autoencoder(values: int = 6) -> Autoencoder:
+    """An autoencoder that nothing has trained."""
+    random = np.random.default_rng(5)
+    start = flat_weights(initial_layers(HIDDEN, 0))
+    start[-3:] = 2.0  # f_r above 0 everywhere
+    return Autoencoder(
+        start,
+        random_layer(random, COUNT, 8, 0.2),
+        random_layer(random, 8, values, 0.5),
+        random_layer(random, values, 8, 0.5),
+        random_layer(random, 8, COUNT, 0.05, start),
+        seed=2,
+        metadata={"about": "random"},
+    )
+
+
+@cache
+def random_hypernetwork(greys: int = 4, pairs: int = 1) -> Hypernetwork:
+    """A hypernetwork that nothing has trained."""
+    random = np.random.default_rng(4)
+
+    start = flat_weights(initial_layers(HIDDEN, 0))[:HIDDEN_COUNT]
+    return Hypernetwork(
+        random_basis(greys, pairs),
+        random_layer(random, greys + pairs, 8, 0.5),
+        random_layer(random, greys + 8, HIDDEN_COUNT, 0.05, start),
+        random_layer(random, 8 + pairs, 8, 0.4),
+        random_layer(random, greys + pairs + 8, COLUMN, 0.05, 0.3),
+        {"about": "random"},
+    )

@@ -14,7 +14,7 @@ import safetensors.numpy
 import nacre
 from nacre.files import FormatError
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
-from tests.latent.made import basis, random_basis
+from tests.latent.made import basis, random_autoencoder, random_basis, random_hypernetwork
 from tests.specimens import mutated
 
 
@@ -65,6 +65,41 @@ def test_a_code_of_a_neural_basis_comes_back_as_it_was(neural_path):
         load_code(file, random_basis(2, 2))
 
 
+def test_a_hypernetwork_and_its_codes_come_back_as_they_were(tmp_path):
+    path, file = tmp_path / "basis.safetensors", tmp_path / "x.json"
+    before = random_hypernetwork()
+    save_basis(before, path)
+    after = load_basis(path)
+    for name, layer in before.layers.items():
+        np.testing.assert_array_equal(after.layers[name].weights, layer.weights)
+        np.testing.assert_array_equal(after.layers[name].biases, layer.biases)
+    np.testing.assert_array_equal(after.basis.functions, before.basis.functions)
+    assert (after.nbytes, after.metadata) == (before.nbytes, before.metadata)
+    save_basis(after, path.with_name("two.safetensors"))
+    assert path.with_name("two.safetensors").read_bytes() == path.read_bytes()
+    material = before.decode(np.linspace(-2.0, 2.0, 6), "Farbe")
+    save_code(material, file)
+    found = load_code(file, after)
+    w = np.array([[0.6, 0.0, 0.8]])
+    np.testing.assert_array_equal(found.eval(w, w), material.eval(w, w))
+    with pytest.raises(FormatError, match="is not a neural code"):
+        load_code(file, random_basis())
+
+
+def test_an_autoencoder_comes_back_as_it_was(tmp_path):
+    path = tmp_path / "basis.safetensors"
+    before = random_autoencoder()
+    save_basis(before, path)
+    after = load_basis(path)
+    for name, layer in before.layers.items():
+        np.testing.assert_array_equal(after.layers[name].weights, layer.weights)
+        np.testing.assert_array_equal(after.layers[name].biases, layer.biases)
+    np.testing.assert_array_equal(after.common, before.common)
+    assert (after.seed, after.metadata) == (before.seed, before.metadata)
+    save_basis(after, path.with_name("two.safetensors"))
+    assert path.with_name("two.safetensors").read_bytes() == path.read_bytes()
+
+
 def test_a_code_comes_back_as_it_was(path):
     file = path.with_name("x.json")
     before = basis(6).decode(np.linspace(-2.0, 2.0, 6), "Farbe")
@@ -108,7 +143,7 @@ def test_a_damaged_code_is_refused(path, field, value, message):
         load_code(file, basis(6))
 
 
-@pytest.mark.parametrize("kind", [basis, random_basis])
+@pytest.mark.parametrize("kind", [basis, random_basis, random_hypernetwork, random_autoencoder])
 def test_a_damaged_basis_is_refused_or_harmless(kind, tmp_path):
     path = tmp_path / "basis.safetensors"
     save_basis(kind(), path)
@@ -167,6 +202,40 @@ def test_tensors_that_do_not_fit_are_refused(path, name, change):
 )
 def test_tensors_that_do_not_fit_a_network_are_refused(neural_path, name, change):
     refuses(neural_path, name, change)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("trunk_weights", lambda a: a[:-1]),
+        ("shared_weights", lambda a: a[:, :-1]),
+        ("shared_biases", lambda a: a + np.inf),
+        ("channel_weights", lambda a: a * np.float32(1e30)),
+        ("output_biases", lambda a: a.astype(np.float64)),
+        ("functions", lambda a: a[:, :4]),
+    ],
+)
+def test_tensors_that_do_not_fit_a_hypernetwork_are_refused(tmp_path, name, change):
+    path = tmp_path / "basis.safetensors"
+    save_basis(random_hypernetwork(), path)
+    refuses(path, name, change)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("common", lambda a: a[:-1]),
+        ("common", lambda a: a + np.nan),
+        ("contract_weights", lambda a: a[:-1]),
+        ("code_weights", lambda a: a[:, :-1]),
+        ("expand_biases", lambda a: a.astype(np.float16)),
+        ("network_weights", lambda a: a * np.float32(1e30)),
+    ],
+)
+def test_tensors_that_do_not_fit_an_autoencoder_are_refused(tmp_path, name, change):
+    path = tmp_path / "basis.safetensors"
+    save_basis(random_autoencoder(), path)
+    refuses(path, name, change)
 
 
 def refuses(path: Path, name: str, change: Callable[[np.ndarray], np.ndarray]) -> None:

@@ -17,7 +17,7 @@ from tests.latent.made import GRID, MATERIALS, NEW
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
-from nacre.latent import neural_training, train_neural
+from nacre.latent import descent, train_neural
 
 RECIPE = BasisRecipe(values=6, hidden=(24, 24), steps=300, directions=4096, batch=128)
 WI, WO = shared_directions(3000, 11)
@@ -67,7 +67,7 @@ def test_examples_are_codes_of_the_training_materials(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(neural_training, "_SAVE_EVERY", 40)
+    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
     state = tmp_path / "state"
 
     def stop(stage: str, done: int, total: int, note: str) -> None:
@@ -89,7 +89,7 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
 
 
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(neural_training, "_SAVE_EVERY", 10)
+    monkeypatch.setattr(descent, "_SAVE_EVERY", 10)
     state = tmp_path / "state"
 
     def stop(stage: str, done: int, total: int, note: str) -> None:

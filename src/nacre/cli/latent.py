@@ -15,7 +15,8 @@ from nacre.cli.latent_views import basis_option, chart, interpolate
 def command() -> None:
     """Materials as codes of a few values, in a basis that they share.
 
-    The basis is functions that a small network gives, or principal components on a grid.
+    The basis is functions that a small network gives, principal components on a grid, or a network
+    that gives the weights of others.
     """
 
 
@@ -24,10 +25,11 @@ def command() -> None:
 @click.option("-o", "--output", required=True, type=file_path(), help="Basis (.safetensors).")
 @click.option(
     "--model",
-    type=click.Choice(["neural", "pca"]),
+    type=click.Choice(["neural", "hypernetwork", "autoencoder", "pca"]),
     default="pca",
     show_default=True,
-    help="neural: closer, 0.1 MB; stopped, it goes on where it was. pca: 16 MB.",
+    help="neural: closer, 0.1 MB. hypernetwork: codes decode into networks of 675 weights; 0.6 MB. "
+    "autoencoder: the paper's. These go on where they were stopped. pca: 16 MB.",
 )
 @click.option("--values", default=32, type=click.IntRange(1, 1024), help="Values of a code.")
 @click.option(
@@ -41,8 +43,12 @@ def command() -> None:
     is_flag=True,
     help="Take each channel as a material of its own, in place of the six permutations; pca only.",
 )
-@click.option("--steps", type=click.IntRange(1), help="Optimiser steps of neural.  [default: 8000]")
-@click.option("--seed", type=click.IntRange(0), help="Of the training of neural.  [default: 0]")
+@click.option(
+    "--steps",
+    type=click.IntRange(1),
+    help="Optimiser steps; not of pca.  [default: 8000, autoencoder: 4000]",
+)
+@click.option("--seed", type=click.IntRange(0), help="Of the training, not of pca.  [default: 0]")
 def train(
     files: tuple[Path, ...],
     output: Path,
@@ -56,15 +62,15 @@ def train(
     """Make a basis from the isotropic materials in FILES."""
     from nacre import latent
     from nacre.formats import load
-    from nacre.latent.file import save_basis
+    from nacre.latent.file import AnyBasis, save_basis
     from nacre.measured.merl import Resolution
 
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: a basis is a .safetensors file")
-    if model == "neural" and (resolution or separate):
+    if model != "pca" and (resolution or separate):
         raise click.BadParameter("--resolution and --separate are for --model pca")
     if model == "pca" and (steps is not None or seed is not None):
-        raise click.BadParameter("--steps and --seed are for --model neural")
+        raise click.BadParameter("--steps and --seed are not for --model pca")
     if resolution and len(resolution) != 3:
         raise click.BadParameter("--resolution: expected theta_h,theta_d,phi_d, like 90,45,45")
     try:
@@ -72,22 +78,38 @@ def train(
     except ValueError as error:
         raise click.BadParameter(f"--resolution: {error}") from error
     check_outputs([output], files)
-    state = output.with_name(f"{output.name}.state")
-    basis: latent.Basis | latent.NeuralBasis
+    chosen = {"steps": steps, "seed": seed}
+    settings = {key: value for key, value in chosen.items() if value is not None}
+    states = [output.with_name(f"{output.name}.{name}") for name in ("state", "hypernetwork.state")]
+    basis: AnyBasis
     with Stages() as stages:
         materials = [partial(load, path) for path in files]
         report = stages.add("basis")
         if model == "pca":
             basis = latent.train(materials, values, separate=separate, progress=report, **grid)
-        else:
-            chosen = {"steps": steps, "seed": seed}
-            recipe = latent.BasisRecipe(
-                values=values, **{key: value for key, value in chosen.items() if value is not None}
+        elif model == "autoencoder":
+            from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+
+            coder = latent.AutoencoderRecipe(values=values, **settings)
+            pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
+            basis = latent.train_autoencoder(
+                materials, pixels, coder, checkpoint=states[0], progress=report
             )
-            basis = latent.train_neural(materials, recipe, checkpoint=state, progress=report)
+        else:
+            recipe = latent.BasisRecipe(values=values, **settings)
+            basis = latent.train_neural(materials, recipe, checkpoint=states[0], progress=report)
+            if model == "hypernetwork":
+                basis = latent.train_hypernetwork(
+                    basis,
+                    materials,
+                    latent.HypernetworkRecipe(**settings),
+                    checkpoint=states[1],
+                    progress=stages.add("hypernetwork"),
+                )
     save_basis(basis, output)
-    if model == "neural":
-        state.unlink(missing_ok=True)
+    if model != "pca":
+        for state in states:
+            state.unlink(missing_ok=True)
     size = f"{len(files)} materials, {values} values, {basis.nbytes:,} bytes"
     console.print(f"{output}: {size}", markup=False)
 
@@ -99,12 +121,13 @@ def train(
 @click.option(
     "--project",
     is_flag=True,
-    help="Project only: closest in the logarithm, not in pictures; pca only.",
+    help="Do not optimise the code for pictures: of pca it is closest in the logarithm, of "
+    "autoencoder what the encoder gives.",
 )
 def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     """Find the code of the isotropic material in SOURCE."""
     from nacre.formats import load
-    from nacre.latent import Basis
+    from nacre.latent import Autoencoder, Basis
     from nacre.latent import encode as find
     from nacre.latent.file import load_basis, save_code
 
@@ -112,10 +135,14 @@ def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
         raise click.BadParameter(f"{output}: a code is a .json file")
     check_outputs([output], [source, basis_path])
     basis = load_basis(basis_path)
-    if project and not isinstance(basis, Basis):
-        raise click.BadParameter(f"--project: {basis_path} holds no principal components")
-    brdf = load(source)
-    code = basis.project(brdf) if project and isinstance(basis, Basis) else find(basis, brdf)
+    if not project:
+        code = find(basis, brdf := load(source))
+    elif isinstance(basis, Basis | Autoencoder):
+        code = basis.project(brdf := load(source))
+    else:
+        raise click.BadParameter(
+            f"--project: {basis_path} holds no principal components and no encoder"
+        )
     save_code(basis.decode(code, brdf.name), output)
     console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)
 
@@ -124,7 +151,11 @@ def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
 @click.argument("source", type=file_path())
 @basis_option
 @click.option(
-    "-o", "--output", required=True, type=file_path(), help="Table (.binary, .npz, .bsdf, ...)."
+    "-o",
+    "--output",
+    required=True,
+    type=file_path(),
+    help="Material (.binary, .bsdf, ...); networks also as .safetensors, .h5.",
 )
 def decode(source: Path, basis_path: Path, output: Path) -> None:
     """Write the material that the code in SOURCE stands for, in the format of the output's name."""

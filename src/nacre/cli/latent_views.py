@@ -54,8 +54,8 @@ def interpolate(
 ) -> None:
     """Render what lies between FIRST and SECOND, which are materials or codes (.json).
 
-    The logarithm of f_r is linear in a code: what lies between reflects no more than the same
-    mixture of the ends would, in any direction.
+    Of pca and neural the logarithm of f_r is linear in a code: what lies between reflects no more
+    than the same mixture of the ends would, in any direction.
     """
     from nacre.color import tone_map
     from nacre.evaluate import albedo

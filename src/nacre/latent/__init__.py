@@ -5,13 +5,19 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "encoding": ["encode", "encode_neural"],
-        "posterior": ["encode_samples"],
+        "autoencoder": ["Autoencoder"],
+        "autoencoder_training": ["train_autoencoder"],
+        "encoding": ["encode", "encode_network", "encode_neural"],
+        "hypernetwork": ["Hypernetwork"],
+        "hypernetwork_training": ["train_hypernetwork"],
         "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
         "neural_recipe": ["BasisRecipe"],
         "neural_training": ["train_neural"],
         "pca": ["Basis", "PcaBrdf"],
+        "posterior": ["encode_samples"],
         "refine": ["optimised"],
         "training": ["train"],
+        "weight_recipes": ["AutoencoderRecipe", "HypernetworkRecipe"],
+        "weights": ["CodedNetwork"],
     },
 )

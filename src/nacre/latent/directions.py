@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from nacre.brdf import Brdf
+from nacre.files import FormatError, NacreError
 from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.sampling import BlinnPhongMixture
@@ -44,6 +46,36 @@ def basis_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
     """Enhanced network inputs of an isotropic material, shape (n, 6), for directions (n, 3)."""
     values = network_inputs(split(wi), split(wo), True, ENHANCED)
     return np.stack(np.broadcast_arrays(*values), axis=-1).astype(np.float32)
+
+
+def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    """f_r of an isotropic reflectance in 1/sr, shape (n, 3), float32; -1 where it is not known.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic.
+    NacreError
+        If it is known at none of the directions.
+    """
+    check_isotropic(brdf)
+    known = brdf.valid(wi, wo)
+    if not known.any():
+        raise NacreError(f"{brdf.name or 'reflectance'}: is known at none of the directions")
+    return np.where(known[:, None], brdf.eval(wi, wo), -1.0).astype(np.float32)
+
+
+def check_isotropic(brdf: Brdf) -> None:
+    """Refuse a material that has no code.
+
+    Raises
+    ------
+    FormatError
+        If it is anisotropic.
+    """
+    if not brdf.isotropic:
+        name = brdf.name or "reflectance"
+        raise FormatError(f"{name}: is anisotropic; codes are for isotropic materials")
 
 
 def _unturned(u: Floats) -> Floats:

@@ -11,16 +11,22 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.files import FormatError, PathLike, atomic_path, first_bytes, read_bytes, reason
-from nacre.latent import neural_file, pca_file
+from nacre.latent import autoencoder_file, hypernetwork_file, neural_file, pca_file
+from nacre.latent.autoencoder import Autoencoder
+from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
 from nacre.latent.pca import Basis, PcaBrdf
+from nacre.latent.weights import CodedNetwork, WeightBasis
 
 VERSION = 1
-AnyBasis: TypeAlias = Basis | NeuralBasis
+AnyBasis: TypeAlias = Basis | NeuralBasis | Hypernetwork | Autoencoder
+Coded: TypeAlias = PcaBrdf | NeuralBasisBrdf | CodedNetwork
 
 _MODELS: dict[str, tuple[type[AnyBasis], Any]] = {
     "log-relative PCA": (Basis, pca_file),
     "neural": (NeuralBasis, neural_file),
+    "autoencoder": (Autoencoder, autoencoder_file),
+    "hypernetwork": (Hypernetwork, hypernetwork_file),
 }
 """By what files say they are: the class, and the module that packs and unpacks it."""
 _KEY = "nacre basis"
@@ -77,7 +83,7 @@ def load_basis(path: PathLike) -> AnyBasis:
         raise FormatError(f"{path}: is not a whole basis: {reason(error)}") from error
 
 
-def save_code(material: PcaBrdf | NeuralBasisBrdf, path: PathLike) -> None:
+def save_code(material: Coded, path: PathLike) -> None:
     """Write the code of a material, with a mark of the basis that it belongs to.
 
     Raises
@@ -96,7 +102,7 @@ def save_code(material: PcaBrdf | NeuralBasisBrdf, path: PathLike) -> None:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_code(path: PathLike, basis: AnyBasis) -> PcaBrdf | NeuralBasisBrdf:
+def load_code(path: PathLike, basis: AnyBasis) -> Coded:
     """Read a code and give the material that it stands for.
 
     Parameters
@@ -135,7 +141,7 @@ def is_code(path: PathLike) -> bool:
     return Path(path).suffix.lower() == ".json" and b'"code of"' in first_bytes(path)
 
 
-def fingerprint(basis: AnyBasis) -> str:
+def fingerprint(basis: AnyBasis | WeightBasis) -> str:
     """SHA-256 of what a code means in a basis."""
     own, tensors = _MODELS[_model(basis)][1].pack(basis)
     digest = hashlib.sha256(json.dumps(own).encode())
@@ -144,5 +150,5 @@ def fingerprint(basis: AnyBasis) -> str:
     return digest.hexdigest()
 
 
-def _model(basis: AnyBasis) -> str:
+def _model(basis: AnyBasis | WeightBasis) -> str:
     return next(name for name, (kind, _) in _MODELS.items() if isinstance(basis, kind))

@@ -33,11 +33,7 @@ def unpack(header: dict[str, Any], tensors: Tensors) -> NeuralBasis:
         If it is not whole.
     """
     widths = [int(width) for width in header["hidden"]]
-    for name, array in tensors.items():
-        if array.dtype != np.float32:
-            raise ValueError(f"{name} is {array.dtype}, expected float32")
-        if not (np.abs(array) < LARGEST).all():
-            raise ValueError(f"{name} holds numbers that are not finite or too large")
+    check_tensors(tensors)
     hidden = [
         Layer(tensors[f"weights_{index}"], tensors[f"biases_{index}"])
         for index in range(1, len(widths) + 1)
@@ -46,3 +42,18 @@ def unpack(header: dict[str, Any], tensors: Tensors) -> NeuralBasis:
         raise ValueError(f"layers are not as wide as {widths}")
     functions, examples = tensors["functions"], tensors["examples"]
     return NeuralBasis(hidden, functions, int(header["greys"]), examples, header["metadata"])
+
+
+def check_tensors(tensors: Tensors) -> None:
+    """Refuse tensors that are not float32, or whose products could overflow.
+
+    Raises
+    ------
+    ValueError
+        With the name of the tensor.
+    """
+    for name, array in tensors.items():
+        if array.dtype != np.float32:
+            raise ValueError(f"{name} is {array.dtype}, expected float32")
+        if not (np.abs(array) < LARGEST).all():
+            raise ValueError(f"{name} holds numbers that are not finite or too large")

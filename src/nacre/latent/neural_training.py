@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import NacreError, atomic_path, reason, require
-from nacre.latent.directions import basis_inputs, shared_directions
-from nacre.latent.encoding import isotropic_values
+from nacre.files import NacreError, require
+from nacre.latent.descent import descend
+from nacre.latent.directions import basis_inputs, isotropic_values, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.neural_recipe import BasisRecipe
 from nacre.latent.refine import GAIN
@@ -27,8 +27,6 @@ torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
 Matrix = npt.NDArray[np.float64]
 
-_SAVE_EVERY = 500
-"""Steps between checkpoints."""
 _CODE_RATE = 4.0
 """Learning rate of the codes, as a multiple of that of the network."""
 _PRIOR = 1e-4
@@ -81,16 +79,8 @@ def train_neural(
         rows.append(isotropic_values(brdf, wi, wo))
         names.append(brdf.name)
         report("sampling", index + 1, len(materials), brdf.name)
-    # Matrices are small: more threads gain little, and lose far more where cores are busy.
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        training = _Training(basis_inputs(wi, wo), wi[:, 2], np.stack(rows), recipe)
-        loss = training.run(checkpoint, report)
-    finally:
-        torch.set_num_threads(threads)
-    if not math.isfinite(loss):
-        raise NacreError("training of the basis diverged; lower the learning rate")
+    training = _Training(basis_inputs(wi, wo), wi[:, 2], np.stack(rows), recipe)
+    loss = training.run(checkpoint, report)
     settings = asdict(recipe) | {"hidden": list(recipe.hidden)}
     return training.basis({"materials": names, "loss": loss, "training": settings})
 
@@ -105,7 +95,7 @@ class _Training:
         f_r: npt.NDArray[np.float32],
         recipe: BasisRecipe,
     ) -> None:
-        self._recipe, self._step, self._last_loss = recipe, 0, math.inf
+        self._recipe = recipe
         self._inputs, self._f_r = torch.from_numpy(inputs), torch.from_numpy(f_r)
         self._weight = torch.from_numpy(GAIN * cosine)[:, None]
         random = np.random.default_rng((recipe.seed, 2))
@@ -125,31 +115,21 @@ class _Training:
         self._grey = normal(0.5, materials, greys)
         self._pairs = normal(0.5, materials, recipe.pairs, 2)
         network = [*self._weights, *self._biases, self._functions]
-        groups = [{"params": network}, {"params": [self._grey, self._pairs]}]
+        codes = [self._grey, self._pairs]
+        groups = [{"params": network, "factor": 1.0}, {"params": codes, "factor": _CODE_RATE}]
         self._adam = torch.optim.Adam(groups, betas=(0.9, 0.99))
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
         """All steps that are left; gives the last loss."""
         recipe = self._recipe
-        if checkpoint is not None and checkpoint.exists():
-            self._resume(checkpoint)
         rates = schedule(recipe.steps, recipe.learning_rate)
-        for step in range(self._step, recipe.steps):
-            for group, factor in zip(self._adam.param_groups, (1.0, _CODE_RATE), strict=True):
-                group["lr"] = factor * float(rates[step])
-            # What is drawn depends on the step only: training goes on as if it never stopped.
-            random = np.random.default_rng((recipe.seed, 4, step))
-            chosen = random.integers(len(self._inputs), size=recipe.batch)
-            loss = self._loss(torch.from_numpy(chosen))
-            self._adam.zero_grad()
-            loss.backward()
-            self._adam.step()
-            self._step, self._last_loss = step + 1, float(loss.item())
-            if self._step % 50 == 0 or self._step == recipe.steps:
-                report("training", self._step, recipe.steps, f"loss {self._last_loss:.4f}")
-            if checkpoint is not None and self._step % _SAVE_EVERY == 0:
-                self._save(checkpoint)
-        return self._last_loss
+        mark = f"{recipe} {tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
+        return descend(self._adam, self._step, rates, mark, checkpoint, report)
+
+    def _step(self, step: int) -> Tensor:
+        random = np.random.default_rng((self._recipe.seed, 4, step))
+        chosen = random.integers(len(self._inputs), size=self._recipe.batch)
+        return self._loss(torch.from_numpy(chosen))
 
     def _loss(self, chosen: Tensor) -> Tensor:
         values = self._inputs[chosen]
@@ -165,41 +145,6 @@ class _Training:
         error = (weighted - torch.log1p(f_r.clamp(min=0.0) * weight)).abs()
         length = (self._grey.square().sum() + self._pairs.square().sum()) / count
         return error[f_r >= 0.0].mean() + _PRIOR * length
-
-    def _resume(self, checkpoint: Path) -> None:
-        try:
-            state = torch.load(checkpoint, weights_only=True)
-            if state["mark"] != self._mark():
-                raise NacreError(f"{checkpoint}: is of another training; remove it to begin anew")
-            self._adam.load_state_dict(state["adam"])
-            for mine, saved in zip(self._parameters(), state["parameters"], strict=True):
-                mine.data.copy_(saved)
-            self._step, self._last_loss = int(state["step"]), float(state["loss"])
-        except NacreError:
-            raise
-        except Exception as error:  # a damaged file fails in many ways
-            raise NacreError(
-                f"{checkpoint}: cannot be read, remove it to begin anew: {reason(error)}"
-            ) from error
-
-    def _save(self, checkpoint: Path) -> None:
-        state = {
-            "mark": self._mark(),
-            "step": self._step,
-            "loss": self._last_loss,
-            "adam": self._adam.state_dict(),
-            "parameters": [p.data for p in self._parameters()],
-        }
-        # By its name, PyTorch would refuse a hidden file.
-        with atomic_path(checkpoint) as temporary, temporary.open("wb") as file:
-            torch.save(state, file)
-
-    def _parameters(self) -> list[Tensor]:
-        return [p for group in self._adam.param_groups for p in group["params"]]
-
-    def _mark(self) -> str:
-        """What must be the same for a training to go on."""
-        return f"{self._recipe} {tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
 
     def basis(self, metadata: dict[str, Any]) -> NeuralBasis:
         """The basis, for codes of mean 0 and covariance 1."""

@@ -6,7 +6,7 @@ NBRDF paper, section 3.1 and Figure 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -155,6 +155,11 @@ class NeuralBrdf(Brdf):
     def footprint(self) -> int:
         """See :class:`nacre.brdf.Brdf`."""
         return PRECISIONS[self.precision].itemsize * self.weight_count
+
+    def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
+        """A network of other layers that is like this one in all else."""
+        same = {entry.name: getattr(self, entry.name) for entry in fields(NeuralBrdf)}
+        return NeuralBrdf(**same | {"layers": layers})
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""

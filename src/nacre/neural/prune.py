@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
@@ -41,4 +39,4 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
         layers[index] = Layer(here.weights[:, kept], here.biases[kept])
         layers[index + 1] = Layer(after.weights[kept], after.biases)
         values = np.maximum(values, 0.0)
-    return dataclasses.replace(network, layers=layers)
+    return network.with_layers(layers)

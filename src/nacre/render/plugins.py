@@ -7,7 +7,6 @@ which matters for a measurement that is not reciprocal.
 
 from __future__ import annotations
 
-import dataclasses
 from functools import cache
 from typing import Any
 
@@ -232,7 +231,7 @@ def _plugins(variant: str) -> dict[str, Any]:
             if self.network is None:
                 return self.brdf
             layers = self.network.layers(self.weights)
-            return dataclasses.replace(self.brdf, layers=layers)  # type: ignore[type-var]
+            return self.brdf.with_layers(layers)  # type: ignore[attr-defined, no-any-return]
 
         def f_r(self, wi: Components, wo: Components) -> Components:
             if self.network is None:

@@ -1,0 +1,111 @@
+"""A network that turns codes of a neural basis into ordinary networks of 675 weights.
+
+A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and what it stands for
+takes the whole basis to evaluate. The hypernetwork gives a network of a thirtieth of the size that
+comes close to it, for any code.
+
+Colours go by channel as they do there. What hidden layers are depends on the grey values, and on
+the squared lengths of the pairs, which permutations of the channels do not change. The weights of
+an output depend on these and on what the pairs say of its own channel, in the same way for all
+three. So a permutation of the channels of a material is one of its code here too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.latent.neural_basis import CHROMA, NeuralBasis
+from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis, bent, dense
+from nacre.neural.nbrdf import OUTPUTS, Layer
+
+COLUMN = SIZES[-2] + 1
+"""Weights and bias of one output."""
+HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
+"""Weights and biases of the hidden layers."""
+
+LAYERS = "trunk", "shared", "channel", "output"
+
+
+@dataclass(frozen=True, eq=False)
+class Hypernetwork(WeightBasis):
+    """Four layers from a code to the weights of a network, about the basis that has the code.
+
+    With s(x) = x / (1 + e^-x), grey values g, pairs p and their share c of a channel:
+
+    - u = s(trunk of (g, |p|^2 / 2 - 1)),
+    - weights of the hidden layers: shared of (g, u),
+    - weights and bias of the channel's output: output of (g, c, s(channel of (u, c))).
+
+    Parameters
+    ----------
+    basis
+        Whose codes these are; what :func:`nacre.latent.encode` starts from.
+    trunk, shared, channel, output
+        The layers.
+    metadata
+        JSON-able facts about the training.
+
+    Raises
+    ------
+    ValueError
+        If layers do not fit to one another.
+    """
+
+    basis: NeuralBasis
+    trunk: Layer
+    shared: Layer
+    channel: Layer
+    output: Layer
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        greys, pairs, width = self.basis.greys, self.pairs, len(self.trunk.biases)
+        units = len(self.channel.biases)
+        for name, shape in {
+            "trunk": (greys + pairs, width),
+            "shared": (greys + width, HIDDEN_COUNT),
+            "channel": (width + pairs, units),
+            "output": (greys + pairs + units, COLUMN),
+        }.items():
+            found = getattr(self, name).weights.shape
+            if found != shape:
+                raise ValueError(f"layer {name} is {found}, expected {shape}")
+
+    def __len__(self) -> int:
+        """Number of values in a code."""
+        return len(self.basis)
+
+    @property
+    def pairs(self) -> int:
+        """Number of pairs in a code."""
+        return (len(self.basis) - self.basis.greys) // 2
+
+    @property
+    def layers(self) -> dict[str, Layer]:
+        """The four layers by name."""
+        return {name: getattr(self, name) for name in LAYERS}
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the basis, which all materials share."""
+        own = (a.nbytes for layer in self.layers.values() for a in (layer.weights, layer.biases))
+        return self.basis.nbytes + sum(own)
+
+    def weights(self, codes: npt.ArrayLike) -> Matrix:
+        """See :class:`nacre.latent.weights.WeightBasis`."""
+        values = np.asarray(codes, np.float64)
+        grey, pairs = np.split(values, [self.basis.greys], axis=1)
+        pairs = pairs.reshape(len(values), self.pairs, 2)
+        lengths = 0.5 * np.square(pairs).sum(axis=2) - 1.0
+        common = bent(dense(np.concatenate([grey, lengths], axis=1), self.trunk))
+        hidden = dense(np.concatenate([grey, common], axis=1), self.shared)
+        chroma = (pairs @ CHROMA).transpose(0, 2, 1)
+        grey, common = (np.repeat(a[:, None], OUTPUTS, axis=1) for a in (grey, common))
+        own = bent(dense(np.concatenate([common, chroma], axis=2), self.channel))
+        columns = dense(np.concatenate([grey, chroma, own], axis=2), self.output)
+        last = columns.transpose(0, 2, 1).reshape(len(values), -1)
+        return np.concatenate([hidden, last], axis=1)

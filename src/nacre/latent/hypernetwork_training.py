@@ -1,0 +1,202 @@
+"""Training of a hypernetwork, in PyTorch.
+
+The neural basis has a material for every code, so there is no end of them to train on: every step
+draws codes of its own, most of them about those of known materials.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.files import NacreError, require
+from nacre.geometry import split
+from nacre.latent.descent import descend
+from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.encoding import encode_neural
+from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
+from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
+from nacre.latent.refine import GAIN
+from nacre.latent.weight_networks import reflectance
+from nacre.latent.weight_recipes import HypernetworkRecipe
+from nacre.latent.weights import flat_weights
+from nacre.neural.inputs import network_inputs
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer
+from nacre.neural.training import initial_layers, schedule
+from nacre.progress import Progress
+
+torch: Any = require("torch", "latent")
+Tensor: TypeAlias = Any
+Floats = npt.NDArray[np.float32]
+
+_REACH = 0.4
+"""How much of the weights' own scale, about, an output of the hypernetwork is."""
+_DIRECTIONS = 1 << 16
+"""Pairs of directions that the basis is evaluated at, once."""
+_KNOWN = 0.7
+"""Share of the codes that are drawn about those of known materials; others are about 0."""
+_SPREAD = 1.5
+"""Largest standard deviation of codes about these: new materials are not just as those known."""
+
+
+def train_hypernetwork(
+    basis: NeuralBasis,
+    materials: Sequence[Callable[[], Brdf]],
+    recipe: HypernetworkRecipe | None = None,
+    *,
+    checkpoint: Path | None = None,
+    progress: Progress | None = None,
+) -> Hypernetwork:
+    """The hypernetwork of a neural basis.
+
+    The mean absolute difference of log(1 + 30 f cos theta_i) between the networks that it gives and
+    what the basis has for the same codes is brought to a minimum.
+
+    Parameters
+    ----------
+    basis
+        What it is for.
+    materials
+        Functions that give the materials that the basis was trained on, or others; called once
+        each. Of these only the codes matter.
+    recipe
+        Settings.
+    checkpoint
+        File for the state of the training, from which a later call goes on. It stays, for the
+        caller to remove once the hypernetwork is saved.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    FormatError
+        If a material is anisotropic.
+    NacreError
+        If there is no material, one is known at none of the directions, training diverges, or the
+        checkpoint is of another training or damaged.
+    """
+    recipe = recipe or HypernetworkRecipe()
+    if not materials:
+        raise NacreError("a hypernetwork needs a material or more")
+    report = progress or (lambda stage, done, total, note: None)
+    known = []
+    for index, load in enumerate(materials):
+        known.append(encode_neural(basis, load()))
+        report("encoding", index + 1, len(materials), "")
+    training = _Training(basis, np.stack(known), recipe)
+    loss = training.run(checkpoint, report)
+    metadata = {**basis.metadata, "hypernetwork": asdict(recipe) | {"loss": loss}}
+    return Hypernetwork(basis, **training.layers(), metadata=metadata)
+
+
+class _Training:
+    """The layers and the state of the optimiser."""
+
+    def __init__(
+        self, basis: NeuralBasis, known: npt.NDArray[np.float64], recipe: HypernetworkRecipe
+    ) -> None:
+        self._recipe, self._known, self._greys = recipe, known, basis.greys
+        self._pairs = (len(basis) - basis.greys) // 2
+        wi, wo = shared_directions(_DIRECTIONS, recipe.seed)
+        seen = np.broadcast_arrays(*network_inputs(split(wi), split(wo), True))
+        self._inputs = torch.from_numpy(np.stack(seen, axis=-1).astype(np.float32))
+        values = basis.values(basis_inputs(wi, wo)).astype(np.float32)
+        self._functions = torch.from_numpy(values)
+        self._weight = torch.from_numpy(GAIN * wi[:, 2:])
+        self._chroma = torch.from_numpy(CHROMA)
+        random = np.random.default_rng((recipe.seed, 2))
+
+        def layer(rows: int, columns: int) -> tuple[Tensor, Tensor]:
+            matrix = random.normal(0.0, 1.0 / math.sqrt(rows), (rows, columns))
+            return _free(matrix), _free(np.zeros(columns))
+
+        seen_of_code, width = self._greys + self._pairs, recipe.width
+        self._trunk = layer(seen_of_code, width)
+        self._channel = layer(width + self._pairs, width)
+        self._shared = layer(self._greys + width, HIDDEN_COUNT)
+        self._output = layer(seen_of_code + width, COLUMN)
+        # Training begins at one network for all codes, the same in all channels, or nearly.
+        start = flat_weights(initial_layers(HIDDEN, recipe.seed))
+        self._shared[1].data.copy_(torch.from_numpy(start[:HIDDEN_COUNT]))
+        column = start[HIDDEN_COUNT:].reshape(-1, OUTPUTS)[:, 0].copy()
+        self._output[1].data.copy_(torch.from_numpy(column))
+        for matrix in (self._shared[0], self._output[0]):
+            matrix.data.mul_(0.1)
+        parameters = [*self._trunk, *self._shared, *self._channel, *self._output]
+        self._adam = torch.optim.Adam([{"params": parameters, "factor": 1.0}], betas=(0.9, 0.99))
+
+    def run(self, checkpoint: Path | None, report: Progress) -> float:
+        """All steps that are left; gives the last loss."""
+        rates = schedule(self._recipe.steps, self._recipe.learning_rate)
+        sums = self._functions.double().sum().item(), self._known.sum()
+        mark = f"{self._recipe} {tuple(self._functions.shape)} {len(self._known)} {sums}"
+        return descend(self._adam, self._loss, rates, mark, checkpoint, report, "hypernetwork")
+
+    def _loss(self, step: int) -> Tensor:
+        random = np.random.default_rng((self._recipe.seed, 4, step))
+        chosen = torch.from_numpy(random.integers(_DIRECTIONS, size=self._recipe.directions))
+        near = self._known[random.integers(len(self._known), size=self._recipe.codes)]
+        codes = random.normal(size=near.shape) * random.uniform(0.0, _SPREAD, (len(near), 1))
+        codes += near * (random.random((len(near), 1)) < _KNOWN)
+        grey, pairs = torch.from_numpy(codes.astype(np.float32)).split(
+            [self._greys, 2 * self._pairs], dim=1
+        )
+        pairs = pairs.reshape(len(codes), self._pairs, 2)
+        weight = self._weight[chosen]
+        with torch.no_grad():
+            goal = self._goal(grey, pairs, self._functions[chosen], weight)
+        f_r = reflectance(self._weights(grey, pairs), self._inputs[chosen]) * weight
+        # Below 0 the logarithm goes on as it does above.
+        return (torch.copysign(f_r.abs().log1p(), f_r) - goal).abs().mean()
+
+    def _goal(self, grey: Tensor, pairs: Tensor, values: Tensor, weight: Tensor) -> Tensor:
+        """What the basis has for codes: log(1 + 30 f cos theta_i), shape (codes, n, 3)."""
+        common, of_grey, of_pairs = values.split([1, self._greys, self._pairs], dim=1)
+        logarithms = (common + of_grey @ grey.T).T[..., None]
+        logarithms = logarithms + (of_pairs @ pairs @ self._chroma)
+        return (logarithms.clamp(max=BRIGHTEST).exp() * weight).log1p()
+
+    def _weights(self, grey: Tensor, pairs: Tensor) -> Tensor:
+        """The formula of :class:`Hypernetwork`."""
+        bent = torch.nn.functional.silu
+        lengths = 0.5 * pairs.square().sum(2) - 1.0
+        common = bent(_dense(torch.cat([grey, lengths], 1), self._trunk))
+        hidden = _scaled(torch.cat([grey, common], 1), self._shared)
+        chroma = (pairs @ self._chroma).mT
+        grey, common = (a[:, None].expand(-1, OUTPUTS, -1) for a in (grey, common))
+        own = bent(_dense(torch.cat([common, chroma], 2), self._channel))
+        columns = _scaled(torch.cat([grey, chroma, own], 2), self._output)
+        return torch.cat([hidden, columns.mT.reshape(len(hidden), -1)], 1)
+
+    def layers(self) -> dict[str, Layer]:
+        """The layers as they are now, by name."""
+
+        def layer(parts: tuple[Tensor, Tensor], scale: float = 1.0) -> Layer:
+            matrix, biases = (p.detach().numpy() for p in parts)
+            return Layer(scale * matrix, biases.copy())
+
+        return {
+            "trunk": layer(self._trunk),
+            "shared": layer(self._shared, _REACH),
+            "channel": layer(self._channel),
+            "output": layer(self._output, _REACH),
+        }
+
+
+def _free(values: npt.ArrayLike) -> Tensor:
+    return torch.from_numpy(np.asarray(values, np.float32)).requires_grad_()
+
+
+def _dense(values: Tensor, layer: tuple[Tensor, Tensor]) -> Tensor:
+    return values @ layer[0] + layer[1]
+
+
+def _scaled(values: Tensor, layer: tuple[Tensor, Tensor]) -> Tensor:
+    return _REACH * (values @ layer[0]) + layer[1]

@@ -1,0 +1,98 @@
+"""How far a material is from another one, as pictures of both would show it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.latent.directions import isotropic_values, shared_directions
+from nacre.latent.lit_views import lit_views
+from nacre.latent.refine import GAIN
+
+_SINGLE = 2048
+"""Directions of the first kind: a code has a few dozen values."""
+_SEEN = 10.0
+"""Weight of the mean error of what views see, beside that of single directions."""
+_GAMMA = 1.0 / 2.2
+_DARK = 1e-4
+"""Added to what views see: of black, the gamma curve has no derivative."""
+
+Vector = npt.NDArray[np.float64]
+
+
+class PictureErrors:
+    """Errors of two kinds, by which the code of a material is found.
+
+    Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power
+    1 / 2.2 at views that see more of the material than one direction, under an even sky and under
+    lamps (:mod:`nacre.latent.lit_views`). The first alone leaves errors of one sign, which add up
+    in such light.
+
+    Parameters
+    ----------
+    brdf
+        What others are compared with; isotropic.
+    seed
+        Of the directions.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic.
+    NacreError
+        If it is known at none of the directions.
+    """
+
+    def __init__(self, brdf: Brdf, seed: int = 0) -> None:
+        self._lit = lit_views(seed)
+        single = shared_directions(_SINGLE, seed)
+        pairs = zip(single, (self._lit.wi, self._lit.wo), strict=True)
+        wi, wo = (np.concatenate([one, lit.reshape(-1, 3)]) for one, lit in pairs)
+        f_r = isotropic_values(brdf, wi, wo)
+        known = f_r[:, 0] >= 0.0
+        count = int(known[:_SINGLE].sum())
+        self._single, self._lit_known = (
+            slice(count),
+            known[_SINGLE:].reshape(self._lit.wi.shape[:2]),
+        )
+        self.wi, self.wo = wi[known], wo[known]
+        """Directions to compare at, shapes (n, 3)."""
+        f_r = np.maximum(f_r[known].astype(np.float64), 0.0)
+        self._weight = GAIN * self.wi[self._single, 2:].astype(np.float64)
+        self._target = np.log1p(f_r[self._single] * self._weight)
+        self._shown = self._show(f_r)
+        self._share = _SEEN * self._target.size / self._shown.size
+
+    def errors(self, f_r: npt.NDArray[np.floating]) -> Vector:
+        """Errors of f_r in 1/sr at the directions, shape (n, 3); their shape is (m,).
+
+        Those of the second kind weigh ten times as much, as a whole. What is negative counts as 0
+        in them, and by its size in the first.
+        """
+        u = f_r[self._single] * self._weight
+        single = np.copysign(np.log1p(np.abs(u)), u) - self._target
+        seen = self._share * (self._show(f_r) - self._shown)
+        return np.concatenate([single.reshape(-1), seen.reshape(-1)])
+
+    def slopes(self, f_r: npt.NDArray[np.floating], rates: npt.NDArray[np.floating]) -> Vector:
+        """Derivatives of the errors, shape (k, m), for those of f_r, shape (k, n, 3)."""
+        u = f_r[self._single] * self._weight
+        single = rates[:, self._single] * (self._weight / (1.0 + np.abs(u)))
+        radiance = self._lit.radiance(self._spread(np.maximum(f_r, 0.0)))
+        bend = self._share * _GAMMA * (radiance + _DARK) ** (_GAMMA - 1.0)
+        seen = self._lit.radiance(self._spread(np.where(f_r > 0.0, rates, 0.0))) * bend
+        return np.concatenate([part.reshape(len(rates), -1) for part in (single, seen)], axis=1)
+
+    def _show(self, f_r: npt.NDArray[np.floating]) -> Vector:
+        shown: Vector = self._lit.radiance(self._spread(np.maximum(f_r, 0.0))) + _DARK
+        return shown**_GAMMA
+
+    def _spread(self, values: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+        """Values at the directions of the lit views, (..., v, n, 3); 0 where not known."""
+        lit = values[..., self._single.stop :, :]
+        if self._lit_known.all():
+            return lit.reshape(*values.shape[:-2], *self._lit.wi.shape)
+        spread = np.zeros((*values.shape[:-2], *self._lit.wi.shape))
+        spread[..., self._lit_known, :] = lit
+        return spread

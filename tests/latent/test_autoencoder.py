@@ -1,0 +1,155 @@
+"""The autoencoder: networks that can be compared, the loss, and the training."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from nacre.files import FormatError, NacreError
+from nacre.latent import Autoencoder
+from nacre.latent.directions import isotropic_values
+from nacre.latent.distillation import Distillation
+from nacre.latent.weights import network_layers
+from nacre.neural import NeuralBrdf
+from nacre.render.sphere import lit_pixels
+from tests.latent.made import MATERIALS, NEW, random_autoencoder
+from tests.reflectances import Brushed
+
+pytest.importorskip("torch", reason="needs the extra 'latent'")
+from nacre.latent import AutoencoderRecipe, autoencoder_training, descent, train_autoencoder
+from nacre.latent.autoencoder_training import permuted, torch
+
+RECIPE = AutoencoderRecipe(values=4, width=32, mixtures=6, steps=300, networks=16, pixels=64)
+PIXELS = lit_pixels([20.0, 70.0], 16)
+
+
+@pytest.fixture(scope="module")
+def distillation() -> Distillation:
+    return Distillation(0)
+
+
+@pytest.fixture(scope="module")
+def rows(distillation) -> list[np.ndarray]:
+    return [isotropic_values(make(), distillation.wi, distillation.wo) for make in MATERIALS]
+
+
+@pytest.fixture(scope="module")
+def trained() -> Autoencoder:
+    return train_autoencoder(MATERIALS, PIXELS, RECIPE)
+
+
+def network(weights: np.ndarray) -> NeuralBrdf:
+    return NeuralBrdf(network_layers(weights))
+
+
+def logarithms(f_r: np.ndarray, wi: np.ndarray) -> np.ndarray:
+    return np.log1p(30.0 * f_r * wi[:, 2:])
+
+
+def test_networks_are_those_of_materials_and_begin_at_one(distillation, rows):
+    common = distillation.common(rows)
+    f = network(common).eval(distillation.wi, distillation.wo)
+    np.testing.assert_allclose(f, np.repeat(f[:, :1], 3, axis=1), rtol=1e-5)
+    grey = np.expm1(np.mean([np.log1p(row).mean(axis=1) for row in rows], axis=0))
+    assert np.abs(f[:, 0] - grey).mean() < 0.1 * grey.mean()
+    one, other = (distillation.weights(common, row) for row in rows[:2])
+    wi, wo = distillation.wi, distillation.wo
+    near = logarithms(network(one).eval(wi, wo), wi) - logarithms(rows[0], wi)
+    assert np.abs(near).mean() < 0.05
+    # Neurons are in the same places: those of another material are much alike.
+    assert np.corrcoef(one, other)[0, 1] > 0.7
+
+
+def test_a_permuted_network_is_one_of_permuted_colours(distillation, rows):
+    weights = distillation.weights(distillation.common(rows), rows[0])
+    wi, wo = distillation.wi[:500], distillation.wo[:500]
+    order = [2, 0, 1]
+    f, g = (network(w).eval(wi, wo) for w in (weights, permuted(weights[None], order)[0]))
+    np.testing.assert_allclose(g, f[:, order], rtol=1e-5)
+    assert not np.allclose(f, g, rtol=1e-2)
+
+
+def test_the_loss_compares_pictures_of_networks(rows):
+    weights = np.stack([random_autoencoder().weights(c[None])[0] for c in np.eye(6)[:3]])
+    training = autoencoder_training._Training(weights.astype(np.float32), PIXELS, RECIPE)
+    wi, wo = PIXELS
+    seen = training._pictures(training._networks[:, 0], torch.arange(len(wi)))
+    f = np.stack([network(w).eval(wi, wo) for w in weights])
+    expected = np.maximum(math.pi * f * wi[:, 2:], 1e-12) ** (1.0 / 2.2)
+    np.testing.assert_allclose(seen.numpy(), expected, rtol=1e-3, atol=1e-4)
+
+
+def test_the_formula_is_that_of_the_training():
+    random = np.random.default_rng(1)
+    weights = random.normal(0.0, 0.3, (5, 675)).astype(np.float32)
+    training = autoencoder_training._Training(weights, PIXELS, RECIPE)
+    made = training.autoencoder(weights[0], {})
+    codes = made.codes(np.concatenate([permuted(weights, p) for p in ([0, 1, 2], [1, 2, 0])]))
+    every = made.codes(
+        training._networks.reshape(-1, 675).numpy() * training._scale + training._centre
+    )
+    np.testing.assert_allclose(every.mean(axis=0), 0.0, atol=1e-4)
+    np.testing.assert_allclose(every.std(axis=0), 1.0, rtol=1e-3)
+    through = training._decoded(training._codes(training._networks[:, 0])).detach().numpy()
+    expected = through * training._scale + training._centre
+    np.testing.assert_allclose(made.weights(codes[:5]), expected, rtol=1e-3, atol=1e-4)
+
+
+def test_training_brings_decoded_networks_closer(trained):
+    losses = []
+    short = AutoencoderRecipe(**{**vars(RECIPE), "steps": 1})
+    train_autoencoder(MATERIALS, PIXELS, short, progress=lambda *step: losses.append(step))
+    assert losses[-1][:3] == ("training", 1, 1)
+    assert trained.metadata["loss"] < 0.2 * float(losses[-1][3].removeprefix("loss "))
+    assert trained.metadata["materials"] == [f"made {seed}" for seed in range(8)]
+    wi, wo = PIXELS
+    known = MATERIALS[0]()
+    f = trained.decode(trained.project(known)).eval(wi, wo)
+    assert np.abs(logarithms(f, wi) - logarithms(known.eval(wi, wo), wi)).mean() < 0.2
+
+
+def test_the_same_seed_gives_the_same_and_another_does_not(trained):
+    again = train_autoencoder(MATERIALS, PIXELS, RECIPE)
+    np.testing.assert_array_equal(again.network.weights, trained.network.weights)
+    np.testing.assert_array_equal(again.project(NEW), trained.project(NEW))
+    few = {**vars(RECIPE), "steps": 3, "seed": 1}
+    other = train_autoencoder(MATERIALS, PIXELS, AutoencoderRecipe(**few))
+    assert not np.array_equal(other.common, trained.common)
+
+
+def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
+    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
+    state = tmp_path / "state"
+
+    def stop(stage: str, done: int, total: int, note: str) -> None:
+        if stage == "training" and done >= 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train_autoencoder(MATERIALS, PIXELS, RECIPE, checkpoint=state, progress=stop)
+    with pytest.raises(NacreError, match="of another training"):
+        train_autoencoder(MATERIALS[1:], PIXELS, RECIPE, checkpoint=state)
+    whole, seen = state.read_bytes(), []
+    resumed = train_autoencoder(
+        MATERIALS, PIXELS, RECIPE, checkpoint=state, progress=lambda *step: seen.append(step)
+    )
+    assert min(done for stage, done, *_ in seen if stage == "training") > 80
+    np.testing.assert_array_equal(resumed.network.weights, trained.network.weights)
+    state.write_bytes(whole[:-100])
+    with pytest.raises(NacreError, match="cannot be read, remove it"):
+        train_autoencoder(MATERIALS, PIXELS, RECIPE, checkpoint=state)
+
+
+def test_what_cannot_be_trained_on_is_refused():
+    with pytest.raises(NacreError, match="two materials"):
+        train_autoencoder(MATERIALS[:1], PIXELS, RECIPE)
+    with pytest.raises(FormatError, match="isotropic"):
+        train_autoencoder([*MATERIALS, Brushed], PIXELS, RECIPE)
+    with pytest.raises(FormatError, match="isotropic"):
+        random_autoencoder().project(Brushed())
+    with pytest.raises(ValueError, match="steps must be positive"):
+        AutoencoderRecipe(steps=0)
+    with pytest.raises(ValueError, match="mixtures must not be negative"):
+        AutoencoderRecipe(mixtures=-1)

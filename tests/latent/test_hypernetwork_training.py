@@ -1,0 +1,111 @@
+"""Training of a hypernetwork: it comes close to its basis, it goes on, it says what is wrong."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from nacre.files import NacreError
+from nacre.latent import Hypernetwork, encode, encode_network
+from nacre.latent.directions import shared_directions
+from tests.latent.made import random_basis
+
+pytest.importorskip("torch", reason="needs the extra 'latent'")
+from nacre.latent import HypernetworkRecipe, descent, hypernetwork_training, train_hypernetwork
+from nacre.latent.hypernetwork_training import torch
+
+RECIPE = HypernetworkRecipe(width=32, steps=300, codes=48, directions=64)
+KNOWN = [partial(random_basis().decode, code) for code in np.eye(6)]
+WI, WO = shared_directions(3000, 11)
+
+
+@pytest.fixture(scope="module")
+def trained() -> Hypernetwork:
+    return train_hypernetwork(random_basis(), KNOWN, RECIPE)
+
+
+def error(made: Hypernetwork, codes: np.ndarray) -> float:
+    """How far networks are from what the basis has for the same codes, as pictures count it."""
+    differences = []
+    for code in codes:
+        pair = made.decode(code), made.basis.decode(code)
+        seen = (np.log1p(30.0 * f.eval(WI, WO) * WI[:, 2:]) for f in pair)
+        differences.append(np.abs(np.subtract(*seen)).mean())
+    return float(np.mean(differences))
+
+
+def test_training_brings_networks_close_to_what_the_basis_has(trained):
+    codes = np.random.default_rng(4).normal(size=(12, 6))
+    short = train_hypernetwork(random_basis(), KNOWN, HypernetworkRecipe(width=32, steps=5))
+    assert error(trained, codes) < 0.3 * error(short, codes)
+    assert trained.metadata["hypernetwork"]["steps"] == 300
+
+
+def test_the_formula_is_that_of_the_training(trained):
+    training = hypernetwork_training._Training(random_basis(), np.zeros((1, 6)), RECIPE)
+    made = Hypernetwork(random_basis(), **training.layers())
+    codes = np.random.default_rng(4).normal(size=(5, 6)).astype(np.float32)
+    grey, pairs = torch.from_numpy(codes[:, :4]), torch.from_numpy(codes[:, 4:]).reshape(5, 1, 2)
+    expected = training._weights(grey, pairs).detach().numpy()
+    np.testing.assert_allclose(made.weights(codes), expected, rtol=1e-4, atol=1e-5)
+    # What it is trained towards is the basis itself.
+    weight = torch.full((3000, 1), 7.0)
+    values = made.basis.values(hypernetwork_training.basis_inputs(WI, WO))
+    goal = training._goal(grey, pairs, torch.from_numpy(values), weight)
+    f = np.stack([made.basis.decode(code).eval(WI, WO) for code in codes])
+    np.testing.assert_allclose(goal.numpy(), np.log1p(7.0 * f), rtol=1e-4, atol=1e-5)
+
+
+def test_the_code_of_a_material_is_sought_in_the_network_itself(trained):
+    truth = trained.decode(np.linspace(-1.0, 1.0, 6))
+    code = encode_network(trained, truth)
+    pair = trained.decode(code), truth
+    near = np.subtract(*(np.log1p(30.0 * f.eval(WI, WO) * WI[:, 2:]) for f in pair))
+    assert np.abs(near).mean() < 0.01
+    np.testing.assert_array_equal(encode(trained, truth), code)
+
+
+def test_the_same_seed_gives_the_same_and_another_does_not(trained):
+    again = train_hypernetwork(random_basis(), KNOWN, RECIPE)
+    for name, layer in trained.layers.items():
+        np.testing.assert_array_equal(again.layers[name].weights, layer.weights)
+    few = {"width": 32, "steps": 5, "codes": 8}
+    one, other = (
+        train_hypernetwork(random_basis(), KNOWN, HypernetworkRecipe(**few, seed=seed))
+        for seed in (0, 1)
+    )
+    assert not np.array_equal(one.trunk.weights, other.trunk.weights)
+
+
+def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
+    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
+    state = tmp_path / "state"
+
+    def stop(stage: str, done: int, total: int, note: str) -> None:
+        if done >= 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train_hypernetwork(random_basis(), KNOWN, RECIPE, checkpoint=state, progress=stop)
+    for basis, known in ((random_basis(2, 2), KNOWN), (random_basis(), KNOWN[1:])):
+        with pytest.raises(NacreError, match="of another training"):
+            train_hypernetwork(basis, known, RECIPE, checkpoint=state)
+    whole, seen = state.read_bytes(), []
+    resumed = train_hypernetwork(
+        random_basis(), KNOWN, RECIPE, checkpoint=state, progress=lambda *step: seen.append(step)
+    )
+    assert min(done for _, done, *_ in seen) > 80
+    for name, layer in trained.layers.items():
+        np.testing.assert_array_equal(resumed.layers[name].weights, layer.weights)
+    state.write_bytes(whole[:-100])
+    with pytest.raises(NacreError, match="cannot be read, remove it"):
+        train_hypernetwork(random_basis(), KNOWN, RECIPE, checkpoint=state)
+
+
+def test_settings_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="codes must be positive"):
+        HypernetworkRecipe(codes=0)
+    with pytest.raises(NacreError, match="a material or more"):
+        train_hypernetwork(random_basis(), [])
