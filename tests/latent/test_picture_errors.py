@@ -10,7 +10,7 @@ from nacre.array import Array, Components
 from nacre.latent.lit_views import lit_views
 from nacre.latent.picture_errors import PictureErrors
 
-MATTE = {"diffuse": (0.5,) * 3, "specular": (0.0,) * 3}
+MATTE = {"diffuse": (0.5,) * 3, "specular": (0.0,) * 3, "roughness": 0.5}
 GREY = Ggx(**MATTE)
 
 
@@ -30,17 +30,19 @@ def test_a_material_is_no_distance_from_itself():
 
 def test_both_kinds_are_as_they_are_defined():
     errors, lit = PictureErrors(GREY, 3), lit_views(3)
-    found = errors.errors(np.full(errors.wi.shape, 0.25 / np.pi))
-    cosine = errors.wi[: -lit.wi.size // 3, 2]
-    single = np.log1p(30 * 0.25 / np.pi * cosine) - np.log1p(30 * 0.5 / np.pi * cosine)
-    np.testing.assert_allclose(found[: 3 * len(cosine) : 3], single, rtol=1e-5)
-    irradiance = lit.weights.sum(axis=2) / np.pi
-    seen = (0.25 * irradiance + 1e-4) ** (1 / 2.2) - (0.5 * irradiance + 1e-4) ** (1 / 2.2)
-    rest = found[3 * len(cosine) :].reshape(*irradiance.shape, 3)
+    truth = GREY.eval(errors.wi, errors.wo)[:, 0].astype(float)
+    found = errors.errors(0.5 * np.repeat(truth[:, None], 3, axis=1))
+    count = len(truth) - lit.wi.size // 3
+    scaled = 30 * truth[:count] * errors.wi[:count, 2]
+    single = np.log1p(0.5 * scaled) - np.log1p(scaled)
+    np.testing.assert_allclose(found[: 3 * count : 3], single, rtol=1e-4, atol=1e-6)
+    radiance = (lit.weights * truth[count:].reshape(len(lit.wi), 1, -1)).sum(axis=2)
+    seen = (0.5 * radiance + 1e-4) ** (1 / 2.2) - (radiance + 1e-4) ** (1 / 2.2)
+    rest = found[3 * count :].reshape(*radiance.shape, 3)
     share = rest[..., 0] / seen
     np.testing.assert_allclose(share, share[0, 0], rtol=1e-4)
     # As a whole, ten times the weight.
-    assert share[0, 0] * rest.size == pytest.approx(10 * 3 * len(cosine))
+    assert share[0, 0] * rest.size == pytest.approx(10 * 3 * count)
 
 
 @pytest.mark.parametrize("truth", [GREY, Eastern(**MATTE)])
