@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import cache, partial
 
 import numpy as np
 
 from nacre.analytic import Ggx
-from nacre.latent import Basis, NeuralBasis, train
+from nacre.latent import Basis, LobePredictor, NeuralBasis, train
 from nacre.measured.merl import Resolution
 from nacre.neural import Layer
+from nacre.sampling.families import FAMILIES
 
 GRID = Resolution(24, 12, 12)
 
@@ -43,3 +45,14 @@ def random_basis(greys: int = 4, pairs: int = 1) -> NeuralBasis:
     ]
     functions = random.normal(0.0, 0.3, (11, 1 + greys + pairs)).astype(np.float32)
     return NeuralBasis(hidden, functions, greys, {"about": "random"})
+
+
+def predictor(family: str, values: int = 6, scale: float = 1.0, seed: int = 5) -> LobePredictor:
+    """A predictor that nothing has trained."""
+    random = np.random.default_rng(seed)
+    sizes = (values, 8, FAMILIES[family].size)
+    layers = [
+        Layer(scale * random.normal(size=shape), scale * random.normal(size=shape[1]))
+        for shape in itertools.pairwise(sizes)
+    ]
+    return LobePredictor(family, layers)

@@ -85,10 +85,15 @@ def train(
                 values=values, **{key: value for key, value in chosen.items() if value is not None}
             )
             basis = latent.train_neural(materials, recipe, checkpoint=state, progress=report)
+            most = min(recipe.steps, latent.PredictorRecipe.steps)
+            lobes = latent.PredictorRecipe(steps=most, seed=recipe.seed)
+            basis = latent.with_predictors(basis, materials, lobes, progress=report)
     save_basis(basis, output)
     if model == "neural":
         state.unlink(missing_ok=True)
     size = f"{len(files)} materials, {values} values, {basis.nbytes:,} bytes"
+    if model == "neural":
+        size += ", predicts lobes for importance sampling"
     console.print(f"{output}: {size}", markup=False)
 
 
