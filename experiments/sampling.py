@@ -13,6 +13,10 @@ with each sampler of ours: the table, and a network fitted to it, which is what 
 Error at equal time is what is left after the time that `measured` takes for 64 paths; in
 parentheses, on how many materials that is less.
 
+With `--basis FILE`, a neural basis that predicts lobes and was trained without these materials,
+there are rows of what it predicts from their codes. They are not timed: their kernels are those of
+the lobes that a search finds.
+
 Run `python -m experiments.sampling [material ...]` from the root of the repository. With `--cache
 FILE` results are kept and what is in it is not measured again; `--timed` without materials, or with
 some, says what is timed.
@@ -39,8 +43,13 @@ from benchmarks.render import MATERIALS
 from benchmarks.render import scene as timed_scene
 from benchmarks.table import markdown
 from nacre.brdf import Brdf, CosineSampler, Sampler
+from nacre.files import NacreError
 from nacre.geometry import split
+from nacre.latent import NeuralBasis
+from nacre.latent.file import load_basis
+from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.render.environment import load_environment
+from nacre.reproduce.samplers import PREDICTED, sampler
 from nacre.sampling import GgxLobe, GgxMixture, fit_blinn_phong, fit_lobes
 from nacre.sampling.moment import second_moment
 from tests.data import list_data, require_data
@@ -75,11 +84,20 @@ def fit_plain_ggx(brdf: Brdf) -> GgxMixture:
 
 SAMPLERS: dict[str, Callable[[Brdf], Sampler]] = {
     "cosine": lambda brdf: CosineSampler(),
+    "power iterations": microfacet_sampler,
     "cosine + Blinn-Phong": fit_blinn_phong,
     "cosine + GGX": fit_plain_ggx,
     "`fit_lobes`": fit_lobes,
 }
 """Samplers that are given to the table, by name."""
+
+
+def predicted(path: Path) -> dict[str, Callable[[Brdf], Sampler]]:
+    """Samplers that a basis predicts, by name."""
+    basis = load_basis(path)
+    if not isinstance(basis, NeuralBasis):
+        raise NacreError(f"{path}: is no neural basis")
+    return {f"`{name}`": sampler(name, basis) for name in PREDICTED}
 
 
 def sphere(mi: Any, bsdf: Any, light: str, size: int) -> Any:
@@ -159,7 +177,8 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     """Relative error with each sampler under each light."""
     path, table = tabulated(material)
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
-    for name, fit in SAMPLERS.items():
+    samplers = SAMPLERS | (predicted(options.basis) if options.basis else {})
+    for name, fit in samplers.items():
         sampled = nacre.load(path)
         sampled.sampler = fit(table)
         bsdfs[name] = nacre.render.bsdf(sampled)
@@ -178,12 +197,14 @@ def tabulated(material: str) -> tuple[Path, Brdf]:
 def summary(results: Results) -> list[tuple[str, ...]]:
     """A line for each sampler: medians over materials, and how many it beats `measured` on."""
     rows = []
-    for name in (MEASURED, *SAMPLERS):
+    for name in next(iter(results["errors"].values())):
         each = [found[name] for found in results["errors"].values()]
         row = [name, *(f"{statistics.median(e[light] for e in each):.3f}" for light in LIGHTS)]
         for kind in ("table", "network"):
             times = [
-                found[name][kind] for found in results["times"].values() if kind in found[name]
+                found[name][kind]
+                for found in results["times"].values()
+                if kind in found.get(name, {})
             ]
             if not times:
                 row += [""] * 3
@@ -218,6 +239,7 @@ def main() -> None:
     parser.add_argument("--repetitions", type=int, default=8, help="pictures of each sampler")
     parser.add_argument("--rounds", type=int, default=5, help="of the timing")
     parser.add_argument("--timed-size", type=int, default=96, help="pixels a side")
+    parser.add_argument("--basis", type=Path, help="neural basis that predicts lobes")
     parser.add_argument("--cache", type=Path, help="JSON file of results")
     options = parser.parse_args()
     if not options.materials:
@@ -237,7 +259,8 @@ def main() -> None:
     equal = "furnace (won)", "environment (won)"
     columns = "sampler", *LIGHTS, "time, table", *equal, "time, network", *equal
     print(markdown(columns, summary(results)), end="\n\n")
-    print(markdown(("material", MEASURED, *SAMPLERS), details(results)))
+    samplers = next(iter(results["errors"].values()))
+    print(markdown(("material", *samplers), details(results)))
 
 
 if __name__ == "__main__":

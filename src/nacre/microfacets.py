@@ -82,6 +82,20 @@ class NormalGrid:
         area = self._facing @ (self._weights * density).ravel()
         return np.broadcast_to(area.reshape(self._views.shape[:2]), self.shape)
 
+    def visible(self, density: _Floats, theta: float, phi: float) -> _Floats:
+        """What the direction of these angles sees of normals, per area of the square, not scaled.
+
+        Parameters
+        ----------
+        density
+            D in 1/sr at the nodes.
+        theta, phi
+            Polar angle and azimuth in radians.
+        """
+        view = np.stack(from_spherical(theta, phi))
+        seen: _Floats = density * self.jacobian * np.maximum(self.normals @ view, 0.0)
+        return seen
+
     def normalized(self, density: _Floats) -> _Floats:
         """`density` scaled so that D(m) cos(m) integrates to 1; uniform where all is 0."""
         total = float(np.sum(self._weights * self.normals[..., 2] * density))

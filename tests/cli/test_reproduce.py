@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from nacre.latent.file import save_basis
 from tests.cli.support import run
+from tests.latent.made import predictor, random_basis
 from tests.reproduce.support import write_materials
 
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
@@ -15,6 +19,7 @@ pytest.importorskip("skimage", reason="needs the extra 'render'")
 def here(tmp_path, monkeypatch):
     write_materials(tmp_path)
     monkeypatch.chdir(tmp_path)
+    save_basis(random_basis(), tmp_path / "plain.safetensors")
     return tmp_path
 
 
@@ -48,12 +53,27 @@ def test_noise_is_reproduced_for_samplers(here, capsys):
     assert kept == {path: path.stat().st_mtime_ns for path in (here / "out" / "cache").iterdir()}
 
 
+def test_noise_of_predicted_lobes_is_kept_by_basis(here, capsys):
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    found = set()
+    for count, seed in enumerate((1, 2), 1):
+        predictors = {"ggx": predictor("ggx", seed=seed)}
+        save_basis(replace(random_basis(), predictors=predictors), here / "basis.safetensors")
+        options = ["--quick", "--methods", "cosine,ggx-predicted", "--basis", "basis.safetensors"]
+        assert run("reproduce", "fig14", "a.safetensors", *options, "-o", "out") == 0
+        text = (here / "out" / "fig14.md").read_text()
+        found.add(next(line for line in text.splitlines() if "| ggx-predicted |" in line))
+        assert len(list((here / "out" / "cache").iterdir())) == 2 + count
+    assert len(found) == 2
+
+
 def test_every_sampler_can_be_chosen():
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
     from nacre.cli.reproduce import _NOISE, _SAMPLERS
-    from nacre.reproduce.noise_experiments import NOISE_EXPERIMENTS, SAMPLERS
+    from nacre.reproduce.noise_experiments import NOISE_EXPERIMENTS
+    from nacre.reproduce.samplers import FITTED, PREDICTED
 
-    assert tuple(SAMPLERS) == _SAMPLERS
+    assert sorted((*FITTED, *PREDICTED)) == sorted(_SAMPLERS)
     assert tuple(NOISE_EXPERIMENTS) == _NOISE
 
 
@@ -77,6 +97,9 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig9", "a.safetensors"], "a.safetensors: is isotropic"),
         (["fig13", "a.safetensors", "--methods", "cosine,ggx-675"], "'ggx-675' is no method"),
         (["fig16", "a.safetensors", "--epochs", "3"], "--epochs is not for fig16"),
+        (["fig13", "a.safetensors", "--methods", "ggx-predicted"], "needs --basis"),
+        (["fig13", "a.safetensors", "--basis", "plain.safetensors"], "predicts no lobes"),
+        (["fig13", "a.safetensors", "--basis", "none.safetensors"], "cannot be read"),
         (["fig15", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--quick", "--methods", "published"], "nothing could be tried"),
         (["fig6", "a.safetensors", "-o", "a.safetensors"], "a.safetensors"),

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from nacre.analytic import Ggx
-from nacre.latent import Autoencoder, Basis, Hypernetwork, NeuralBasis, train
+from nacre.latent import Autoencoder, Basis, Hypernetwork, LobePredictor, NeuralBasis, train
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT
 from nacre.latent.weights import COUNT, flat_weights
 from nacre.measured.merl import Resolution
 from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
+from nacre.sampling.families import FAMILIES
 
 GRID = Resolution(24, 12, 12)
 
@@ -88,3 +90,14 @@ def random_hypernetwork(greys: int = 4, pairs: int = 1) -> Hypernetwork:
         random_layer(random, greys + pairs + 8, COLUMN, 0.05, 0.3),
         {"about": "random"},
     )
+
+
+def predictor(family: str, values: int = 6, scale: float = 1.0, seed: int = 5) -> LobePredictor:
+    """A predictor that nothing has trained."""
+    random = np.random.default_rng(seed)
+    sizes = (values, 8, FAMILIES[family].size)
+    layers = [
+        Layer(scale * random.normal(size=shape), scale * random.normal(size=shape[1]))
+        for shape in itertools.pairwise(sizes)
+    ]
+    return LobePredictor(family, layers)

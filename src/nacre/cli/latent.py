@@ -98,7 +98,11 @@ def train(
         else:
             recipe = latent.BasisRecipe(values=values, **settings)
             basis = latent.train_neural(materials, recipe, checkpoint=states[0], progress=report)
-            if model == "hypernetwork":
+            if model == "neural":
+                most = min(recipe.steps, latent.PredictorRecipe.steps)
+                lobes = latent.PredictorRecipe(steps=most, seed=recipe.seed)
+                basis = latent.with_predictors(basis, materials, lobes, progress=report)
+            else:
                 basis = latent.train_hypernetwork(
                     basis,
                     materials,
@@ -111,6 +115,8 @@ def train(
         for state in states:
             state.unlink(missing_ok=True)
     size = f"{len(files)} materials, {values} values, {basis.nbytes:,} bytes"
+    if model == "neural":
+        size += ", predicts lobes for importance sampling"
     console.print(f"{output}: {size}", markup=False)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -19,11 +20,14 @@ from nacre.cli.console import (
 )
 from nacre.files import NacreError, printable
 
+if TYPE_CHECKING:
+    from nacre.latent import NeuralBasis
+
 _NOISE = ("fig13", "fig14", "fig15", "fig16")
 _EXPERIMENTS = ("table1", "table3", "fig6", "fig7", "fig8", "fig9", "fig10", *_NOISE, "fig17")
-
-
-_SAMPLERS = ("uniform", "cosine", "blinn-phong", "nacre", "own")
+_PREDICTED = ("blinn-phong-predicted", "ggx-predicted", "nacre-predicted")
+_DEFAULT = ("uniform", "blinn-phong", *_PREDICTED, "power-iterations", "rgl", "nacre")
+_SAMPLERS = (*_DEFAULT, "cosine", "own")
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -66,7 +70,8 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 @click.option(
     "--basis",
     type=file_path(),
-    help="Basis for the method pca, made by nacre latent train of other materials.",
+    help="Basis for the method pca, or of a neural model for the samplers that are predicted; "
+    "made by nacre latent train of other materials.",
 )
 @environment_option
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
@@ -105,7 +110,8 @@ def command(
 
     require("matplotlib.figure", "plot")
     if experiment in _NOISE:
-        _noise(experiment, files, output, chosen, quick, seed, cache or output / "cache", fresh)
+        folder = cache or output / "cache"
+        _noise(experiment, files, output, chosen, basis, quick, seed, folder, fresh)
         return
     for folder in published:
         if not folder.is_dir():
@@ -149,6 +155,7 @@ def _noise(
     files: tuple[Path, ...],
     output: Path,
     chosen: str | None,
+    basis_path: Path | None,
     quick: bool,
     seed: int,
     cache: Path,
@@ -156,23 +163,39 @@ def _noise(
 ) -> None:
     """The figures of noise, which compare samplers and not representations."""
     context = click.get_current_context()
-    for name in ("published", "basis", "environment", "size", "epochs", "jobs"):
+    for name in ("published", "environment", "size", "epochs", "jobs"):
         if context.get_parameter_source(name) != ParameterSource.DEFAULT:
             raise click.BadParameter(f"--{name} is not for {experiment}")
     from nacre.reproduce.noise import NoiseSettings
     from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
 
-    names = _names(chosen, _SAMPLERS) if chosen else list(_SAMPLERS)
+    basis = _predicting(basis_path) if basis_path else None
+    names = [name for name in _DEFAULT if basis is not None or name not in _PREDICTED]
+    if chosen:
+        names = _names(chosen, _SAMPLERS)
     settings = NoiseSettings(seed=seed)
     if quick:
         settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)
     kind = NOISE_EXPERIMENTS[experiment]
     output.mkdir(parents=True, exist_ok=True)
     with Stages() as stages:
-        study = kind.run(files, names, settings, cache, stages.add(experiment), fresh=fresh)
+        study = kind.run(
+            files, names, settings, cache, stages.add(experiment), basis=basis, fresh=fresh
+        )
     for path in kind.write(experiment, study, names, files, output):
         console.print(printable(str(path)), markup=False)
     console.print(f"differs from the paper: {DIFFERS}", markup=False)
+
+
+def _predicting(path: Path) -> NeuralBasis:
+    """A basis that predicts lobes."""
+    from nacre.latent import NeuralBasis
+    from nacre.latent.file import load_basis
+
+    basis = load_basis(path)
+    if not isinstance(basis, NeuralBasis) or not basis.predictors:
+        raise NacreError(f"{path}: predicts no lobes; make it by nacre latent train --model neural")
+    return basis
 
 
 def _names(chosen: str, known: Container[str]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -141,8 +142,10 @@ def is_code(path: PathLike) -> bool:
     return Path(path).suffix.lower() == ".json" and b'"code of"' in first_bytes(path)
 
 
-def fingerprint(basis: AnyBasis | WeightBasis) -> str:
-    """SHA-256 of what a code means in a basis."""
+def fingerprint(basis: AnyBasis | WeightBasis, *, predictors: bool = False) -> str:
+    """SHA-256 of what a code means in a basis, and of what is predicted from it if asked for."""
+    if isinstance(basis, NeuralBasis) and not predictors:
+        basis = replace(basis, predictors={})
     own, tensors = _MODELS[_model(basis)][1].pack(basis)
     digest = hashlib.sha256(json.dumps(own).encode())
     for name in sorted(tensors):

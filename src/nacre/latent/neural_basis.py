@@ -14,19 +14,23 @@ material is one of its code, and no permuted material has to be trained on.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
+from nacre.brdf import Brdf, Sampler
 from nacre.latent.directions import basis_inputs
+from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.pca import checked_code
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, Layer, check_weights
-from nacre.sampling import LobeSampledBrdf
+from nacre.sampling import fit_lobes
+from nacre.sampling.families import BEST_FAMILY
 
 Double = npt.NDArray[np.float64]
 
@@ -59,11 +63,14 @@ class NeuralBasis:
         Codes of the training materials, shape (m, k), float32: what materials are like.
     metadata
         JSON-able facts about the training.
+    predictors
+        Of lobes for importance sampling, by the kind of sampler; may be empty.
 
     Raises
     ------
     ValueError
-        If layers do not chain, `greys` is out of range, or the examples are no codes.
+        If layers do not chain, `greys` is out of range, or examples or a predictor are for other
+        codes.
     """
 
     hidden: Sequence[Layer]
@@ -71,6 +78,7 @@ class NeuralBasis:
     greys: int
     examples: Weights
     metadata: dict[str, Any] = field(default_factory=dict)
+    predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         widths = [len(layer.biases) for layer in self.hidden]
@@ -82,6 +90,9 @@ class NeuralBasis:
             raise ValueError(f"{self.functions.shape[1]} functions with {self.greys} grey values")
         if self.examples.ndim != 2 or self.examples.shape[1] != len(self):
             raise ValueError(f"examples {self.examples.shape} are no codes of {len(self)} values")
+        for name, predictor in self.predictors.items():
+            if name != predictor.family or len(predictor.layers[0].weights) != len(self):
+                raise ValueError(f"predictor {name!r} is not of {len(self)} values")
 
     def __len__(self) -> int:
         """Number of values in a code."""
@@ -139,7 +150,7 @@ class NeuralBasis:
         return NeuralBasisBrdf(self, code, name)
 
 
-class NeuralBasisBrdf(LobeSampledBrdf):
+class NeuralBasisBrdf(Brdf):
     """A code and the network that it stands for.
 
     Parameters
@@ -168,6 +179,12 @@ class NeuralBasisBrdf(LobeSampledBrdf):
         """Bytes of the code: all materials share the basis."""
         return self.code.nbytes
 
+    @cached_property
+    def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
+        """Lobes that the basis predicts; without a predictor, lobes fitted to the material."""
+        predict = self.basis.predictors.get(BEST_FAMILY)
+        return predict(self.code) if predict else fit_lobes(self)
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
         xp = namespace(*wi, *wo)
@@ -181,8 +198,11 @@ class NeuralBasisBrdf(LobeSampledBrdf):
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        own = {"code values": len(self.code), "code bytes": self.code.nbytes}
-        return super().describe() | own | {"basis bytes": self.basis.nbytes}
+        own: dict[str, Any] = {"code values": len(self.code), "code bytes": self.code.nbytes}
+        own["basis bytes"] = self.basis.nbytes
+        if BEST_FAMILY in self.basis.predictors:
+            own["sampler"] = f"predicted: {self.sampler}"
+        return super().describe() | own
 
 
 def grown(common: Double, rows: Double, code: Double) -> Double:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.pca import LARGEST
 from nacre.neural.nbrdf import Layer
@@ -19,9 +21,16 @@ def pack(basis: NeuralBasis) -> tuple[dict[str, Any], Tensors]:
     tensors: Tensors = {
         name: np.ascontiguousarray(getattr(basis, name)) for name in ("functions", "examples")
     }
-    for index, layer in enumerate(basis.hidden, 1):
-        tensors |= {f"weights_{index}": layer.weights, f"biases_{index}": layer.biases}
-    return {"greys": basis.greys, "hidden": [len(layer.biases) for layer in basis.hidden]}, tensors
+    tensors |= _tensors(basis.hidden)
+    own: dict[str, Any] = {
+        "greys": basis.greys,
+        "hidden": [len(layer.biases) for layer in basis.hidden],
+    }
+    if basis.predictors:
+        own["predictors"] = {name: len(p.layers) for name, p in basis.predictors.items()}
+    for name, predictor in basis.predictors.items():
+        tensors |= _tensors(predictor.layers, _prefix(name))
+    return own, tensors
 
 
 def unpack(header: dict[str, Any], tensors: Tensors) -> NeuralBasis:
@@ -34,14 +43,16 @@ def unpack(header: dict[str, Any], tensors: Tensors) -> NeuralBasis:
     """
     widths = [int(width) for width in header["hidden"]]
     check_tensors(tensors)
-    hidden = [
-        Layer(tensors[f"weights_{index}"], tensors[f"biases_{index}"])
-        for index in range(1, len(widths) + 1)
-    ]
+    hidden = _layers(tensors, len(widths))
     if [len(layer.biases) for layer in hidden] != widths:
         raise ValueError(f"layers are not as wide as {widths}")
+    predictors = {
+        str(name): LobePredictor(str(name), _layers(tensors, int(count), _prefix(name)))
+        for name, count in dict(header.get("predictors", {})).items()
+    }
     functions, examples = tensors["functions"], tensors["examples"]
-    return NeuralBasis(hidden, functions, int(header["greys"]), examples, header["metadata"])
+    greys, metadata = int(header["greys"]), header["metadata"]
+    return NeuralBasis(hidden, functions, greys, examples, metadata, predictors)
 
 
 def check_tensors(tensors: Tensors) -> None:
@@ -57,3 +68,25 @@ def check_tensors(tensors: Tensors) -> None:
             raise ValueError(f"{name} is {array.dtype}, expected float32")
         if not (np.abs(array) < LARGEST).all():
             raise ValueError(f"{name} holds numbers that are not finite or too large")
+
+
+def _prefix(name: str) -> str:
+    """Of the names of a predictor's tensors."""
+    return f"predictor {name} "
+
+
+def _tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
+    """Weights and biases of layers, numbered from 1."""
+    return {
+        f"{prefix}{kind}_{index}": np.ascontiguousarray(array)
+        for index, layer in enumerate(layers, 1)
+        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
+    }
+
+
+def _layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
+    """The inverse of :func:`_tensors`."""
+    return [
+        Layer(tensors[f"{prefix}weights_{index}"], tensors[f"{prefix}biases_{index}"])
+        for index in range(1, count + 1)
+    ]

@@ -55,9 +55,12 @@ class AdaptiveWarp:
     ----------
     tables
         A checked tensor file.
+    about
+        What it is, for people.
     """
 
-    def __init__(self, tables: RglTables) -> None:
+    def __init__(self, tables: RglTables, about: str = "the table's own warp") -> None:
+        self._about = about
         self.isotropic = tables.isotropic
         self.reduction = tables.reduction
         self._phi = Axis(tables.phi_i)
@@ -66,7 +69,7 @@ class AdaptiveWarp:
         self._luminance = Warp(tables.luminance.reshape(-1, *tables.luminance.shape[2:]))
 
     def __str__(self) -> str:
-        return "the table's own warp"
+        return self._about
 
     def view(self, wo: Components) -> View:
         """Turn `wo` into the measured range of azimuths and find its slices.

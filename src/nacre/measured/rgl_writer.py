@@ -127,22 +127,14 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     FormatError
         If `brdf` is anisotropic and the azimuths of the view too few for it.
     """
-    parts = 1 if brdf.isotropic else symmetry(brdf)
-    nodes = resolution or _default(brdf, parts)
-    if not brdf.isotropic and nodes.phi_i < _LEAST_TURN:
-        raise FormatError(
-            f"{brdf.name or 'this material'}: is anisotropic; take at least {_LEAST_TURN} phi_i"
-        )
-    phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
-    height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
-    theta_i = 0.5 * math.pi * (1.0 - height)
+    nodes, phi_i, theta_i = view_nodes(brdf, resolution)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
     normals = _normals(grid, brdf)
     area = grid.projected_area(normals)
 
     views = list(itertools.product(phi_i, theta_i))
-    visible = [normals * grid.jacobian * _facing(grid, phi, theta) for phi, theta in views]
-    vndf = np.stack(visible).astype(np.float32)
+    vndf = np.stack([grid.visible(normals, theta, phi) for phi, theta in views])
+    vndf = vndf.astype(np.float32)
     warp = Warp(vndf)
     ndf_grid, area_grid = (Grid(table[None].astype(np.float32)) for table in (normals, area))
     edge = np.linspace(0.0, 1.0, nodes.square)
@@ -178,6 +170,27 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         rgb=rgb.reshape(*shape, 3, *u.shape),
         jacobian=True,
     )
+
+
+def view_nodes(
+    brdf: Brdf, resolution: Resolution | None
+) -> tuple[Resolution, npt.NDArray[np.floating], npt.NDArray[np.floating]]:
+    """Numbers of nodes, and the azimuths and polar angles of the views, for a reflectance.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic and the azimuths of the view too few for it.
+    """
+    parts = 1 if brdf.isotropic else symmetry(brdf)
+    nodes = resolution or _default(brdf, parts)
+    if not brdf.isotropic and nodes.phi_i < _LEAST_TURN:
+        raise FormatError(
+            f"{brdf.name or 'this material'}: is anisotropic; take at least {_LEAST_TURN} phi_i"
+        )
+    phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
+    height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
+    return nodes, phi_i, 0.5 * math.pi * (1.0 - height)
 
 
 def write_tables(tables: RglTables, path: PathLike) -> None:
@@ -216,13 +229,6 @@ def _normals(grid: NormalGrid, brdf: Brdf) -> npt.NDArray[np.floating]:
     dim = grid.normalized(density**_DIM_POWER)
     mixed: npt.NDArray[np.floating] = (1.0 - _DIM - _UNIFORM) * density + _DIM * dim
     return mixed + _UNIFORM / math.pi
-
-
-def _facing(grid: NormalGrid, phi: float, theta: float) -> npt.NDArray[np.floating]:
-    """max(m . o, 0) of all normals m for a view o."""
-    wo = np.stack(from_spherical(theta, phi))
-    facing: npt.NDArray[np.floating] = np.maximum(grid.normals @ wo, 0.0)
-    return facing
 
 
 def _continued(

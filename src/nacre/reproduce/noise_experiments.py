@@ -7,31 +7,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nacre.brdf import Brdf, CosineSampler
+from nacre.brdf import Brdf
 from nacre.evaluate.plot import write_plot
 from nacre.files import atomic_path
 from nacre.formats import load
+from nacre.latent import NeuralBasis
+from nacre.latent.file import fingerprint
 from nacre.progress import Progress
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.noise import Describe, NoiseSettings
 from nacre.reproduce.noise_pages import error_page, noise_table, picture_page, write_noise
-from nacre.reproduce.noise_study import NoiseStudy, Samplers, run_noise
-from nacre.sampling import UniformSampler, fit_blinn_phong, fit_lobes
-
-SAMPLERS: Samplers = {
-    "uniform": lambda brdf: UniformSampler(),
-    "cosine": lambda brdf: CosineSampler(),
-    "blinn-phong": fit_blinn_phong,
-    "nacre": fit_lobes,
-    "own": lambda brdf: brdf.sampler,
-}
-"""Ways to sample a reflectance, by name; "own" is what it brings along, as RGL tables do."""
+from nacre.reproduce.noise_study import NoiseStudy, run_noise
+from nacre.reproduce.samplers import PREDICTED, sampler
 
 DIFFERS = (
     "scenes of nacre's own; the materials named below in place of the test set of MERL; their f_r "
-    "is that of the files; lobes are fitted by search in place of predicted from a code; errors "
-    "are of pictures after clipping and a gamma of 2.2"
+    "is that of the files; what predicts lobes is trained on their variance in place of labels; "
+    "fitted lobes are found by search; errors are of pictures after clipping and a gamma of 2.2"
 )
 
 
@@ -64,6 +57,7 @@ class NoiseExperiment:
         folder: Path,
         progress: Progress,
         *,
+        basis: NeuralBasis | None = None,
         fresh: bool = False,
     ) -> NoiseStudy:
         """Render what is not in the folder yet, or all.
@@ -71,13 +65,19 @@ class NoiseExperiment:
         Raises
         ------
         NacreError
-            If a file cannot be read, or its material not rendered.
+            If a file cannot be read, its material not rendered, or lobes are to be predicted
+            without a basis that does.
         """
         brdfs: dict[str, Brdf] = {path.stem: load(path) for path in files}
         every = {"all": list(brdfs.values())}
         groups = every if self.together else {name: [brdf] for name, brdf in brdfs.items()}
-        chosen = {name: SAMPLERS[name] for name in samplers}
-        return run_noise(self.describe, groups, chosen, settings, folder, progress, fresh=fresh)
+        chosen = {name: sampler(name, basis) for name in samplers}
+        marks = {}
+        if basis is not None:
+            marks = dict.fromkeys(PREDICTED, fingerprint(basis, predictors=True))
+        return run_noise(
+            self.describe, groups, chosen, settings, folder, progress, marks=marks, fresh=fresh
+        )
 
     def write(
         self, name: str, study: NoiseStudy, samplers: Sequence[str], files: Sequence[Path], to: Path

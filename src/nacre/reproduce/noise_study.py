@@ -68,6 +68,7 @@ def run_noise(
     folder: Path,
     progress: Progress,
     *,
+    marks: Mapping[str, str] | None = None,
     fresh: bool = False,
 ) -> NoiseStudy:
     """Render what is not in the folder yet.
@@ -86,6 +87,8 @@ def run_noise(
         Where finished pictures are kept; made if it is not there.
     progress
         Called as the work goes on.
+    marks
+        By the name of a sampler, what else than the material and the code decides it.
     fresh
         Whether to render again what is in the folder.
     """
@@ -116,7 +119,8 @@ def run_noise(
         study.references[name] = truth
         done += 1
         for sampler, make in samplers.items():
-            path = _path(folder, [*facts, sampler])
+            mark = (marks or {}).get(sampler)
+            path = _path(folder, [*facts, sampler, *([mark] if mark else [])])
             found = None if fresh else _read(path, len(settings.counts))
             if found is None:
                 sampled = [resampled(brdf, make(brdf)) for brdf in brdfs]

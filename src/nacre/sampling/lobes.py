@@ -79,15 +79,20 @@ class BlinnPhongMixture:
     def pdf_components(self, wi: Components, wo: Components) -> Array:
         """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
-        h = half_vector(wi, wo)
-        cos_theta = xp.maximum(h[2], 1e-12)
-        tan2 = (h[0] * h[0] + h[1] * h[1]) / (cos_theta * cos_theta)
-        power = xp.exp(-0.5 * self.exponent * log1p(tan2))
-        lobe = (self.exponent + 1.0) / (2.0 * math.pi) * power
-        mirrored = lobe / (4.0 * xp.maximum(dot(wo, h), 1e-6))
+        mirrored = blinn_phong_density(half_vector(wi, wo), wo, self.exponent)
         visible = (wi[2] > 0.0) & (wo[2] > 0.0)
         mixture = self.specular * mirrored + (1.0 - self.specular) / math.pi * wi[2]
         return xp.where(visible, mixture, 0.0 * mixture)
+
+
+def blinn_phong_density(h: Components, wo: Components, exponent: Array) -> Array:
+    """Density in 1/sr of `wo` mirrored about half vectors h of a Blinn-Phong lobe."""
+    xp = namespace(*h)
+    cos_theta = xp.maximum(h[2], 1e-12)
+    tan2 = (h[0] * h[0] + h[1] * h[1]) / (cos_theta * cos_theta)
+    power = xp.exp(-0.5 * exponent * log1p(tan2))
+    lobe = (exponent + 1.0) / (2.0 * math.pi) * power
+    return lobe / (4.0 * xp.maximum(dot(wo, h), 1e-6))
 
 
 # A sharp lobe lives on angles whose cosine float32 rounds to a handful of values near 1: a density

@@ -7,18 +7,20 @@ import math
 import numpy as np
 
 from nacre.array import Floats
-from nacre.geometry import half_vector, split
-from nacre.sampling.mixture import GgxLobe, GgxMixture, Values, lobe_frame, turned
-from nacre.sampling.moment import Moment
+from nacre.sampling.mixture import GgxMixture, Values
+from nacre.sampling.mixture_parameters import (
+    LARGEST_SHIFT,
+    LEAST_COSINE,
+    ROUGHNESSES,
+    bounded,
+    columns,
+    free_roughness,
+    rounded_mixture,
+)
+from nacre.sampling.moment import Moment, view_pairs
 from nacre.sampling.newton import Terms
 from nacre.sampling.visible_normals import visible_density
 
-_LEAST_COSINE = 0.01
-"""Share of the cosine lobe: it bounds every weight."""
-_ROUGHNESS = 0.004, 1.5
-"""Range of roughnesses."""
-_SHIFT = 1.0
-"""Largest shift."""
 _STEP = 1e-5
 """Of differences."""
 _SMALL = -2.0
@@ -28,9 +30,7 @@ _SMALL = -2.0
 class MixtureMoment:
     """The second moment as a function of parameters that may have any value.
 
-    They are a matrix, a row for each of `cosines`: the logarithms of the shares of the uniform, the
-    squared and the GGX lobes relative to that of the cosine lobe; roughnesses along and across, and
-    shifts, of all lobes, through functions that keep them within bounds.
+    :mod:`nacre.sampling.mixture_parameters` says what they are; a row for each of `cosines`.
 
     Parameters
     ----------
@@ -46,24 +46,17 @@ class MixtureMoment:
 
     def __init__(self, moment: Moment, cosines: Values, lobes: int, angle: float | None) -> None:
         self.cosines, self.lobes, self.angle = cosines, lobes, angle
-        wi, wo = split(moment.wi), split(moment.wo)
-        axis, view = lobe_frame(wo, angle)
-        self._h = turned(half_vector(wi, wo), *axis)
-        self._view = view
-        self._z = wi[2]
+        self._half, self._view, self._z = view_pairs(moment.wo, moment.wi, angle)
         self._weights = moment.weights
         mu = moment.wo[:, 0, 2]
         self._hats = np.stack([np.interp(mu, cosines, row) for row in np.eye(len(cosines))], -1)
-        shares = 2 + lobes
-        self._shares = slice(0, shares)
-        self._roughnesses = slice(shares, shares + 2 * lobes)
-        self._shifts = slice(shares + 2 * lobes, shares + 3 * lobes)
+        self._shares, self._roughnesses, self._shifts = columns(lobes)
 
     def start(self, roughness: Values) -> Floats:
         """Parameters of isotropic lobes that do not depend on the view."""
         rows = np.zeros((len(self.cosines), self._shifts.stop))
         rows[:, :2] = _SMALL
-        rows[:, self._roughnesses] = np.tile([_free_roughness(a) for a in roughness], 2)
+        rows[:, self._roughnesses] = np.tile([free_roughness(a) for a in roughness], 2)
         return rows.ravel()
 
     def part(self, free: Floats, wider: float) -> Floats:
@@ -99,11 +92,8 @@ class MixtureMoment:
 
     def mixture(self, free: Floats) -> GgxMixture:
         """The sampler of parameters, with four digits of each."""
-        values, _ = self._bounded(free.reshape(len(self.cosines), -1))
-        values[:, self._shares] = values[:, self._shares].round(4)
-        uniform, squared, *rest = (tuple(float(f"{x:.4g}") for x in row) for row in values.T)
-        lobes = (GgxLobe(*rest[k :: self.lobes]) for k in range(self.lobes))
-        return GgxMixture(tuple(lobes), uniform, squared, self.cosines, self.angle)
+        rows = free.reshape(len(self.cosines), -1)
+        return rounded_mixture(rows, self.cosines, self.lobes, self.angle)
 
     def _density(self, values: Floats) -> tuple[Floats, Floats]:
         """The density (v, n) of parameters (v, c) of the views, and its derivatives (v, c, n)."""
@@ -125,30 +115,20 @@ class MixtureMoment:
 
     def _lobe(self, shape: list[Floats]) -> Floats:
         along, across, shift = shape
-        lobe: Floats = visible_density(self._h, self._view, (along, across), shift)
+        lobe: Floats = visible_density(self._half, self._view, (along, across), shift)
         return lobe
 
     def _bounded(self, rows: Floats) -> tuple[Floats, Floats]:
         """Values (m, c) of free parameters (m, c), and their derivatives (m, c, c)."""
-        values, chain = np.empty_like(rows), np.zeros((*rows.shape, rows.shape[1]))
-        powers = np.exp(np.minimum(rows[:, self._shares], 30.0))
-        shares = powers / (1.0 + powers.sum(axis=1, keepdims=True))
-        values[:, self._shares] = (1.0 - _LEAST_COSINE) * shares
-        square = np.eye(shares.shape[1]) * shares[:, None] - shares[:, :, None] * shares[:, None]
-        chain[:, self._shares, self._shares] = (1.0 - _LEAST_COSINE) * square
-        low, high = np.log(_ROUGHNESS)
-        place = 1.0 / (1.0 + np.exp(-rows[:, self._roughnesses]))
-        values[:, self._roughnesses] = np.exp(low + (high - low) * place)
-        slope = values[:, self._roughnesses] * (high - low) * place * (1.0 - place)
-        shift = np.tanh(rows[:, self._shifts])
-        values[:, self._shifts] = _SHIFT * shift
-        slope = np.concatenate([slope, _SHIFT * (1.0 - shift**2)], axis=1)
+        shares, roughnesses, shifts = bounded(rows, self.lobes)
+        chain = np.zeros((*rows.shape, rows.shape[1]))
+        part = shares / (1.0 - LEAST_COSINE)
+        square = np.eye(shares.shape[1]) * part[:, None] - part[:, :, None] * part[:, None]
+        chain[:, self._shares, self._shares] = (1.0 - LEAST_COSINE) * square
+        low, high = np.log(ROUGHNESSES)
+        place = (np.log(roughnesses) - low) / (high - low)
+        slope = roughnesses * (high - low) * place * (1.0 - place)
+        slope = np.concatenate([slope, LARGEST_SHIFT - shifts**2 / LARGEST_SHIFT], axis=1)
         index = np.arange(self._shares.stop, rows.shape[1])
         chain[:, index, index] = slope
-        return values, chain
-
-
-def _free_roughness(roughness: float) -> float:
-    low, high = np.log(_ROUGHNESS)
-    place = (math.log(roughness) - low) / (high - low)
-    return math.log(place / (1.0 - place))
+        return np.concatenate([shares, roughnesses, shifts], axis=1), chain

@@ -1,0 +1,64 @@
+"""Lobes for importance sampling, predicted from a code by a shallow network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Sampler
+from nacre.neural.nbrdf import Layer
+from nacre.sampling.families import FAMILIES
+
+
+@dataclass(frozen=True, eq=False)
+class LobePredictor:
+    """A network from a code to the free parameters of a kind of sampler.
+
+    Hidden units are hyperbolic tangents, so that a code far from those of the training gives
+    parameters that are bounded; the family's functions then keep them valid, whatever they are.
+
+    Parameters
+    ----------
+    family
+        One of :data:`nacre.sampling.families.FAMILIES`.
+    layers
+        Of the network.
+
+    Raises
+    ------
+    ValueError
+        If the family is not known, or the layers do not chain to its size.
+    """
+
+    family: str
+    layers: Sequence[Layer]
+
+    def __post_init__(self) -> None:
+        if self.family not in FAMILIES:
+            raise ValueError(f"unknown sampler {self.family!r}; update nacre")
+        widths = [len(layer.biases) for layer in self.layers]
+        if [len(layer.weights) for layer in self.layers[1:]] != widths[:-1]:
+            raise ValueError(f"layers that predict {self.family} do not chain")
+        if not widths or widths[-1] != FAMILIES[self.family].size:
+            raise ValueError(f"{self.family} takes {FAMILIES[self.family].size} parameters")
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the network."""
+        return sum(a.nbytes for layer in self.layers for a in (layer.weights, layer.biases))
+
+    def __call__(self, code: npt.ArrayLike) -> Sampler:
+        """The sampler for a code of shape (k,)."""
+        return FAMILIES[self.family].sampler(self.free(code))
+
+    def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
+        """Its free parameters, of the family's size."""
+        values = np.asarray(code, np.float32)
+        *hidden, last = self.layers
+        for layer in hidden:
+            values = np.tanh(values @ layer.weights + layer.biases)
+        free: npt.NDArray[np.floating] = values @ last.weights + last.biases
+        return free

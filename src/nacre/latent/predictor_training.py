@@ -1,0 +1,201 @@
+"""Training of lobe predictors in PyTorch, on the variance that their lobes would have.
+
+No labels are needed: f_r is known for any code, so the second moment of f cos(theta_i) / p under
+predicted lobes is (:mod:`nacre.sampling.moment`), and its logarithm is brought to a minimum over
+codes of all kinds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.files import NacreError, require
+from nacre.latent.directions import basis_inputs
+from nacre.latent.encoding import encode_neural
+from nacre.latent.lobe_predictor import LobePredictor
+from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
+from nacre.latent.predictor_recipe import PredictorRecipe
+from nacre.latent.training_codes import Codes, draw_codes
+from nacre.neural.nbrdf import Layer
+from nacre.neural.training import schedule
+from nacre.parallel import one_blas_thread
+from nacre.progress import Progress
+from nacre.sampling.families import FAMILIES, LobeFamily
+from nacre.sampling.moment import Pairs, propose, view_pairs
+
+torch: Any = require("torch", "latent")
+Tensor: TypeAlias = Any
+
+_LEAST_MOMENT = 1e-3
+"""Of a code that reflects nothing."""
+_AT_ONCE = 32
+"""Codes that are decoded together."""
+
+
+def with_predictors(
+    basis: NeuralBasis,
+    materials: Sequence[Callable[[], Brdf]],
+    recipe: PredictorRecipe | None = None,
+    progress: Progress | None = None,
+) -> NeuralBasis:
+    """A basis together with predictors of lobes, trained on the materials that it was trained on.
+
+    Parameters
+    ----------
+    basis
+        Without predictors, or with others.
+    materials
+        Functions that give the materials, isotropic; called once each.
+    recipe
+        Settings.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    FormatError
+        If a material is anisotropic.
+    NacreError
+        If one is known at none of the directions.
+    """
+    codes = []
+    for index, load in enumerate(materials):
+        codes.append(encode_neural(basis, load()))
+        if progress:
+            progress("encoding", index + 1, len(materials), "")
+    return replace(basis, predictors=train_predictors(basis, np.array(codes), recipe, progress))
+
+
+def train_predictors(
+    basis: NeuralBasis,
+    codes: Codes,
+    recipe: PredictorRecipe | None = None,
+    progress: Progress | None = None,
+) -> dict[str, LobePredictor]:
+    """A predictor for every kind of sampler, by its name.
+
+    Parameters
+    ----------
+    basis
+        What the codes are for.
+    codes
+        Of the materials that the basis was trained on, shape (n, k).
+    recipe
+        Settings.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    NacreError
+        If codes are not finite.
+    """
+    recipe = recipe or PredictorRecipe()
+    report = progress or (lambda stage, done, total, note: None)
+    # Matrices are small: more threads gain little, and lose far more where cores are busy.
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        sets = []
+        for index in range(recipe.sets):
+            sets.append(_TrainingSet(basis, codes, recipe, index))
+            report("decoding", index + 1, recipe.sets, "")
+        found, done = {}, 0
+        for name, family in FAMILIES.items():
+            training = _Training(len(basis), family, recipe)
+            for moment in training.run(sets):
+                done += 1
+                if done % 50 == 0:
+                    total = len(FAMILIES) * recipe.steps
+                    report("predicting", done, total, f"{name}, second moment {moment:.3f}")
+            found[name] = training.predictor(name)
+    finally:
+        torch.set_num_threads(threads)
+    return found
+
+
+class _TrainingSet:
+    """Codes, and what they reflect in some directions."""
+
+    def __init__(
+        self, basis: NeuralBasis, known: Codes, recipe: PredictorRecipe, index: int
+    ) -> None:
+        random = np.random.default_rng((recipe.seed, 5, index))
+        codes = draw_codes(basis, known, -(-recipe.codes // recipe.sets), random)
+        proposal = propose(int(random.integers(1 << 31)), recipe.lights).single()
+        wi, wo = (w.reshape(-1, 3) for w in (proposal.wi, proposal.wo))
+        shape = proposal.density.shape
+        weights = np.empty((len(codes), *shape), np.float32)
+        with one_blas_thread():
+            values = basis.values(basis_inputs(wi, wo))
+            for start in range(0, len(codes), _AT_ONCE):
+                part = slice(start, start + _AT_ONCE)
+                shares = np.stack([basis.shares(code).T for code in codes[part]])
+                logs = np.minimum(shares.astype(np.float32) @ values.T, BRIGHTEST)
+                f_r = np.exp(logs).transpose(0, 2, 1).reshape(-1, *shape, 3)
+                weights[part] = proposal.weights(f_r)
+        self.codes, self.weights = torch.from_numpy(codes), torch.from_numpy(weights)
+        half, view, cosine = view_pairs(proposal.wo, proposal.wi)
+        tensors = [_tensor(x, shape) for x in (*half, *view, cosine)]
+        self.pairs = Pairs((*tensors[:3],), (*tensors[3:6],), tensors[6])
+
+
+class _Training:
+    """Weights and optimiser state of one predictor."""
+
+    def __init__(self, values: int, family: LobeFamily, recipe: PredictorRecipe) -> None:
+        self._family, self._recipe = family, recipe
+        self._random = np.random.default_rng((recipe.seed, 6))
+        self._layers = [
+            tuple(
+                torch.from_numpy(array.astype(np.float32)).requires_grad_()
+                for array in (self._random.normal(0.0, deviation, shape), np.zeros(shape[1]))
+            )
+            for shape, deviation in (
+                ((values, recipe.hidden), values**-0.5),
+                ((recipe.hidden, family.size), 0.1 * recipe.hidden**-0.5),
+            )
+        ]
+        self._adam = torch.optim.Adam([a for layer in self._layers for a in layer])
+
+    def run(self, sets: list[_TrainingSet]) -> Iterator[float]:
+        """All steps; each gives the geometric mean of its second moments.
+
+        Raises
+        ------
+        NacreError
+            If one is not finite.
+        """
+        recipe = self._recipe
+        for rate in schedule(recipe.steps, recipe.learning_rate):
+            self._adam.param_groups[0]["lr"] = float(rate)
+            given = sets[self._random.integers(len(sets))]
+            chosen = torch.from_numpy(self._random.integers(len(given.codes), size=recipe.batch))
+            (first, shift), (second, offset) = self._layers
+            free = torch.tanh(given.codes[chosen] @ first + shift) @ second + offset
+            density = self._family.density(free, given.pairs)
+            moments = (given.weights[chosen] / density).sum((-1, -2))
+            loss = moments.clamp(min=_LEAST_MOMENT).log().mean()
+            self._adam.zero_grad()
+            loss.backward()
+            self._adam.step()
+            moment = math.exp(loss.item())
+            if not math.isfinite(moment):
+                raise NacreError("training of lobe predictors: the variance is not finite")
+            yield moment
+
+    def predictor(self, name: str) -> LobePredictor:
+        """What came of it."""
+        layers = [Layer(*(a.detach().numpy() for a in layer)) for layer in self._layers]
+        return LobePredictor(name, layers)
+
+
+def _tensor(values: npt.ArrayLike, shape: tuple[int, ...]) -> Tensor:
+    return torch.from_numpy(np.array(np.broadcast_to(values, shape), np.float32))

@@ -1,0 +1,49 @@
+"""Codes to train on: those of materials, between and beyond them, and random ones."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.latent.neural_basis import CHROMA, NeuralBasis
+
+Codes: TypeAlias = npt.NDArray[np.floating]
+
+_STRETCH = -1.0, 2.0
+"""Where between, or beyond, two materials a mixture of theirs lies."""
+_SCALES = 0.5, 2.5
+"""Standard deviations of random codes."""
+_JITTER = 0.2
+"""Standard deviation that is added to every code."""
+
+
+def draw_codes(
+    basis: NeuralBasis, codes: Codes, count: int, random: np.random.Generator
+) -> npt.NDArray[np.float32]:
+    """Codes to train on, shape (count, k).
+
+    Two fifths are those of materials, two fifths are mixtures of two, the others are normally
+    distributed. Channels of materials change places.
+    """
+
+    def materials() -> Codes:
+        return permuted(basis, codes[random.integers(len(codes), size=count)], random)
+
+    one, other = materials(), materials()
+    share = random.uniform(*_STRETCH, (count, 1))
+    shape = one.shape
+    kind = random.choice(3, (count, 1), p=(0.4, 0.4, 0.2))
+    normal = random.uniform(*_SCALES, (count, 1)) * random.normal(size=shape)
+    chosen = np.select([kind == 0, kind == 1], [one, share * one + (1.0 - share) * other], normal)
+    return (chosen + _JITTER * random.normal(size=shape)).astype(np.float32)
+
+
+def permuted(basis: NeuralBasis, codes: Codes, random: np.random.Generator) -> Codes:
+    """Codes (n, k) of materials with their channels in a random order each."""
+    orders = np.array(list(itertools.permutations(range(3))))
+    turns = (CHROMA[:, orders].transpose(1, 0, 2) @ CHROMA.T)[random.integers(6, size=len(codes))]
+    pairs = codes[:, basis.greys :].reshape(len(codes), -1, 2) @ turns
+    return np.concatenate([codes[:, : basis.greys], pairs.reshape(len(codes), -1)], axis=1)

@@ -1,0 +1,58 @@
+"""Importance sampling by the microfacets of a reflectance, found by power iteration.
+
+Dupuy, Heitz, Iehl, Poulin and Ostromoukhov 2015, "Extracting Microfacet-based BRDF Parameters from
+Arbitrary Materials with Power Iterations": the view is mirrored about normals drawn as it sees
+them, from the density of normals that the reflectance itself has.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from nacre.brdf import Brdf
+from nacre.measured.adaptive import AdaptiveWarp
+from nacre.measured.rgl_tables import RglTables
+from nacre.measured.rgl_writer import Resolution, view_nodes
+from nacre.microfacets import NormalGrid
+
+_UNIFORM = 0.01
+"""Share of normals that are of all directions alike: what is reflected anywhere is sampled."""
+
+
+def microfacet_sampler(brdf: Brdf, resolution: Resolution | None = None) -> AdaptiveWarp:
+    """Visible normals by power iteration, as tables of views; the density is that of the tables.
+
+    Parameters
+    ----------
+    brdf
+        Isotropic or not.
+    resolution
+        As for :func:`nacre.measured.rgl_writer.tabulate_tables`; the square does not matter.
+
+    Raises
+    ------
+    FormatError
+        If `brdf` is anisotropic and the azimuths of the view too few for it.
+    """
+    nodes, phi_i, theta_i = view_nodes(brdf, resolution)
+    grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
+    normals = (1.0 - _UNIFORM) * grid.density(brdf) + _UNIFORM / math.pi
+    views = itertools.product(phi_i, theta_i)
+    vndf = np.stack([grid.visible(normals, theta, phi) for phi, theta in views])
+    shape = len(phi_i), len(theta_i)
+    # The map from the square to normals is that of an RGL table whose every point is alike.
+    tables = RglTables(
+        description=brdf.name,
+        phi_i=phi_i.astype(np.float32),
+        theta_i=theta_i.astype(np.float32),
+        ndf=normals.astype(np.float32),
+        sigma=grid.projected_area(normals).astype(np.float32),
+        vndf=vndf.reshape(*shape, *grid.shape).astype(np.float32),
+        luminance=np.ones((*shape, 2, 2), np.float32),
+        rgb=np.ones((*shape, 3, 2, 2), np.float32),
+        jacobian=True,
+    )
+    return AdaptiveWarp(tables, "visible normals by power iteration")
