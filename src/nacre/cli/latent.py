@@ -101,11 +101,10 @@ def train(
             if model == "neural":
                 most = min(recipe.steps, latent.PredictorRecipe.steps)
                 lobes = latent.PredictorRecipe(steps=most, seed=recipe.seed)
-                basis = latent.with_predictors(basis, materials, lobes, progress=report)
+                basis = latent.with_predictors(basis, lobes, progress=report)
             else:
                 basis = latent.train_hypernetwork(
                     basis,
-                    materials,
                     latent.HypernetworkRecipe(**settings),
                     checkpoint=states[1],
                     progress=stages.add("hypernetwork"),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.direction_samples import DirectionSamples
-from nacre.latent.neural_basis import CHROMA, NeuralBasis, grown
+from nacre.latent.neural_basis import ORDERS, NeuralBasis, grown
 from nacre.parallel import one_blas_thread
 
 MOST = 2048
@@ -63,7 +62,9 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
         common, rows = basis.logarithms(samples.wi, samples.wo)
         cosine = samples.cosine[:, None].astype(np.float64)
         target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
-        centres = permuted(basis)
+        known = basis.examples.astype(np.float64)
+        orders = range(len(ORDERS))
+        centres = np.concatenate([basis.reordered(known, order) for order in orders])
         code = np.zeros(len(basis))
         for step in range(1, _STEPS + 1):
             scaled = grown(common, rows, code) * cosine
@@ -75,16 +76,6 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
             if last:
                 break
     return np.asarray(code)
-
-
-def permuted(basis: NeuralBasis) -> Vector:
-    """Codes of the training materials with all permutations of their channels, shape (m, k)."""
-    greys, chroma = basis.greys, CHROMA.astype(np.float64)
-    codes = basis.examples.astype(np.float64)
-    weights = codes[:, greys:].reshape(len(codes), -1, 2) @ chroma
-    orders = itertools.permutations(range(3))
-    pairs = [(weights[..., list(order)] @ chroma.T).reshape(len(codes), -1) for order in orders]
-    return np.concatenate([np.hstack([codes[:, :greys], pair]) for pair in pairs])
 
 
 def _expected(values: Vector, slopes: Vector, centres: Vector) -> Vector:
