@@ -43,7 +43,7 @@ def test_training_brings_networks_close_to_what_the_basis_has(trained):
 
 
 def test_the_formula_is_that_of_the_training(trained):
-    training = hypernetwork_training._Training(random_basis(), np.zeros((1, 6)), RECIPE)
+    training = hypernetwork_training._Training(random_basis(), RECIPE)
     made = Hypernetwork(random_basis(), **training.layers())
     codes = np.random.default_rng(4).normal(size=(5, 6)).astype(np.float32)
     grey, pairs = torch.from_numpy(codes[:, :4]), torch.from_numpy(codes[:, 4:]).reshape(5, 1, 2)

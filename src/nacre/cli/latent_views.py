@@ -17,7 +17,12 @@ if TYPE_CHECKING:
     from nacre.latent.file import AnyBasis
 
 basis_option = click.option(
-    "--basis", "basis_path", required=True, type=file_path(), help="Made by nacre latent train."
+    "--basis",
+    "basis_name",
+    metavar="[neural|hypernetwork|FILE]",
+    default="neural",
+    show_default=True,
+    help="One that comes with nacre, or a file made by nacre latent train.",
 )
 _picture_option = click.option(
     "-o", "--output", required=True, type=file_path(), help="Picture to write (.png, .jpg)."
@@ -45,7 +50,7 @@ def _code(path: Path, basis: AnyBasis) -> npt.NDArray[np.floating]:
 def interpolate(
     first: Path,
     second: Path,
-    basis_path: Path,
+    basis_name: str,
     output: Path,
     count: int,
     codes: Path | None,
@@ -59,12 +64,13 @@ def interpolate(
     """
     from nacre.color import tone_map
     from nacre.evaluate import albedo
-    from nacre.latent.file import load_basis, save_code
+    from nacre.latent import find_basis
+    from nacre.latent.file import save_code
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, render_preview, write_bytes
 
     check_image_path(output, DISPLAY_IMAGES)
-    check_outputs([output], [first, second, basis_path])
-    basis = load_basis(basis_path)
+    check_outputs([output], [first, second, Path(basis_name)])
+    basis = find_basis(basis_name)
     ends = [_code(path, basis) for path in (first, second)]
     shares = np.linspace(0.0, 1.0, count)
     name = f"{first.stem} - {second.stem}"
@@ -98,21 +104,21 @@ def interpolate(
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same map.")
 def chart(
-    files: tuple[Path, ...], basis_path: Path, output: Path, marked: tuple[Path, ...], seed: int
+    files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
 ) -> None:
     """Lay out the materials or codes in FILES by t-SNE, neighbours side by side."""
     from nacre.color import tone_map
     from nacre.evaluate.plot import check_plot_path, write_plot
-    from nacre.latent.file import load_basis
+    from nacre.latent import find_basis
     from nacre.latent.map import embed, map_figure, nearest
     from nacre.render.sphere import render_sphere, standard_lights
 
     check_plot_path(output)
-    check_outputs([output], [*files, basis_path])
+    check_outputs([output], [*files, Path(basis_name)])
     missing = [path for path in marked if path not in files]
     if missing:
         raise NacreError(f"{missing[0]}: is marked but not among the files")
-    basis = load_basis(basis_path)
+    basis = find_basis(basis_name)
     codes, pictures = [], []
     light = standard_lights()["environment"]
     with Stages() as stages:
