@@ -23,7 +23,10 @@ _TRUST = 0.1
 """Power of the likelihood: neighbouring directions and channels err alike."""
 _STEPS = 12
 _LONGEST, _SHORTENED = 1.0, 0.7
+"""Change of a value in one step, and the share of a step that is taken: far from where it was
+linearised, the logarithm may be another one."""
 _CLOSE = 1e-2
+"""Change of the values by which the last step is known."""
 
 Vector = npt.NDArray[np.float64]
 
@@ -42,7 +45,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     basis
         What the code is for.
     samples
-        Of the material, one or more; of more than :data:`MOST`, an even choice.
+        Of the material, one or more; of more than :data:`MOST`, so many, the same each time.
 
     Returns
     -------
@@ -57,7 +60,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     if not len(samples):
         raise ValueError("a code needs one sample or more")
     if len(samples) > MOST:
-        samples = samples[np.linspace(0, len(samples) - 1, MOST).astype(np.int64)]
+        samples = samples[np.random.default_rng(0).permutation(len(samples))[:MOST]]
     with one_blas_thread():
         common, rows = basis.logarithms(samples.wi, samples.wo)
         cosine = samples.cosine[:, None].astype(np.float64)
