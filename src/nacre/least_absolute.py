@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+Floats = npt.NDArray[np.floating]
 Vector = npt.NDArray[np.float64]
 
 _SOFTENING = 0.05
@@ -21,8 +23,8 @@ _HOPELESS = 1e8
 
 
 def minimise(
-    residuals: Callable[[Vector], Vector],
-    jacobian: Callable[[Vector, Vector], Vector],
+    residuals: Callable[[Vector], Floats],
+    jacobian: Callable[[Vector, Any], Floats],
     start: Vector,
     iterations: int,
     limit: float = math.inf,
@@ -36,7 +38,7 @@ def minimise(
     Parameters
     ----------
     residuals
-        Residuals of any shape for parameters (p,).
+        Residuals of any shape for parameters (p,), float32 or float64.
     jacobian
         Their derivatives, shape (p, *residuals), for parameters and the residuals there.
     start
@@ -61,8 +63,9 @@ def minimise(
     for _ in range(iterations):
         weights = 1.0 / np.sqrt(current**2 + (_SOFTENING * loss + 1e-12) ** 2).reshape(-1)
         rows = jacobian(free, current).reshape(len(free), -1)
-        weighted = rows * weights
-        normal, slope = weighted @ rows.T, weighted @ current.reshape(-1)
+        weighted = rows * weights.astype(rows.dtype)
+        products = weighted @ rows.T, weighted @ current.reshape(-1)
+        normal, slope = (product.astype(np.float64) for product in products)
         scale = np.diag(normal) + 1e-12 * np.trace(normal) + 1e-300
         before = loss
         while damping < _HOPELESS:

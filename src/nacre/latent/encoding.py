@@ -24,6 +24,7 @@ _PRIOR = 0.05
 _FARTHEST = 100.0
 """Bound of the values that are found."""
 
+Floats = npt.NDArray[np.floating]
 Vector = npt.NDArray[np.float64]
 
 
@@ -75,7 +76,8 @@ def encode_neural(basis: NeuralBasis, brdf: Brdf, seed: int = 0) -> Vector:
     NacreError
         If it is known at none of the directions.
     """
-    return _closest(basis, PictureErrors(brdf, seed))
+    with one_blas_thread():
+        return _closest(basis, PictureErrors(brdf, seed))
 
 
 def encode_network(basis: Hypernetwork | Autoencoder, brdf: Brdf, seed: int = 0) -> Vector:
@@ -84,22 +86,26 @@ def encode_network(basis: Hypernetwork | Autoencoder, brdf: Brdf, seed: int = 0)
     It is sought from the code of the neural basis, or from that of the encoder. The parameters,
     what is returned and the errors are those of :func:`encode_neural`.
     """
-    errors = PictureErrors(brdf, seed)
-    begin = basis.project(brdf) if isinstance(basis, Autoencoder) else _closest(basis.basis, errors)
-    return refine(basis, errors, begin, _PRIOR)
+    with one_blas_thread():
+        errors = PictureErrors(brdf, seed)
+        if isinstance(basis, Hypernetwork):
+            begin = _closest(basis.basis, errors)
+        else:
+            begin = basis.project(brdf)
+        return refine(basis, errors, begin, _PRIOR)
 
 
 def _closest(basis: NeuralBasis, errors: PictureErrors) -> Vector:
     """The code with the least errors."""
-    pull = _PRIOR * np.eye(len(basis))
-    with one_blas_thread():
-        common, rows = basis.logarithms(errors.wi, errors.wo)
+    pull = _PRIOR * np.eye(len(basis), dtype=np.float32)
+    common, rows = basis.logarithms(errors.wi, errors.wo)
 
-        def residuals(code: Vector) -> Vector:
-            return np.concatenate([errors.errors(grown(common, rows, code)), _PRIOR * code])
+    def residuals(code: Vector) -> Floats:
+        own = (_PRIOR * code).astype(np.float32)
+        return np.concatenate([errors.errors(grown(common, rows, code)), own])
 
-        def jacobian(code: Vector, _: Vector) -> Vector:
-            f_r = grown(common, rows, code)
-            return np.concatenate([errors.slopes(f_r, rows * f_r), pull], axis=1)
+    def jacobian(code: Vector, _: Floats) -> Floats:
+        f_r = grown(common, rows, code)
+        return np.concatenate([errors.slopes(f_r, rows * f_r), pull], axis=1)
 
-        return minimise(residuals, jacobian, np.zeros(len(basis)), _STEPS, _FARTHEST)[0]
+    return minimise(residuals, jacobian, np.zeros(len(basis)), _STEPS, _FARTHEST)[0]

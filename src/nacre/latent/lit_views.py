@@ -33,9 +33,9 @@ class LitViews:
 
     wi: npt.NDArray[np.float32]
     wo: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float64]
+    weights: npt.NDArray[np.float32]
 
-    def radiance(self, f_r: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    def radiance(self, f_r: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
         """What the views see, shape (..., v, lights, 3), for f_r of shape (..., v, n, 3)."""
         return np.asarray(self.weights @ f_r)
 
@@ -65,4 +65,4 @@ def lit_views(seed: int) -> LitViews:
     radiance = 0.5 * sharpness * np.exp(sharpness * (centres @ wi.swapaxes(1, 2) - 1.0))
     radiance[:, 0] = 1.0
     weights = radiance * (wi[..., 2] / density)[:, None] / _PER_VIEW
-    return LitViews(wi.astype(np.float32), wo.astype(np.float32), weights)
+    return LitViews(*(array.astype(np.float32) for array in (wi, wo, weights)))

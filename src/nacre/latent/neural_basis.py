@@ -115,7 +115,7 @@ class NeuralBasis:
             inputs = np.maximum(inputs @ layer.weights + layer.biases, 0.0)
         return np.asarray(inputs @ self.functions[:-1] + self.functions[-1])
 
-    def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Double, Double]:
+    def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Weights, Weights]:
         """Of ln f_r at directions of shape (n, 3), what is linear in a code.
 
         Returns
@@ -125,7 +125,7 @@ class NeuralBasis:
         rows
             Derivatives by the values of a code, shape (k, n, 3).
         """
-        values = self.values(basis_inputs(wi, wo)).astype(np.float64)
+        values = self.values(basis_inputs(wi, wo))
         common, grey, pairs = np.split(values, [1, 1 + self.greys], axis=1)
         chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
         return common, np.concatenate([np.repeat(grey.T[..., None], OUTPUTS, axis=2), chroma])
@@ -223,6 +223,7 @@ class NeuralBasisBrdf(Brdf):
         return super().describe() | own
 
 
-def grown(common: Double, rows: Double, code: Double) -> Double:
+def grown(common: Floats, rows: Floats, code: Floats) -> Floats:
     """f_r of a code from :meth:`NeuralBasis.logarithms`, in 1/sr."""
-    return np.asarray(np.exp(np.minimum(common + np.tensordot(code, rows, 1), BRIGHTEST)))
+    logarithms = common + np.tensordot(code.astype(rows.dtype), rows, 1)
+    return np.asarray(np.exp(np.minimum(logarithms, BRIGHTEST)))

@@ -18,7 +18,7 @@ _GAMMA = 1.0 / 2.2
 _DARK = 1e-4
 """Added to what views see: of black, the gamma curve has no derivative."""
 
-Vector = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.floating]
 
 
 class PictureErrors:
@@ -58,13 +58,13 @@ class PictureErrors:
         )
         self.wi, self.wo = wi[known], wo[known]
         """Directions to compare at, shapes (n, 3)."""
-        f_r = np.maximum(f_r[known].astype(np.float64), 0.0)
-        self._weight = GAIN * self.wi[self._single, 2:].astype(np.float64)
+        f_r = np.maximum(f_r[known], 0.0)
+        self._weight = GAIN * self.wi[self._single, 2:]
         self._target = np.log1p(f_r[self._single] * self._weight)
         self._shown = self._show(f_r)
         self._share = _SEEN * self._target.size / self._shown.size
 
-    def errors(self, f_r: npt.NDArray[np.floating]) -> Vector:
+    def errors(self, f_r: Floats) -> Floats:
         """Errors of f_r in 1/sr at the directions, shape (n, 3); their shape is (m,).
 
         Those of the second kind weigh ten times as much, as a whole. What is negative counts as 0
@@ -75,24 +75,26 @@ class PictureErrors:
         seen = self._share * (self._show(f_r) - self._shown)
         return np.concatenate([single.reshape(-1), seen.reshape(-1)])
 
-    def slopes(self, f_r: npt.NDArray[np.floating], rates: npt.NDArray[np.floating]) -> Vector:
+    def slopes(self, f_r: Floats, rates: Floats) -> Floats:
         """Derivatives of the errors, shape (k, m), for those of f_r, shape (k, n, 3)."""
         u = f_r[self._single] * self._weight
         single = rates[:, self._single] * (self._weight / (1.0 + np.abs(u)))
         radiance = self._lit.radiance(self._spread(np.maximum(f_r, 0.0)))
         bend = self._share * _GAMMA * (radiance + _DARK) ** (_GAMMA - 1.0)
-        seen = self._lit.radiance(self._spread(np.where(f_r > 0.0, rates, 0.0))) * bend
+        if f_r.min() < 0.0:
+            rates = np.where(f_r > 0.0, rates, 0.0)
+        seen = self._lit.radiance(self._spread(rates)) * bend
         return np.concatenate([part.reshape(len(rates), -1) for part in (single, seen)], axis=1)
 
-    def _show(self, f_r: npt.NDArray[np.floating]) -> Vector:
-        shown: Vector = self._lit.radiance(self._spread(np.maximum(f_r, 0.0))) + _DARK
+    def _show(self, f_r: Floats) -> Floats:
+        shown: Floats = self._lit.radiance(self._spread(np.maximum(f_r, 0.0))) + _DARK
         return shown**_GAMMA
 
-    def _spread(self, values: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    def _spread(self, values: Floats) -> Floats:
         """Values at the directions of the lit views, (..., v, n, 3); 0 where not known."""
         lit = values[..., self._single.stop :, :]
         if self._lit_known.all():
             return lit.reshape(*values.shape[:-2], *self._lit.wi.shape)
-        spread = np.zeros((*values.shape[:-2], *self._lit.wi.shape))
+        spread = np.zeros((*values.shape[:-2], *self._lit.wi.shape), values.dtype)
         spread[..., self._lit_known, :] = lit
         return spread

@@ -62,7 +62,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     if len(samples) > MOST:
         samples = samples[np.random.default_rng(0).permutation(len(samples))[:MOST]]
     with one_blas_thread():
-        common, rows = basis.logarithms(samples.wi, samples.wo)
+        common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
         cosine = samples.cosine[:, None].astype(np.float64)
         target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
         known = basis.examples.astype(np.float64)

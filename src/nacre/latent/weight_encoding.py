@@ -10,7 +10,6 @@ from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weights import FARTHEST, SHAPES, Matrix, WeightBasis, shortened
 from nacre.least_absolute import minimise
 from nacre.neural.samples import direction_inputs
-from nacre.parallel import one_blas_thread
 
 _STEPS = 8
 _DIFFERENCE = 1e-4
@@ -57,9 +56,8 @@ def refine(basis: WeightBasis, errors: PictureErrors, start: npt.ArrayLike, prio
         rates = tangents * ((y < _LARGEST) * grown)
         return np.concatenate([errors.slopes(grown - 1.0, rates), pull], axis=1)
 
-    with one_blas_thread():
-        limit = FARTHEST * np.sqrt(len(basis))
-        return minimise(residuals, jacobian, np.asarray(start, np.float64), _STEPS, limit)[0]
+    limit = FARTHEST * np.sqrt(len(basis))
+    return minimise(residuals, jacobian, np.asarray(start, np.float64), _STEPS, limit)[0]
 
 
 def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Matrix:
