@@ -89,7 +89,7 @@ def network_bases(
 ) -> tuple[Hypernetwork, Autoencoder]:
     """Bases whose codes stand for networks."""
     start = time.perf_counter()
-    hyper = train_hypernetwork(neural, materials, HypernetworkRecipe(seed=seed))
+    hyper = train_hypernetwork(neural, HypernetworkRecipe(seed=seed))
     log(f"hypernetwork, loss {hyper.metadata['hypernetwork']['loss']:.4f}", hyper, start)
     start = time.perf_counter()
     recipe = AutoencoderRecipe(values=values, seed=seed)

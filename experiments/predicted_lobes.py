@@ -94,7 +94,7 @@ def trained(files: Sequence[Path], kept: Path | None) -> NeuralBasis:
             raise NacreError(f"{kept}: predicts no lobes")
         return basis
     loads = [partial(nacre.load, path) for path in files]
-    basis = with_predictors(train_neural(loads), loads)
+    basis = with_predictors(train_neural(loads))
     if kept:
         save_basis(basis, kept)
     return basis

@@ -13,8 +13,8 @@ with each sampler of ours: the table, and a network fitted to it, which is what 
 Error at equal time is what is left after the time that `measured` takes for 64 paths; in
 parentheses, on how many materials that is less.
 
-With `--basis FILE`, a neural basis that predicts lobes and was trained without these materials,
-there are rows of what it predicts from their codes. They are not timed: their kernels are those of
+Rows of predicted lobes are of the basis that comes with nacre, which was trained without these
+materials, or of another neural one (`--basis FILE`). They are not timed: their kernels are those of
 the lobes that a search finds.
 
 Run `python -m experiments.sampling [material ...]` from the root of the repository. With `--cache
@@ -46,7 +46,7 @@ from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.files import NacreError
 from nacre.geometry import split
 from nacre.latent import NeuralBasis
-from nacre.latent.file import load_basis
+from nacre.latent.shipped import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.render.environment import load_environment
 from nacre.reproduce.samplers import PREDICTED, sampler
@@ -92,12 +92,12 @@ SAMPLERS: dict[str, Callable[[Brdf], Sampler]] = {
 """Samplers that are given to the table, by name."""
 
 
-def predicted(path: Path) -> dict[str, Callable[[Brdf], Sampler]]:
+def predicted(name: str) -> dict[str, Callable[[Brdf], Sampler]]:
     """Samplers that a basis predicts, by name."""
-    basis = load_basis(path)
+    basis = find_basis(name)
     if not isinstance(basis, NeuralBasis):
-        raise NacreError(f"{path}: is no neural basis")
-    return {f"`{name}`": sampler(name, basis) for name in PREDICTED}
+        raise NacreError(f"{name}: is no neural basis")
+    return {f"`{kind}`": sampler(kind, basis) for kind in PREDICTED}
 
 
 def sphere(mi: Any, bsdf: Any, light: str, size: int) -> Any:
@@ -177,7 +177,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     """Relative error with each sampler under each light."""
     path, table = tabulated(material)
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
-    samplers = SAMPLERS | (predicted(options.basis) if options.basis else {})
+    samplers = SAMPLERS | predicted(options.basis)
     for name, fit in samplers.items():
         sampled = nacre.load(path)
         sampled.sampler = fit(table)
@@ -239,7 +239,7 @@ def main() -> None:
     parser.add_argument("--repetitions", type=int, default=8, help="pictures of each sampler")
     parser.add_argument("--rounds", type=int, default=5, help="of the timing")
     parser.add_argument("--timed-size", type=int, default=96, help="pixels a side")
-    parser.add_argument("--basis", type=Path, help="neural basis that predicts lobes")
+    parser.add_argument("--basis", default="neural", help="neural basis that predicts lobes")
     parser.add_argument("--cache", type=Path, help="JSON file of results")
     options = parser.parse_args()
     if not options.materials:

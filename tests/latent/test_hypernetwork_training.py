@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,13 +17,12 @@ from nacre.latent import HypernetworkRecipe, descent, hypernetwork_training, tra
 from nacre.latent.hypernetwork_training import torch
 
 RECIPE = HypernetworkRecipe(width=32, steps=300, codes=48, directions=64)
-KNOWN = [partial(random_basis().decode, code) for code in np.eye(6)]
 WI, WO = shared_directions(3000, 11)
 
 
 @pytest.fixture(scope="module")
 def trained() -> Hypernetwork:
-    return train_hypernetwork(random_basis(), KNOWN, RECIPE)
+    return train_hypernetwork(random_basis(), RECIPE)
 
 
 def error(made: Hypernetwork, codes: np.ndarray) -> float:
@@ -38,13 +37,13 @@ def error(made: Hypernetwork, codes: np.ndarray) -> float:
 
 def test_training_brings_networks_close_to_what_the_basis_has(trained):
     codes = np.random.default_rng(4).normal(size=(12, 6))
-    short = train_hypernetwork(random_basis(), KNOWN, HypernetworkRecipe(width=32, steps=5))
+    short = train_hypernetwork(random_basis(), HypernetworkRecipe(width=32, steps=5))
     assert error(trained, codes) < 0.3 * error(short, codes)
     assert trained.metadata["hypernetwork"]["steps"] == 300
 
 
 def test_the_formula_is_that_of_the_training(trained):
-    training = hypernetwork_training._Training(random_basis(), np.zeros((1, 6)), RECIPE)
+    training = hypernetwork_training._Training(random_basis(), RECIPE)
     made = Hypernetwork(random_basis(), **training.layers())
     codes = np.random.default_rng(4).normal(size=(5, 6)).astype(np.float32)
     grey, pairs = torch.from_numpy(codes[:, :4]), torch.from_numpy(codes[:, 4:]).reshape(5, 1, 2)
@@ -68,13 +67,12 @@ def test_the_code_of_a_material_is_sought_in_the_network_itself(trained):
 
 
 def test_the_same_seed_gives_the_same_and_another_does_not(trained):
-    again = train_hypernetwork(random_basis(), KNOWN, RECIPE)
+    again = train_hypernetwork(random_basis(), RECIPE)
     for name, layer in trained.layers.items():
         np.testing.assert_array_equal(again.layers[name].weights, layer.weights)
     few = {"width": 32, "steps": 5, "codes": 8}
     one, other = (
-        train_hypernetwork(random_basis(), KNOWN, HypernetworkRecipe(**few, seed=seed))
-        for seed in (0, 1)
+        train_hypernetwork(random_basis(), HypernetworkRecipe(**few, seed=seed)) for seed in (0, 1)
     )
     assert not np.array_equal(one.trunk.weights, other.trunk.weights)
 
@@ -88,24 +86,25 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train_hypernetwork(random_basis(), KNOWN, RECIPE, checkpoint=state, progress=stop)
-    for basis, known in ((random_basis(2, 2), KNOWN), (random_basis(), KNOWN[1:])):
+        train_hypernetwork(random_basis(), RECIPE, checkpoint=state, progress=stop)
+    fewer = replace(random_basis(), examples=random_basis().examples[1:])
+    for basis in (random_basis(2, 2), fewer):
         with pytest.raises(NacreError, match="of another training"):
-            train_hypernetwork(basis, known, RECIPE, checkpoint=state)
+            train_hypernetwork(basis, RECIPE, checkpoint=state)
     whole, seen = state.read_bytes(), []
     resumed = train_hypernetwork(
-        random_basis(), KNOWN, RECIPE, checkpoint=state, progress=lambda *step: seen.append(step)
+        random_basis(), RECIPE, checkpoint=state, progress=lambda *step: seen.append(step)
     )
     assert min(done for stage, done, *_ in seen if stage == "hypernetwork") > 80
     for name, layer in trained.layers.items():
         np.testing.assert_array_equal(resumed.layers[name].weights, layer.weights)
     state.write_bytes(whole[:-100])
     with pytest.raises(NacreError, match="cannot be read, remove it"):
-        train_hypernetwork(random_basis(), KNOWN, RECIPE, checkpoint=state)
+        train_hypernetwork(random_basis(), RECIPE, checkpoint=state)
 
 
 def test_settings_that_are_none_are_refused():
     with pytest.raises(ValueError, match="codes must be positive"):
         HypernetworkRecipe(codes=0)
-    with pytest.raises(NacreError, match="a material or more"):
-        train_hypernetwork(random_basis(), [])
+    with pytest.raises(NacreError, match="with examples"):
+        train_hypernetwork(replace(random_basis(), examples=random_basis().examples[:0]))

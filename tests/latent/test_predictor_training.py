@@ -12,8 +12,6 @@ from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.files import NacreError
 from nacre.geometry import split
 from nacre.latent import LobePredictor, PredictorRecipe
-from nacre.latent.directions import shared_directions
-from nacre.latent.training_codes import permuted
 from nacre.sampling import fit_blinn_phong, fit_lobes
 from nacre.sampling.families import FAMILIES
 from nacre.sampling.moment import second_moment
@@ -74,34 +72,14 @@ def test_the_same_seed_gives_the_same_predictor_and_progress_is_told() -> None:
     assert "second moment" in seen[-1][3]
 
 
-def test_permuted_codes_are_those_of_permuted_channels() -> None:
-    basis = random_basis()
-    wi, wo = shared_directions(50, 1)
-    code = CODES[0]
-    turned = permuted(basis, np.tile(code, (40, 1)), np.random.default_rng(0))
-    truth = basis.decode(code).eval(wi, wo)
-    orders = set()
-    for one in turned:
-        f_r = basis.decode(one).eval(wi, wo)
-        near = np.abs(np.log(f_r[:, :, None] / truth[:, None])).max(axis=0) < 1e-3
-        assert near.sum() == 3
-        orders.add(tuple(near.argmax(axis=1)))
-    assert len(orders) == 6
-
-
-def test_a_basis_gets_predictors_of_its_materials() -> None:
+def test_a_basis_gets_predictors_from_its_examples() -> None:
     short = PredictorRecipe(hidden=8, codes=32, sets=2, lights=16, steps=5)
     basis = random_basis()
-    stages = []
-    made = with_predictors(
-        basis,
-        [lambda code=code: basis.decode(code) for code in CODES[:2]],
-        short,
-        lambda stage, *rest: stages.append(stage),
-    )
+    made = with_predictors(basis, short)
     assert sorted(made.predictors) == sorted(FAMILIES)
     assert made.functions is basis.functions
-    assert stages[:3] == ["encoding", "encoding", "decoding"]
+    with pytest.raises(NacreError, match="with examples"):
+        with_predictors(replace(basis, examples=basis.examples[:0]), short)
 
 
 def test_codes_that_are_not_finite_end_in_a_clear_error() -> None:

@@ -98,14 +98,12 @@ def train(
         else:
             recipe = latent.BasisRecipe(values=values, **settings)
             basis = latent.train_neural(materials, recipe, checkpoint=states[0], progress=report)
-            if model == "neural":
-                most = min(recipe.steps, latent.PredictorRecipe.steps)
-                lobes = latent.PredictorRecipe(steps=most, seed=recipe.seed)
-                basis = latent.with_predictors(basis, materials, lobes, progress=report)
-            else:
+            most = min(recipe.steps, latent.PredictorRecipe.steps)
+            lobes = latent.PredictorRecipe(steps=most, seed=recipe.seed)
+            basis = latent.with_predictors(basis, lobes, progress=report)
+            if model == "hypernetwork":
                 basis = latent.train_hypernetwork(
                     basis,
-                    materials,
                     latent.HypernetworkRecipe(**settings),
                     checkpoint=states[1],
                     progress=stages.add("hypernetwork"),
@@ -115,7 +113,7 @@ def train(
         for state in states:
             state.unlink(missing_ok=True)
     size = f"{len(files)} materials, {values} values, {basis.nbytes:,} bytes"
-    if model == "neural":
+    if model in ("neural", "hypernetwork"):
         size += ", predicts lobes for importance sampling"
     console.print(f"{output}: {size}", markup=False)
 
@@ -130,24 +128,24 @@ def train(
     help="Do not optimise the code for pictures: of pca it is closest in the logarithm, of "
     "autoencoder what the encoder gives.",
 )
-def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
+def encode(source: Path, basis_name: str, output: Path, project: bool) -> None:
     """Find the code of the isotropic material in SOURCE."""
     from nacre.formats import load
-    from nacre.latent import Autoencoder, Basis
+    from nacre.latent import Autoencoder, Basis, find_basis
     from nacre.latent import encode as find
-    from nacre.latent.file import load_basis, save_code
+    from nacre.latent.file import save_code
 
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
-    check_outputs([output], [source, basis_path])
-    basis = load_basis(basis_path)
+    check_outputs([output], [source, Path(basis_name)])
+    basis = find_basis(basis_name)
     if not project:
         code = find(basis, brdf := load(source))
     elif isinstance(basis, Basis | Autoencoder):
         code = basis.project(brdf := load(source))
     else:
         raise click.BadParameter(
-            f"--project: {basis_path} holds no principal components and no encoder"
+            f"--project: {basis_name} holds no principal components and no encoder"
         )
     save_code(basis.decode(code, brdf.name), output)
     console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)
@@ -163,14 +161,15 @@ def encode(source: Path, basis_path: Path, output: Path, project: bool) -> None:
     type=file_path(),
     help="Material (.binary, .bsdf, ...); networks also as .safetensors, .h5.",
 )
-def decode(source: Path, basis_path: Path, output: Path) -> None:
+def decode(source: Path, basis_name: str, output: Path) -> None:
     """Write the material that the code in SOURCE stands for, in the format of the output's name."""
     from nacre.formats import check_target, writer
-    from nacre.latent.file import load_basis, load_code
+    from nacre.latent import find_basis
+    from nacre.latent.file import load_code
 
     write = writer(output)
-    check_outputs([output], [source, basis_path])
-    material = load_code(source, load_basis(basis_path))
+    check_outputs([output], [source, Path(basis_name)])
+    material = load_code(source, find_basis(basis_name))
     check_target(output, material)
     write(material, output)
     console.print(f"{output}: {output.stat().st_size:,} bytes", markup=False)

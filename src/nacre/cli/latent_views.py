@@ -11,7 +11,12 @@ from nacre.cli.console import Stages, check_outputs, console, file_path, print_t
 from nacre.files import NacreError
 
 basis_option = click.option(
-    "--basis", "basis_path", required=True, type=file_path(), help="Made by nacre latent train."
+    "--basis",
+    "basis_name",
+    metavar="[neural|hypernetwork|FILE]",
+    default="neural",
+    show_default=True,
+    help="One that comes with nacre, or a file made by nacre latent train.",
 )
 _picture_option = click.option(
     "-o", "--output", required=True, type=file_path(), help="Picture to write (.png, .jpg)."
@@ -30,7 +35,7 @@ _picture_option = click.option(
 def interpolate(
     first: Path,
     second: Path,
-    basis_path: Path,
+    basis_name: str,
     output: Path,
     count: int,
     codes: Path | None,
@@ -44,13 +49,13 @@ def interpolate(
     """
     from nacre.evaluate import albedo
     from nacre.evaluate.code_views import between, coded, displayed
-    from nacre.latent.file import load_basis, save_code
+    from nacre.latent import find_basis
+    from nacre.latent.file import save_code
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
     check_image_path(output, DISPLAY_IMAGES)
-    check_outputs([output], [first, second, basis_path])
-    basis = load_basis(basis_path)
-    ends = coded([first, second], basis)
+    check_outputs([output], [first, second, Path(basis_name)])
+    ends = coded([first, second], find_basis(basis_name))
     materials = between(ends[0], ends[1], count)
     if codes:
         codes.mkdir(parents=True, exist_ok=True)
@@ -82,20 +87,20 @@ def interpolate(
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same map.")
 def chart(
-    files: tuple[Path, ...], basis_path: Path, output: Path, marked: tuple[Path, ...], seed: int
+    files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
 ) -> None:
     """Lay out the materials or codes in FILES by t-SNE, neighbours side by side."""
     from nacre.evaluate.code_views import coded, draw_map
     from nacre.evaluate.plot import check_plot_path, write_plot
-    from nacre.latent.file import load_basis
+    from nacre.latent import find_basis
     from nacre.latent.map import nearest
 
     check_plot_path(output)
-    check_outputs([output], [*files, basis_path])
+    check_outputs([output], [*files, Path(basis_name)])
     missing = [path for path in marked if path not in files]
     if missing:
         raise NacreError(f"{missing[0]}: is marked but not among the files")
-    basis = load_basis(basis_path)
+    basis = find_basis(basis_name)
     names = [path.stem for path in files]
     with Stages() as stages:
         report = stages.add(output.stem)

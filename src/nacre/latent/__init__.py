@@ -19,6 +19,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "predictor_recipe": ["PredictorRecipe"],
         "predictor_training": ["train_predictors", "with_predictors"],
         "refine": ["optimised"],
+        "shipped": ["find_basis", "shipped_basis", "shipped_hypernetwork"],
         "training": ["train"],
         "weight_recipes": ["AutoencoderRecipe", "HypernetworkRecipe"],
         "weights": ["CodedNetwork"],

@@ -7,7 +7,6 @@ draws codes of its own, most of them about those of known materials.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -15,12 +14,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf
 from nacre.files import NacreError, require
 from nacre.geometry import split
 from nacre.latent.descent import descend
 from nacre.latent.directions import basis_inputs, shared_directions
-from nacre.latent.encoding import encode_neural
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.refine import GAIN
@@ -48,7 +45,6 @@ _SPREAD = 1.5
 
 def train_hypernetwork(
     basis: NeuralBasis,
-    materials: Sequence[Callable[[], Brdf]],
     recipe: HypernetworkRecipe | None = None,
     *,
     checkpoint: Path | None = None,
@@ -62,10 +58,7 @@ def train_hypernetwork(
     Parameters
     ----------
     basis
-        What it is for.
-    materials
-        Functions that give the materials that the basis was trained on, or others; called once
-        each. Of these only the codes matter.
+        What it is for, with examples.
     recipe
         Settings.
     checkpoint
@@ -76,21 +69,15 @@ def train_hypernetwork(
 
     Raises
     ------
-    FormatError
-        If a material is anisotropic.
     NacreError
-        If there is no material, one is known at none of the directions, training diverges, or the
-        checkpoint is of another training or damaged.
+        If the basis has no examples, training diverges, or the checkpoint is of another training or
+        damaged.
     """
     recipe = recipe or HypernetworkRecipe()
-    if not materials:
-        raise NacreError("a hypernetwork needs a material or more")
+    if not len(basis.examples):
+        raise NacreError("a hypernetwork needs a basis with examples")
     report = progress or (lambda stage, done, total, note: None)
-    known = []
-    for index, load in enumerate(materials):
-        known.append(encode_neural(basis, load()))
-        report("encoding", index + 1, len(materials), "")
-    training = _Training(basis, np.stack(known), recipe)
+    training = _Training(basis, recipe)
     loss = training.run(checkpoint, report)
     metadata = {**basis.metadata, "hypernetwork": asdict(recipe) | {"loss": loss}}
     return Hypernetwork(basis, **training.layers(), metadata=metadata)
@@ -99,10 +86,9 @@ def train_hypernetwork(
 class _Training:
     """The layers and the state of the optimiser."""
 
-    def __init__(
-        self, basis: NeuralBasis, known: npt.NDArray[np.float64], recipe: HypernetworkRecipe
-    ) -> None:
-        self._recipe, self._known, self._greys = recipe, known, basis.greys
+    def __init__(self, basis: NeuralBasis, recipe: HypernetworkRecipe) -> None:
+        self._recipe, self._greys = recipe, basis.greys
+        self._known = basis.examples.astype(np.float64)
         self._pairs = (len(basis) - basis.greys) // 2
         wi, wo = shared_directions(_DIRECTIONS, recipe.seed)
         seen = np.broadcast_arrays(*network_inputs(split(wi), split(wo), True))

@@ -13,6 +13,7 @@ material is one of its code, and no permuted material has to be trained on.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -41,6 +42,10 @@ CHROMA: Weights = np.array(
     np.float32,
 )
 """From a pair of values to weights of the three channels."""
+ORDERS = np.array(list(itertools.permutations(range(OUTPUTS))))
+"""Of the channels."""
+_TURNS = CHROMA[:, ORDERS].swapaxes(0, 1) @ CHROMA.T
+"""What an order does to a pair."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +136,19 @@ class NeuralBasis:
         grey = np.repeat(values[: self.greys, None], OUTPUTS, axis=1)
         chroma = values[self.greys :].reshape(-1, 2) @ CHROMA
         return np.concatenate([np.ones((1, OUTPUTS)), grey, chroma])
+
+    def reordered(self, codes: Floats, orders: int | npt.NDArray[np.int64]) -> Floats:
+        """Codes (n, k) of the materials whose channels are those of `codes` in another order.
+
+        Parameters
+        ----------
+        codes
+            Shape (n, k).
+        orders
+            Which of the six :data:`ORDERS`, shape (n,) or for all codes alike.
+        """
+        pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ _TURNS[orders]
+        return np.concatenate([codes[:, : self.greys], pairs.reshape(len(codes), -1)], axis=1)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
         """The reflectance that a code stands for.

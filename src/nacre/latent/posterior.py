@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.direction_samples import DirectionSamples
-from nacre.latent.neural_basis import CHROMA, NeuralBasis, grown
+from nacre.latent.neural_basis import ORDERS, NeuralBasis, grown
 from nacre.parallel import one_blas_thread
 
 MOST = 2048
@@ -24,7 +23,10 @@ _TRUST = 0.1
 """Power of the likelihood: neighbouring directions and channels err alike."""
 _STEPS = 12
 _LONGEST, _SHORTENED = 1.0, 0.7
+"""Change of a value in one step, and the share of a step that is taken: far from where it was
+linearised, the logarithm may be another one."""
 _CLOSE = 1e-2
+"""Change of the values by which the last step is known."""
 
 Vector = npt.NDArray[np.float64]
 
@@ -43,7 +45,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     basis
         What the code is for.
     samples
-        Of the material, one or more; of more than :data:`MOST`, an even choice.
+        Of the material, one or more; of more than :data:`MOST`, so many, the same each time.
 
     Returns
     -------
@@ -58,12 +60,14 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     if not len(samples):
         raise ValueError("a code needs one sample or more")
     if len(samples) > MOST:
-        samples = samples[np.linspace(0, len(samples) - 1, MOST).astype(np.int64)]
+        samples = samples[np.random.default_rng(0).permutation(len(samples))[:MOST]]
     with one_blas_thread():
         common, rows = basis.logarithms(samples.wi, samples.wo)
         cosine = samples.cosine[:, None].astype(np.float64)
         target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
-        centres = permuted(basis)
+        known = basis.examples.astype(np.float64)
+        orders = range(len(ORDERS))
+        centres = np.concatenate([basis.reordered(known, order) for order in orders])
         code = np.zeros(len(basis))
         for step in range(1, _STEPS + 1):
             scaled = grown(common, rows, code) * cosine
@@ -75,16 +79,6 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
             if last:
                 break
     return np.asarray(code)
-
-
-def permuted(basis: NeuralBasis) -> Vector:
-    """Codes of the training materials with all permutations of their channels, shape (m, k)."""
-    greys, chroma = basis.greys, CHROMA.astype(np.float64)
-    codes = basis.examples.astype(np.float64)
-    weights = codes[:, greys:].reshape(len(codes), -1, 2) @ chroma
-    orders = itertools.permutations(range(3))
-    pairs = [(weights[..., list(order)] @ chroma.T).reshape(len(codes), -1) for order in orders]
-    return np.concatenate([np.hstack([codes[:, :greys], pair]) for pair in pairs])
 
 
 def _expected(values: Vector, slopes: Vector, centres: Vector) -> Vector:

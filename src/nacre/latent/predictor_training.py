@@ -8,17 +8,15 @@ codes of all kinds.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf
 from nacre.files import NacreError, require
 from nacre.latent.directions import basis_inputs
-from nacre.latent.encoding import encode_neural
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.predictor_recipe import PredictorRecipe
@@ -41,18 +39,15 @@ _AT_ONCE = 32
 
 def with_predictors(
     basis: NeuralBasis,
-    materials: Sequence[Callable[[], Brdf]],
     recipe: PredictorRecipe | None = None,
     progress: Progress | None = None,
 ) -> NeuralBasis:
-    """A basis together with predictors of lobes, trained on the materials that it was trained on.
+    """A basis together with predictors of lobes, trained on its examples.
 
     Parameters
     ----------
     basis
         Without predictors, or with others.
-    materials
-        Functions that give the materials, isotropic; called once each.
     recipe
         Settings.
     progress
@@ -60,17 +55,12 @@ def with_predictors(
 
     Raises
     ------
-    FormatError
-        If a material is anisotropic.
     NacreError
-        If one is known at none of the directions.
+        If there are no examples.
     """
-    codes = []
-    for index, load in enumerate(materials):
-        codes.append(encode_neural(basis, load()))
-        if progress:
-            progress("encoding", index + 1, len(materials), "")
-    return replace(basis, predictors=train_predictors(basis, np.array(codes), recipe, progress))
+    if not len(basis.examples):
+        raise NacreError("predictors of lobes need a basis with examples")
+    return replace(basis, predictors=train_predictors(basis, basis.examples, recipe, progress))
 
 
 def train_predictors(

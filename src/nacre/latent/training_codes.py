@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.neural_basis import CHROMA, NeuralBasis
+from nacre.latent.neural_basis import ORDERS, NeuralBasis
 
 Codes: TypeAlias = npt.NDArray[np.floating]
 
@@ -30,7 +29,8 @@ def draw_codes(
     """
 
     def materials() -> Codes:
-        return permuted(basis, codes[random.integers(len(codes), size=count)], random)
+        chosen = codes[random.integers(len(codes), size=count)]
+        return basis.reordered(chosen, random.integers(len(ORDERS), size=count))
 
     one, other = materials(), materials()
     share = random.uniform(*_STRETCH, (count, 1))
@@ -39,11 +39,3 @@ def draw_codes(
     normal = random.uniform(*_SCALES, (count, 1)) * random.normal(size=shape)
     chosen = np.select([kind == 0, kind == 1], [one, share * one + (1.0 - share) * other], normal)
     return (chosen + _JITTER * random.normal(size=shape)).astype(np.float32)
-
-
-def permuted(basis: NeuralBasis, codes: Codes, random: np.random.Generator) -> Codes:
-    """Codes (n, k) of materials with their channels in a random order each."""
-    orders = np.array(list(itertools.permutations(range(3))))
-    turns = (CHROMA[:, orders].transpose(1, 0, 2) @ CHROMA.T)[random.integers(6, size=len(codes))]
-    pairs = codes[:, basis.greys :].reshape(len(codes), -1, 2) @ turns
-    return np.concatenate([codes[:, : basis.greys], pairs.reshape(len(codes), -1)], axis=1)

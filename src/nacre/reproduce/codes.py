@@ -210,7 +210,7 @@ def _trained(
         basis = latent.train_neural(materials, recipe, **options)
     else:
         recipe = settings.recipe(HypernetworkRecipe)
-        basis = latent.train_hypernetwork(neural, materials, recipe, **options)
+        basis = latent.train_hypernetwork(neural, recipe, **options)
     return basis
 
 
