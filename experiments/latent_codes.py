@@ -67,21 +67,13 @@ from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
 from nacre.render.environment import Environment, load_environment
 from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+from nacre.reproduce.codes import split
 from tests.data import data_folder
 
-SHARE = 0.2
-"""Of the materials that is held out."""
 RIDGE = 0.1
 """Weight of the squared code beside the sum of squared errors of the logarithm."""
 
 Encode = Callable[[Brdf], Brdf]
-
-
-def split(files: list[Path], seed: int) -> tuple[list[Path], list[Path]]:
-    """Materials to train on, and held-out ones."""
-    order = np.random.default_rng(seed).permutation(len(files))
-    held = round(SHARE * len(files))
-    return [files[i] for i in sorted(order[held:])], [files[i] for i in sorted(order[:held])]
 
 
 def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encode]:
@@ -190,7 +182,7 @@ def main() -> None:
         sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
     environment = load_environment(data / "environment" / "museum.exr")
     folder = options.folder or data / "pretrained" / "merl"
-    training, held_out = split(sorted(folder.glob("*.h5")), options.seed)
+    training, held_out = split(list(folder.glob("*.h5")), options.seed)
     materials = [partial(nacre.load, path) for path in training]
     values = options.values
 

@@ -28,7 +28,6 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from experiments.latent_codes import split as split_files
 from experiments.sampling import fit_plain_ggx
 
 import nacre
@@ -51,6 +50,7 @@ from nacre.latent.file import load_basis, save_basis
 from nacre.latent.training_codes import permuted
 from nacre.neural import Layer
 from nacre.parallel import one_blas_thread
+from nacre.reproduce.codes import split as split_files
 from nacre.sampling import fit_blinn_phong, fit_lobes
 from nacre.sampling.families import MixtureFamily
 from nacre.sampling.lobes import MAX_EXPONENT

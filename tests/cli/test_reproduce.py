@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+import nacre
 from nacre.latent.file import save_basis
 from tests.cli.support import run
-from tests.latent.made import predictor, random_basis
+from tests.latent.made import material, predictor, random_basis
 from tests.reproduce.support import write_materials
 
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
@@ -21,6 +22,17 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save_basis(random_basis(), tmp_path / "plain.safetensors")
     return tmp_path
+
+
+@pytest.fixture
+def coded(here):
+    """Six materials, and a basis that says it was trained on two of them."""
+    for seed in range(6):
+        nacre.save(material(seed), here / f"m{seed}.json")
+    names = [nacre.load(here / f"m{seed}.json").name for seed in range(2)]
+    basis = replace(random_basis(), metadata={"materials": names})
+    save_basis(basis, here / "basis.safetensors")
+    return here
 
 
 def test_reproduce_writes_and_says_what_differs(here, capsys):
@@ -67,6 +79,40 @@ def test_noise_of_predicted_lobes_is_kept_by_basis(here, capsys):
     assert len(found) == 2
 
 
+def test_codes_of_held_out_materials_are_reproduced(coded, capsys):
+    pytest.importorskip("torch", reason="needs the extra 'latent'")
+    files = [f"m{k}.json" for k in range(6)]
+    options = ["--quick", "--methods", "neural", "-o", "out"]
+    assert run("reproduce", "table2", *files, *options) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[:2] == ["out/table2.csv", "out/table2.md"]
+    assert "differs from the paper: the data differ" in printed[2]
+    assert "| neural | 128 | 1 |" in (coded / "out" / "table2.md").read_text()
+
+
+def test_a_map_rings_what_its_basis_was_not_trained_on(coded, capsys):
+    pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
+    files = [f"m{k}.json" for k in range(6)]
+    options = ["--basis", "basis.safetensors", "-o", "out"]
+    assert run("reproduce", "fig11", *files, *options) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == "out/fig11.png: 6 materials, 4 that the basis was not trained on"
+    marks = [option for k in range(2, 6) for option in ("--mark", f"m{k}.json")]
+    assert run("latent", "map", *files, *marks, *options[:2], "-o", "map.png") == 0
+    assert (coded / "map.png").read_bytes() == (coded / "out" / "fig11.png").read_bytes()
+
+
+def test_rows_show_what_lies_between_pairs(coded, capsys):
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    files = [f"m{k}.json" for k in range(4)]
+    options = ["--quick", "--basis", "basis.safetensors", "-o", "out"]
+    assert run("reproduce", "fig12", *files, *options) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == "out/fig12.png: 4 materials"
+    assert "differs from the paper: codes of the basis given" in printed[1]
+    assert (coded / "out" / "fig12.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_every_sampler_can_be_chosen():
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
     from nacre.cli.reproduce import _NOISE, _SAMPLERS
@@ -82,6 +128,8 @@ def test_reproduce_lists_methods(here, capsys):
     printed = capsys.readouterr().out
     assert "nbrdf-675-uniform" in printed
     assert "sgd" in printed
+    assert "autoencoder-projected" in printed
+    assert all(name in printed for name in ("table2", "fig11", "fig12"))
 
 
 @pytest.mark.parametrize(
@@ -100,6 +148,18 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig13", "a.safetensors", "--methods", "ggx-predicted"], "needs --basis"),
         (["fig13", "a.safetensors", "--basis", "plain.safetensors"], "predicts no lobes"),
         (["fig13", "a.safetensors", "--basis", "none.safetensors"], "cannot be read"),
+        (["table2", "a.safetensors", "b.safetensors"], "table2 takes 5 materials at least, got 2"),
+        (["table2", "a.safetensors", "--methods", "ggx"], "'ggx' is no method"),
+        (["table2", "a.safetensors", "--basis", "plain.safetensors"], "--basis is not for table2"),
+        (["fig11", "a.safetensors"], "fig11 needs --basis"),
+        (
+            ["fig11", "a.safetensors", "--basis", "plain.safetensors"],
+            "does not say which materials",
+        ),
+        (["fig11", "a.safetensors", "--methods", "neural"], "--methods is not for fig11"),
+        (["fig12", "a.safetensors", "--jobs", "2"], "--jobs is not for fig12"),
+        (["fig12", "a.safetensors", "--basis", "plain.safetensors"], "pairs of materials, got 1"),
+        (["fig12", "a.safetensors", "--basis", "none.safetensors"], "cannot be read"),
         (["fig15", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--quick", "--methods", "published"], "nothing could be tried"),
         (["fig6", "a.safetensors", "-o", "a.safetensors"], "a.safetensors"),

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 
 from nacre.cli.console import Stages, check_outputs, console, file_path, print_table
 from nacre.files import NacreError
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from nacre.latent.file import AnyBasis
 
 basis_option = click.option(
     "--basis",
@@ -27,15 +21,6 @@ basis_option = click.option(
 _picture_option = click.option(
     "-o", "--output", required=True, type=file_path(), help="Picture to write (.png, .jpg)."
 )
-
-
-def _code(path: Path, basis: AnyBasis) -> npt.NDArray[np.floating]:
-    """The code in a `.json` file, or of the material in any other."""
-    from nacre.formats import load
-    from nacre.latent import encode
-    from nacre.latent.file import is_code, load_code
-
-    return load_code(path, basis).code if is_code(path) else encode(basis, load(path))
 
 
 @click.command("interpolate")
@@ -62,19 +47,16 @@ def interpolate(
     Of pca and neural the logarithm of f_r is linear in a code: what lies between reflects no more
     than the same mixture of the ends would, in any direction.
     """
-    from nacre.color import tone_map
     from nacre.evaluate import albedo
+    from nacre.evaluate.code_views import between, coded, displayed
     from nacre.latent import find_basis
     from nacre.latent.file import save_code
-    from nacre.render.preview import DISPLAY_IMAGES, check_image_path, render_preview, write_bytes
+    from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
     check_image_path(output, DISPLAY_IMAGES)
     check_outputs([output], [first, second, Path(basis_name)])
-    basis = find_basis(basis_name)
-    ends = [_code(path, basis) for path in (first, second)]
-    shares = np.linspace(0.0, 1.0, count)
-    name = f"{first.stem} - {second.stem}"
-    materials = [basis.decode((1.0 - t) * ends[0] + t * ends[1], f"{name} {t:.2f}") for t in shares]
+    ends = coded([first, second], find_basis(basis_name))
+    materials = between(ends[0], ends[1], count)
     if codes:
         codes.mkdir(parents=True, exist_ok=True)
         for index, material in enumerate(materials):
@@ -82,9 +64,10 @@ def interpolate(
     rows, pictures = [], []
     with Stages() as stages:
         report = stages.add(output.stem)
-        for index, (t, material) in enumerate(zip(shares, materials, strict=True)):
-            pictures.append(tone_map(render_preview(material, size=size, spp=spp)))
-            rows.append((f"{t:.2f}", *(f"{x:.3f}" for x in albedo(material, [0.0]).value[0])))
+        for index, material in enumerate(materials):
+            pictures.append(displayed(material, size, spp))
+            share = index / (count - 1)
+            rows.append((f"{share:.2f}", *(f"{x:.3f}" for x in albedo(material, [0.0]).value[0])))
             report("rendering", index + 1, count, "")
     write_bytes(np.rint(255.0 * np.concatenate(pictures, axis=1)).astype(np.uint8), output)
     print_table(("share of the second", "albedo, red", "green", "blue"), rows)
@@ -107,11 +90,10 @@ def chart(
     files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
 ) -> None:
     """Lay out the materials or codes in FILES by t-SNE, neighbours side by side."""
-    from nacre.color import tone_map
+    from nacre.evaluate.code_views import coded, draw_map
     from nacre.evaluate.plot import check_plot_path, write_plot
     from nacre.latent import find_basis
-    from nacre.latent.map import embed, map_figure, nearest
-    from nacre.render.sphere import render_sphere, standard_lights
+    from nacre.latent.map import nearest
 
     check_plot_path(output)
     check_outputs([output], [*files, Path(basis_name)])
@@ -119,18 +101,13 @@ def chart(
     if missing:
         raise NacreError(f"{missing[0]}: is marked but not among the files")
     basis = find_basis(basis_name)
-    codes, pictures = [], []
-    light = standard_lights()["environment"]
+    names = [path.stem for path in files]
     with Stages() as stages:
         report = stages.add(output.stem)
-        for index, path in enumerate(files):
-            codes.append(_code(path, basis))
-            image, mask = render_sphere(basis.decode(codes[-1], path.stem), light, 48)
-            pictures.append(np.concatenate([tone_map(image), mask[..., None]], axis=-1))
-            report("encoding", index + 1, len(files), "")
-    names = [path.stem for path in files]
-    figure = map_figure(names, embed(codes, seed), pictures, {path.stem for path in marked})
+        materials = coded(files, basis, report)
+        figure = draw_map(names, materials, {path.stem for path in marked}, seed, report)
     write_plot(figure, output)
+    codes = [material.code for material in materials]
     rows = [
         (path.stem, ", ".join(names[k] for k in nearest(codes, files.index(path), 3)))
         for path in marked

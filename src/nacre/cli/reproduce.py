@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,9 +22,24 @@ from nacre.files import NacreError, printable
 
 if TYPE_CHECKING:
     from nacre.latent import NeuralBasis
+    from nacre.latent.file import AnyBasis
+    from nacre.reproduce import Method, Settings
+    from nacre.reproduce.codes import CodeSettings
 
 _NOISE = ("fig13", "fig14", "fig15", "fig16")
-_EXPERIMENTS = ("table1", "table3", "fig6", "fig7", "fig8", "fig9", "fig10", *_NOISE, "fig17")
+_CODES = ("fig11", "fig12")
+_EXPERIMENTS = (
+    *("table1", "table2", "table3"),
+    *("fig6", "fig7", "fig8", "fig9", "fig10", *_CODES, *_NOISE, "fig17"),
+)
+_CODE_FIGURE = ("methods", "published", "environment", "size", "epochs", "cache", "fresh", "jobs")
+_FOREIGN = {
+    "table2": ("published", "basis", "epochs"),
+    "fig11": (*_CODE_FIGURE, "quick"),
+    "fig12": (*_CODE_FIGURE, "seed"),
+    **dict.fromkeys(_NOISE, ("published", "environment", "size", "epochs", "jobs")),
+}
+"""Options that are not for an experiment."""
 _PREDICTED = ("blinn-phong-predicted", "ggx-predicted", "nacre-predicted")
 _DEFAULT = ("uniform", "blinn-phong", *_PREDICTED, "power-iterations", "rgl", "nacre")
 _SAMPLERS = (*_DEFAULT, "cosine", "own")
@@ -35,8 +50,11 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     if not value:
         return
     from nacre.reproduce import Settings, methods
+    from nacre.reproduce.codes import CODES
 
+    print_facts("experiments", [("", ", ".join(_EXPERIMENTS))])
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
+    print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
     console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(_SAMPLERS)}", markup=False)
     context.exit()
 
@@ -55,7 +73,8 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     "--methods",
     "chosen",
     metavar="NAME,NAME",
-    help="What to compare: methods, or samplers of figures 13 to 16. Default: all that belong.",
+    help="What to compare: methods, codes of table2, or samplers of figures 13 to 16. Default: all "
+    "that belong.",
 )
 @click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
@@ -70,8 +89,8 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 @click.option(
     "--basis",
     type=file_path(),
-    help="Basis for the method pca, or of a neural model for the samplers that are predicted; "
-    "made by nacre latent train of other materials.",
+    help="Basis for the method pca or of figures 11 and 12, or of a neural model for the samplers "
+    "that are predicted; made by nacre latent train of other materials.",
 )
 @environment_option
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
@@ -109,9 +128,13 @@ def command(
     from nacre.reproduce.methods import TRUTH
 
     require("matplotlib.figure", "plot")
+    _refuse_foreign(experiment)
+    kept = cache or output / "cache"
+    if experiment in _CODES:
+        _of_codes(experiment, files, output, basis, quick, seed)
+        return
     if experiment in _NOISE:
-        folder = cache or output / "cache"
-        _noise(experiment, files, output, chosen, basis, quick, seed, folder, fresh)
+        _noise(experiment, files, output, chosen, basis, quick, seed, kept, fresh)
         return
     for folder in published:
         if not folder.is_dir():
@@ -123,6 +146,9 @@ def command(
     if quick:
         settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)
     known = methods(settings, published, basis)
+    if experiment == "table2":
+        files, codes, settings = _codes(files, chosen, settings, quick, kept, fresh)
+        known = {TRUTH: known[TRUTH], **codes}
     kind = EXPERIMENTS[experiment]
     names = _names(chosen, known) if chosen else kind.choose(known)
     if kind.anisotropic:
@@ -133,7 +159,7 @@ def command(
             files,
             {name: known[name] for name in (TRUTH, *names)},
             settings,
-            Cache(cache or output / "cache"),
+            Cache(kept),
             jobs=jobs,
             fresh=fresh,
             progress=stages.add(experiment),
@@ -150,6 +176,76 @@ def command(
     console.print(f"differs from the paper: {kind.differs}", markup=False)
 
 
+def _refuse_foreign(experiment: str) -> None:
+    """Raise if an option is given that is not for the experiment."""
+    context = click.get_current_context()
+    for parameter in context.command.params:
+        option = max(parameter.opts, key=len)
+        given = context.get_parameter_source(parameter.name or "") != ParameterSource.DEFAULT
+        if given and option.removeprefix("--") in _FOREIGN.get(experiment, ()):
+            raise click.BadParameter(f"{option} is not for {experiment}")
+
+
+def _codes(
+    files: tuple[Path, ...],
+    chosen: str | None,
+    settings: Settings,
+    quick: bool,
+    folder: Path,
+    fresh: bool,
+) -> tuple[tuple[Path, ...], dict[str, Method], CodeSettings]:
+    """What Table 2 tries: held-out materials, codes by bases of the others, settings."""
+    from nacre.reproduce.codes import CODES, CodeSettings, code_methods
+
+    names = _names(chosen, CODES) if chosen else list(CODES)
+    shared = CodeSettings(
+        **{field.name: getattr(settings, field.name) for field in fields(settings)}
+    )
+    if quick:
+        shared = replace(shared, steps=500, mixtures=60)
+    with Stages() as stages:
+        held_out, codes, shared = code_methods(
+            files, names, shared, folder, stages.add("table2"), fresh=fresh
+        )
+    return tuple(held_out), codes, shared
+
+
+def _of_codes(
+    experiment: str,
+    files: tuple[Path, ...],
+    output: Path,
+    basis_path: Path | None,
+    quick: bool,
+    seed: int,
+) -> None:
+    """Figures 11 and 12, which show codes and compare nothing."""
+    from nacre.evaluate.plot import write_plot
+    from nacre.reproduce.code_figures import MAP_DIFFERS, ROWS_DIFFER, map_page, row_page
+
+    basis, path = _basis(basis_path, experiment), output / f"{experiment}.png"
+    output.mkdir(parents=True, exist_ok=True)
+    with Stages() as stages:
+        report = stages.add(experiment)
+        if experiment == "fig11":
+            page, ringed = map_page(files, basis, seed, report)
+            note, differs = f", {ringed} that the basis was not trained on", MAP_DIFFERS
+        else:
+            page = row_page(files, basis, *((64, 16) if quick else (192, 64)), report)
+            note, differs = "", ROWS_DIFFER
+    write_plot(page, path)
+    console.print(printable(f"{path}: {len(files)} materials{note}"), markup=False)
+    console.print(f"differs from the paper: {differs}", markup=False)
+
+
+def _basis(path: Path | None, experiment: str) -> AnyBasis:
+    """The basis that codes are of."""
+    from nacre.latent.file import load_basis
+
+    if path is None:
+        raise click.BadParameter(f"{experiment} needs --basis, made by nacre latent train")
+    return load_basis(path)
+
+
 def _noise(
     experiment: str,
     files: tuple[Path, ...],
@@ -162,10 +258,6 @@ def _noise(
     fresh: bool,
 ) -> None:
     """The figures of noise, which compare samplers and not representations."""
-    context = click.get_current_context()
-    for name in ("published", "environment", "size", "epochs", "jobs"):
-        if context.get_parameter_source(name) != ParameterSource.DEFAULT:
-            raise click.BadParameter(f"--{name} is not for {experiment}")
     from nacre.reproduce.noise import NoiseSettings
     from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
 

@@ -28,7 +28,7 @@ _ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".
 """Of files that hold a class of reflectance exactly."""
 _IGNORED = ("cli", "download", "reproduce")
 """Parts of nacre that do not change what a trial finds; within the last, see `_COUNTED`."""
-_COUNTED = ("methods.py", "noise.py", "trial.py")
+_COUNTED = ("codes.py", "methods.py", "noise.py", "trial.py")
 
 
 class Cache:

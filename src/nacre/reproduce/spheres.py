@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.evaluate.drawing import magma
-from nacre.evaluate.polar import FAINT, INK
-from nacre.files import require
+from nacre.evaluate.polar import FAINT
 from nacre.reproduce.methods import TRUTH
+from nacre.reproduce.page import Page, broken
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import readable, summarise
 from nacre.reproduce.trial import Picture
@@ -27,8 +27,6 @@ _NAMES, _HEAD, _FOOT = 1.35, 0.5, 0.5
 """Inches: width of the materials' names, height of the methods' names and of the colour scale."""
 _LEAST = -4.0
 """Decimal logarithm of 1 - SSIM at the dark end of the colour scale."""
-_PAPER = "#dcdcd9"
-"""Darker than a white sphere."""
 
 
 def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
@@ -64,13 +62,13 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
 def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light: str) -> Any:
     cell = _SIDE + _GAP, _SIDE + _STRIP + _GAP
     size = _NAMES + len(columns) * cell[0], _HEAD + len(materials) * cell[1] + _FOOT
-    page = _Page(size)
+    page = Page(size)
     for i, method in enumerate(columns):
         x = _NAMES + i * cell[0] + 0.5 * _SIDE
-        page.text(x, _HEAD - 0.1, _broken(method), ha="center", va="bottom", fontsize=8)
+        page.text(x, _HEAD - 0.1, broken(method), ha="center", va="bottom", fontsize=8)
     for j, material in enumerate(materials):
         y = _HEAD + j * cell[1]
-        page.text(0.05, y + 0.5 * _SIDE, _broken(material), va="center", fontsize=8)
+        page.text(0.05, y + 0.5 * _SIDE, broken(material), va="center", fontsize=8)
         trials = {m: study.trials[material, m] for m in columns if (material, m) in study.trials}
         figure = f"{light} SSIM"
         best = max((t.figures[figure] for m, t in trials.items() if m != TRUTH), default=1.0)
@@ -88,7 +86,7 @@ def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light:
             weight = "bold" if value == best else "normal"
             where = x + _STRIP + 0.14, y + _SIDE + 0.5 * _STRIP
             page.text(*where, readable(value, figure), va="center", fontweight=weight)
-    page.scale(_NAMES, size[1] - 0.3)
+    _scale(page, _NAMES, size[1] - 0.3)
     return page.figure
 
 
@@ -118,56 +116,32 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
     columns = min(columns, len(order))
     cell = _SIDE + 3 * _GAP, _SIDE + 0.85
     rows = -(-len(order) // columns)
-    page = _Page((columns * cell[0] + 2 * _GAP, rows * cell[1] + _FOOT))
+    page = Page((columns * cell[0] + 2 * _GAP, rows * cell[1] + _FOOT))
     for k, method in enumerate(order):
         x, y = (k % columns) * cell[0] + 2 * _GAP, (k // columns) * cell[1] + 0.4
         pictures = [study.pictures(t.material, method)[light] for t in study.of(method)]
         mean = np.mean([p.similarity.astype(np.float32) for p in pictures], axis=0)
         mapped = Picture(pictures[0].shown, mean, pictures[0].mask)
         page.image(x, y, _SIDE, _disc(_error_colours(mapped), mapped.mask))
-        page.text(x + 0.5 * _SIDE, y - 0.05, _broken(method), ha="center", va="bottom", fontsize=8)
+        page.text(x + 0.5 * _SIDE, y - 0.05, broken(method), ha="center", va="bottom", fontsize=8)
         item = found[method]
         text = f"{readable(item.mean, figure)} ± {readable(item.deviation, figure)}"
         page.text(x + 0.5 * _SIDE, y + _SIDE + 0.05, text, ha="center", va="top")
         text = f"worst {readable(item.worst, figure)}"
         page.text(x + 0.5 * _SIDE, y + _SIDE + 0.19, text, ha="center", va="top", color=FAINT)
-    page.scale(4 * _GAP, page.height - 0.3)
+    _scale(page, 4 * _GAP, page.height - 0.3)
     return page.figure
 
 
-class _Page:
-    """A figure on which things are placed in inches from the upper left."""
-
-    def __init__(self, size: tuple[float, float]) -> None:
-        figures = require("matplotlib.figure", "plot")
-        self.width, self.height = size
-        self.figure = figures.Figure(figsize=size, facecolor=_PAPER)
-
-    def image(self, x: float, y: float, side: float, pixels: Floats) -> None:
-        """A square picture of display values."""
-        axes = self._axes(x, y, side, side)
-        axes.imshow(np.clip(pixels, 0.0, 1.0), interpolation="antialiased")
-
-    def text(self, x: float, y: float, text: str, **options: Any) -> None:
-        """Text; see Matplotlib for the options."""
-        options = {"color": INK, "fontsize": 7, "parse_math": False} | options
-        self.figure.text(x / self.width, 1.0 - y / self.height, text, **options)
-
-    def scale(self, x: float, y: float) -> None:
-        """The colour scale of 1 - SSIM."""
-        axes = self._axes(x, y, 1.6, 0.1)
-        axes.imshow(magma(np.linspace(0.0, 1.0, 256))[None], aspect="auto")
-        exponents = range(round(_LEAST), 1)
-        for exponent in exponents:
-            place = x + 1.6 * (exponent - _LEAST) / -_LEAST
-            self.text(place, y + 0.13, f"{10.0**exponent:g}", ha="center", va="top", color=FAINT)
-        self.text(x + 1.75, y + 0.05, "1 − SSIM", va="center", color=FAINT)
-
-    def _axes(self, x: float, y: float, width: float, height: float) -> Any:
-        box = (x / self.width, 1.0 - (y + height) / self.height)
-        axes = self.figure.add_axes((*box, width / self.width, height / self.height))
-        axes.set_axis_off()
-        return axes
+def _scale(page: Page, x: float, y: float) -> None:
+    """The colour scale of 1 - SSIM."""
+    axes = page.axes(x, y, 1.6, 0.1)
+    axes.imshow(magma(np.linspace(0.0, 1.0, 256))[None], aspect="auto")
+    exponents = range(round(_LEAST), 1)
+    for exponent in exponents:
+        place = x + 1.6 * (exponent - _LEAST) / -_LEAST
+        page.text(place, y + 0.13, f"{10.0**exponent:g}", ha="center", va="top", color=FAINT)
+    page.text(x + 1.75, y + 0.05, "1 − SSIM", va="center", color=FAINT)
 
 
 def _disc(colours: Floats, mask: npt.NDArray[np.bool_]) -> Floats:
@@ -179,13 +153,3 @@ def _error_colours(picture: Picture) -> Floats:
     """Colours of 1 - SSIM on the logarithmic scale."""
     error = 1.0 - picture.similarity.astype(np.float32)
     return magma(1.0 - np.log10(np.clip(error, 10.0**_LEAST, 1.0)) / _LEAST)
-
-
-def _broken(name: str, length: int = 17) -> str:
-    """A long name in lines, broken at dashes and underscores."""
-    lines = [""]
-    for part in name.replace("_", "_ ").replace("-", "- ").split():
-        if lines[-1] and len(lines[-1]) + len(part) > length:
-            lines.append("")
-        lines[-1] += part
-    return "\n".join(lines)

@@ -74,11 +74,17 @@ class Settings:
         samples = (
             "as many samples as usual" if self.samples is None else f"{self.samples:,} samples"
         )
+        return (
+            f"{self.pictures()}; networks trained for {self.epochs} epochs on {samples}; "
+            f"seed {self.seed}"
+        )
+
+    def pictures(self) -> str:
+        """What of the settings is about pictures, for people."""
         lit = "the built-in studio" if self.environment is None else self.environment.name
         return (
             f"spheres {self.size} pixels wide, {self.directions} directions of light, environment "
-            f"{lit or 'given'}; networks trained for {self.epochs} epochs on {samples}; "
-            f"seed {self.seed}"
+            f"{lit or 'given'}"
         )
 
 

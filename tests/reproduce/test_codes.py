@@ -1,0 +1,92 @@
+"""Table 2: what is held out, and bases that are trained once."""
+
+from __future__ import annotations
+
+import pytest
+
+import nacre
+from nacre.files import NacreError
+from nacre.reproduce import EXPERIMENTS, methods, run
+from nacre.reproduce.cache import Cache
+from nacre.reproduce.codes import CODES, CodeSettings, code_methods, split
+from nacre.reproduce.methods import TRUTH
+from tests.latent.made import material
+
+pytest.importorskip("torch", reason="needs the extra 'latent'")
+pytest.importorskip("skimage", reason="needs the extra 'render'")
+
+SETTINGS = CodeSettings(size=16, directions=16, values=4, steps=3, mixtures=2)
+
+
+@pytest.fixture
+def files(tmp_path):
+    paths = [tmp_path / f"m{seed}.json" for seed in range(6)]
+    for seed, path in enumerate(paths):
+        nacre.save(material(seed), path)
+    return paths
+
+
+def prepare(files, names, folder, settings=SETTINGS, fresh=False):
+    """Held-out files, methods, settings, and the stages that were reported."""
+    stages = []
+    found = code_methods(
+        files, names, settings, folder, lambda stage, *_: stages.append(stage), fresh=fresh
+    )
+    return *found, stages
+
+
+def test_a_fifth_is_held_out_whatever_the_order(files):
+    training, held_out = split(files * 5, 3)
+    assert len(held_out) == 6
+    assert sorted(training + held_out) == sorted(files * 5)
+    assert split(files[::-1], 0) == split(files, 0)
+    assert len({tuple(split(files, seed)[1]) for seed in range(20)}) > 1
+
+
+def test_every_code_is_tried_on_what_no_basis_has_seen(files, tmp_path):
+    held_out, codes, settings, _ = prepare(files, list(CODES), tmp_path / "cache")
+    assert len(held_out) == 1
+    assert settings.trained == 5
+    truth = methods(settings)[TRUTH]
+    study = run(held_out, {TRUTH: truth, **codes}, settings, Cache(tmp_path / "cache"))
+    assert not study.skipped
+    assert len({study.of(name)[0].figures["environment MAE"] for name in CODES}) == len(CODES)
+    bases = [nacre.latent.file.load_basis(p) for p in (tmp_path / "cache").glob("basis-*")]
+    assert len(bases) == 4
+    for basis in bases:
+        assert len(basis) == 4
+        assert len(basis.metadata["materials"]) == 5
+        assert nacre.load(held_out[0]).name not in basis.metadata["materials"]
+    (tmp_path / "out").mkdir()
+    path = EXPERIMENTS["table2"].write("table2", study, list(CODES), tmp_path / "out")[1]
+    text = path.read_text(encoding="utf-8")
+    assert "bases of 5 materials other than those below" in text
+    assert "the data differ" in text
+    assert "| NBRDF autoencoder | 0.0178 ± 0.013 |" in text
+
+
+def test_bases_are_trained_once(files, tmp_path):
+    folder = tmp_path / "cache"
+    *_, stages = prepare(files, ["neural"], folder)
+    assert "neural, training" in stages
+    (path,) = folder.iterdir()
+    first = path.read_bytes()
+    *_, stages = prepare(files, ["neural"], folder)
+    assert not stages
+    *_, stages = prepare(files, ["hypernetwork"], folder)
+    assert {stage.partition(",")[0] for stage in stages} == {"hypernetwork"}
+    path.write_bytes(first[:-1])
+    *_, stages = prepare(files, ["neural"], folder)
+    assert stages
+    *_, stages = prepare(files, ["neural"], folder, fresh=True)
+    assert stages
+    assert path.read_bytes() == first
+    prepare(files, ["neural"], folder, CodeSettings(values=4, steps=4))
+    assert len(list(folder.iterdir())) == 3
+
+
+def test_too_few_and_equal_names_are_refused(files, tmp_path):
+    with pytest.raises(NacreError, match="table2 takes 5 materials at least, got 4"):
+        prepare(files[:4], ["neural"], tmp_path)
+    with pytest.raises(NacreError, match="same file name"):
+        prepare([*files, files[0]], ["neural"], tmp_path)
