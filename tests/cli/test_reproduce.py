@@ -145,13 +145,11 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig9", "a.safetensors"], "a.safetensors: is isotropic"),
         (["fig13", "a.safetensors", "--methods", "cosine,ggx-675"], "'ggx-675' is no method"),
         (["fig16", "a.safetensors", "--epochs", "3"], "--epochs is not for fig16"),
-        (["fig13", "a.safetensors", "--methods", "ggx-predicted"], "needs --basis"),
         (["fig13", "a.safetensors", "--basis", "plain.safetensors"], "predicts no lobes"),
         (["fig13", "a.safetensors", "--basis", "none.safetensors"], "cannot be read"),
         (["table2", "a.safetensors", "b.safetensors"], "table2 takes 5 materials at least, got 2"),
         (["table2", "a.safetensors", "--methods", "ggx"], "'ggx' is no method"),
         (["table2", "a.safetensors", "--basis", "plain.safetensors"], "--basis is not for table2"),
-        (["fig11", "a.safetensors"], "fig11 needs --basis"),
         (
             ["fig11", "a.safetensors", "--basis", "plain.safetensors"],
             "does not say which materials",

@@ -89,8 +89,9 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 @click.option(
     "--basis",
     type=file_path(),
-    help="Basis for the method pca or of figures 11 and 12, or of a neural model for the samplers "
-    "that are predicted; made by nacre latent train of other materials.",
+    help="Made by nacre latent train of other materials: principal components for the method pca; "
+    "any for figures 11 and 12, a neural one for samplers that are predicted, in place of the one "
+    "that comes with nacre.",
 )
 @environment_option
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
@@ -222,7 +223,7 @@ def _of_codes(
     from nacre.evaluate.plot import write_plot
     from nacre.reproduce.code_figures import MAP_DIFFERS, ROWS_DIFFER, map_page, row_page
 
-    basis, path = _basis(basis_path, experiment), output / f"{experiment}.png"
+    basis, path = _basis(basis_path), output / f"{experiment}.png"
     output.mkdir(parents=True, exist_ok=True)
     with Stages() as stages:
         report = stages.add(experiment)
@@ -237,13 +238,11 @@ def _of_codes(
     console.print(f"differs from the paper: {differs}", markup=False)
 
 
-def _basis(path: Path | None, experiment: str) -> AnyBasis:
-    """The basis that codes are of."""
-    from nacre.latent.file import load_basis
+def _basis(path: Path | None) -> AnyBasis:
+    """The basis that codes are of: that in a file, or the one that comes with nacre."""
+    from nacre.latent.shipped import find_basis
 
-    if path is None:
-        raise click.BadParameter(f"{experiment} needs --basis, made by nacre latent train")
-    return load_basis(path)
+    return find_basis(str(path or "neural"))
 
 
 def _noise(
@@ -258,13 +257,16 @@ def _noise(
     fresh: bool,
 ) -> None:
     """The figures of noise, which compare samplers and not representations."""
+    from nacre.formats import load
     from nacre.reproduce.noise import NoiseSettings
     from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
 
-    basis = _predicting(basis_path) if basis_path else None
-    names = [name for name in _DEFAULT if basis is not None or name not in _PREDICTED]
+    basis = _predicting(basis_path)
     if chosen:
         names = _names(chosen, _SAMPLERS)
+    else:  # codes are for isotropic materials
+        coded = all(load(path).isotropic for path in files)
+        names = [name for name in _DEFAULT if coded or name not in _PREDICTED]
     settings = NoiseSettings(seed=seed)
     if quick:
         settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)
@@ -279,12 +281,11 @@ def _noise(
     console.print(f"differs from the paper: {DIFFERS}", markup=False)
 
 
-def _predicting(path: Path) -> NeuralBasis:
+def _predicting(path: Path | None) -> NeuralBasis:
     """A basis that predicts lobes."""
     from nacre.latent import NeuralBasis
-    from nacre.latent.file import load_basis
 
-    basis = load_basis(path)
+    basis = _basis(path)
     if not isinstance(basis, NeuralBasis) or not basis.predictors:
         raise NacreError(f"{path}: predicts no lobes; make it by nacre latent train --model neural")
     return basis
