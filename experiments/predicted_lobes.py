@@ -47,7 +47,7 @@ from nacre.latent import (
     with_predictors,
 )
 from nacre.latent.file import load_basis, save_basis
-from nacre.latent.training_codes import permuted
+from nacre.latent.neural_basis import ORDERS
 from nacre.neural import Layer
 from nacre.parallel import one_blas_thread
 from nacre.reproduce.codes import split as split_files
@@ -123,7 +123,7 @@ def labelled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePre
     adam = torch.optim.Adam(network.parameters(), 1e-3, weight_decay=1e-5)
     for _ in range(recipe.steps):
         index = random.integers(len(codes), size=recipe.batch)
-        drawn = permuted(basis, codes[index], random)
+        drawn = basis.reordered(codes[index], random.integers(len(ORDERS), size=recipe.batch))
         drawn += JITTER * random.normal(size=drawn.shape)
         loss = (
             (torch.sigmoid(network(torch.from_numpy(drawn).float())) - targets[index])

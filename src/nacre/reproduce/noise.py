@@ -101,14 +101,15 @@ def converge(
 ) -> Convergence:
     """Errors of a picture as samples are added."""
     scene = _scene(describe, brdfs, settings)
-    for _ in accumulate(scene, [1], settings.seed):
-        pass  # compiles
+    sizes = pass_sizes(settings.counts)
+    for _ in accumulate(scene, sorted(set(sizes)), settings.seed):
+        pass  # compiles, for passes of every size
     seconds: list[float] = []
     found: dict[str, list[float]] = {measure: [] for measure in MEASURES}
     shown: Any = None
     spent = 0.0
     start = time.perf_counter()
-    for done, picture in accumulate(scene, pass_sizes(settings.counts), settings.seed):
+    for done, picture in accumulate(scene, sizes, settings.seed):
         spent += time.perf_counter() - start
         if done in settings.counts:
             seconds.append(spent)
