@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import sys
 from collections.abc import Sequence
@@ -11,8 +10,10 @@ from typing import NoReturn
 import click
 
 import nacre
+from nacre.cli.group import LazyGroup
 
 _COMMANDS = {
+    "btf": "Textures of measured reflectance: capture, train, encode, compare.",
     "compare": "Compare two materials in numbers and one picture.",
     "convert": "Write a material in another format.",
     "demo": "Run the main job from start to end on a built-in or given material.",
@@ -27,25 +28,10 @@ _COMMANDS = {
 }
 
 
-class _Commands(click.Group):
-    """Lists commands without importing them: help must come at once."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(_COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in _COMMANDS:
-            return None
-        command: click.Command = importlib.import_module(f"nacre.cli.{cmd_name}").command
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl(sorted(_COMMANDS.items()))
-
-
 @click.group(
-    cls=_Commands,
+    cls=LazyGroup,
+    package="nacre.cli",
+    commands_help=_COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"], "show_default": True},
     epilog="Run 'nacre COMMAND --help' for the options of a command.",
 )

@@ -1,0 +1,11 @@
+"""Textures of measured reflectance: read, captured virtually, encoded by one shared model."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "domes": ["BONN", "UTIA", "Dome"],
+        "texture": ["Btf", "TableBtf"],
+    },
+)

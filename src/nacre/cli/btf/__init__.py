@@ -1,0 +1,14 @@
+"""`nacre btf`. Each command lives in a module of its own, loaded when it runs."""
+
+from __future__ import annotations
+
+import click
+
+from nacre.cli.group import LazyGroup
+
+_COMMANDS: dict[str, str] = {}
+
+
+@click.group("btf", cls=LazyGroup, package=__name__, commands_help=_COMMANDS, no_args_is_help=False)
+def command() -> None:
+    """Textures of measured reflectance (BTFs)."""
