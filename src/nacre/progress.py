@@ -6,3 +6,7 @@ from collections.abc import Callable
 
 Progress = Callable[[str, int, int, str], None]
 """Called as `progress(stage, done, total, note)`."""
+
+
+def silent(stage: str, done: int, total: int, note: str) -> None:
+    """Says nothing."""

@@ -1,0 +1,134 @@
+"""The functions of the default codec: principal components, then a network that gives them."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf.basis.components import principal_functions
+from nacre.btf.basis.functions import INPUTS, AngularFunctions, Layer, direction_inputs
+from nacre.btf.basis.network_training import Tensor, dense, descend, to_layer, torch
+from nacre.btf.basis.recipe import BasisRecipe
+from nacre.channels import split_colors
+from nacre.progress import Progress
+
+_BATCH = 1024
+_RIDGE = 1e-8
+_DARK = 0.02
+"""Added to the brightness of texels, so that black ones do not weigh endlessly."""
+
+
+def train_functions(
+    texels: Floats,
+    wi: Floats,
+    wo: Floats,
+    orders: list[npt.NDArray[Any]],
+    recipe: BasisRecipe,
+    report: Progress,
+) -> AngularFunctions:
+    """Functions whose sums are closest to texels, with weights by one over their brightness.
+
+    Parameters
+    ----------
+    texels
+        Reflectance factors of training texels of all materials, shape (t, n, 3); any type.
+    wi, wo
+        Unit directions, shape (n, 3).
+    orders
+        Turns about the normal, see :func:`nacre.btf.basis.symmetry.symmetric_turns`.
+    recipe
+        Sizes and efforts.
+    report
+        Called as it goes on.
+    """
+    count = len(texels)
+    grey = np.empty((count, len(wi)), np.float32)
+    chroma = np.empty((2, count, len(wi)), np.float32)
+    for index, texel in enumerate(texels):
+        grey[index], chroma[:, index] = split_colors(texel.astype(np.float32))
+    weights = 1.0 / (np.maximum(grey.mean(1), 0.0) + _DARK)
+    mean = weights @ grey / weights.sum()
+    mean = np.mean([mean[order] for order in orders], axis=0)
+    scale = np.sqrt(weights / weights.mean())
+    grey -= mean
+    grey *= scale[:, None]
+    chroma *= scale[:, None]
+    report("components", 0, 2, "")
+    greys, grey_variances = principal_functions(grey, orders, recipe.greys, recipe.seed)
+    report("components", 1, 2, "")
+    pairs = chroma.reshape(2 * count, -1)
+    chromas, chroma_variances = principal_functions(pairs, orders, recipe.chromas, recipe.seed)
+    report("components", 2, 2, "")
+    # A function counts by what it adds to a texel: its root mean square there.
+    table = np.concatenate(
+        [
+            mean[:, None],
+            greys * np.sqrt(grey_variances),
+            chromas * np.sqrt(2.0 * chroma_variances),
+        ],
+        axis=1,
+    )
+    return _regressed(table, direction_inputs(wi, wo), recipe, report)
+
+
+def _regressed(
+    table: Floats, inputs: Floats, recipe: BasisRecipe, report: Progress
+) -> AngularFunctions:
+    """A network of the columns of a table; all but the first become orthonormal there."""
+    generator = torch.Generator().manual_seed(recipe.seed)
+    sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
+    layers = [dense(a, b, generator) for a, b in itertools.pairwise(sizes)]
+    shift, spread = inputs.mean(0), inputs.std(0) + 1e-6
+    scale = np.sqrt(np.square(table).mean(0)) + 1e-12
+    seen = torch.from_numpy((inputs - shift) / spread)
+    wanted, scales = torch.from_numpy(table), torch.from_numpy(scale)
+    total = float(np.square(table).mean(0).sum())
+
+    def features(state: Tensor) -> Tensor:
+        silu = torch.nn.functional.silu
+        (weights, biases), *hidden, wide = layers[:-1]
+        state = silu(torch.addmm(biases, state, weights))
+        for weights, biases in hidden:
+            state = state + silu(torch.addmm(biases, state, weights))
+        return silu(torch.addmm(wide[1], state, wide[0]))
+
+    def loss(_step: int) -> Tensor:
+        chosen = torch.randint(len(seen), (_BATCH,), generator=generator)
+        weights, biases = layers[-1]
+        found = torch.addmm(biases, features(seen[chosen]), weights) * scales
+        return (found - wanted[chosen]).square().sum(1).mean() / total
+
+    matrices = [weights for weights, _ in layers[1:-2]]
+    vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", report)
+    first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
+    first = Layer(first.weights / spread[:, None], first.biases - (shift / spread) @ first.weights)
+    with torch.no_grad():
+        units = features(seen).numpy()
+    last = _least_squares(units, table)
+    rough = AngularFunctions([first, *hidden], wide, last, recipe.greys)
+    return _orthonormal(rough, units @ last.weights + last.biases)
+
+
+def _least_squares(units: Floats, table: Floats) -> Layer:
+    """The last layer that is best for all pairs of directions."""
+    columns = np.concatenate([units, np.ones((len(units), 1), np.float32)], axis=1)
+    gram = columns.T @ columns
+    gram += np.eye(len(gram), dtype=np.float32) * (_RIDGE * np.trace(gram) / len(gram))
+    solution = np.linalg.solve(gram.astype(np.float64), (columns.T @ table).astype(np.float64))
+    return Layer(solution[:-1].astype(np.float32), solution[-1].astype(np.float32))
+
+
+def _orthonormal(rough: AngularFunctions, values: Floats) -> AngularFunctions:
+    """The same functions, combined so that their mean products over some pairs are 0 and 1."""
+    weights, biases = rough.last.weights.copy(), rough.last.biases.copy()
+    for block in (slice(1, 1 + rough.greys), slice(1 + rough.greys, None)):
+        upper = np.linalg.qr(values[:, block].astype(np.float64) / np.sqrt(len(values)))[1]
+        inverse = np.linalg.inv(upper)
+        weights[:, block] = weights[:, block] @ inverse
+        biases[block] = biases[block] @ inverse
+    return AngularFunctions(rough.hidden, rough.wide, Layer(weights, biases), rough.greys)

@@ -1,0 +1,49 @@
+"""How the default codec is trained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class BasisRecipe:
+    """Sizes and efforts.
+
+    Parameters
+    ----------
+    values
+        Of a code.
+    greys, chromas
+        Functions of grey values, and of pairs of colours: greys + 2 chromas coefficients a texel.
+    texels
+        Of each material, from which the functions are found.
+    coded_texels
+        Of each material, from which codes are learned.
+    width, depth, wide
+        Units of the hidden layers of the network that gives the functions, their number, and units
+        of the layer after them.
+    hidden
+        Units of each of the two layers between code and coefficients, and back.
+    function_steps, code_steps
+        Of the optimiser.
+    seed
+        Of all that is random.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive.
+    """
+
+    values: int = 32
+    greys: int = 96
+    chromas: int = 16
+    texels: int = 100
+    coded_texels: int = 512
+    width: int = 192
+    depth: int = 4
+    wide: int = 512
+    hidden: int = 256
+    function_steps: int = 4000
+    code_steps: int = 10000
+    seed: int = 0

@@ -1,0 +1,73 @@
+"""A linear map with a small network beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.btf.basis.functions import Layer, silu
+
+
+@dataclass(frozen=True, eq=False)
+class SkipNetwork:
+    """x @ linear + network(x): what is nearly linear needs no more than a small network.
+
+    Parameters
+    ----------
+    linear
+        Shape (inputs, outputs).
+    layers
+        Of the network; all but the last are followed by x / (1 + exp(-x)).
+
+    Raises
+    ------
+    ValueError
+        If the layers do not chain from the inputs to the outputs.
+    """
+
+    linear: Floats
+    layers: Sequence[Layer]
+
+    def __post_init__(self) -> None:
+        width, outputs = self.linear.shape
+        for layer in self.layers:
+            if layer.weights.shape != (width, len(layer.biases)):
+                raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
+            width = len(layer.biases)
+        if len(self.layers) < 2 or width != outputs:
+            raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
+
+    @property
+    def multiply_adds(self) -> int:
+        """For one input."""
+        return int(self.linear.size) + sum(int(layer.weights.size) for layer in self.layers)
+
+    def __call__(self, x: Floats) -> Floats:
+        """Outputs (b, outputs) of inputs (b, inputs)."""
+        *hidden, last = self.layers
+        state = x
+        for layer in hidden:
+            state = silu(state @ layer.weights + layer.biases)
+        result: Floats = x @ self.linear + state @ last.weights + last.biases
+        return result
+
+    def jacobian(self, x: Floats) -> tuple[Floats, Floats]:
+        """Outputs (b, outputs), and their derivatives by the inputs (b, inputs, outputs)."""
+        *hidden, last = self.layers
+        first, *others = hidden
+        state, slope = _silu_and_slope(x @ first.weights + first.biases)
+        change = first.weights * slope[:, None]
+        for layer in others:
+            state, slope = _silu_and_slope(state @ layer.weights + layer.biases)
+            change = (change @ layer.weights) * slope[:, None]
+        value = x @ self.linear + state @ last.weights + last.biases
+        return value, change @ last.weights + self.linear
+
+
+def _silu_and_slope(x: Floats) -> tuple[Floats, Floats]:
+    sigmoid = 1.0 / (1.0 + np.exp(-np.clip(x, -60.0, 60.0)))
+    value = x * sigmoid
+    return value, sigmoid + value * (1.0 - sigmoid)
