@@ -10,6 +10,7 @@ from pathlib import Path
 
 from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
+from nacre.btf.formats import is_btf
 from nacre.files import HEAD, Format, FormatError, PathLike, digest
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
@@ -68,6 +69,8 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
         If the file is absent, of no known format, or damaged, or if it has no such material.
     """
     path = Path(path)
+    if is_btf(path):
+        raise FormatError(f"{path}: is a texture (BTF), not one material; see nacre btf info")
     head = _head(path)
     suffix = path.suffix.lower()
     known = [entry for entry in _formats if entry.recognise and entry.recognise(head)]

@@ -8,9 +8,11 @@ that a file ends too early.
 from __future__ import annotations
 
 import io
+import stat
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,9 @@ from nacre.files import FormatError, PathLike, reason, require
 
 HEADER_LIMIT = 1 << 18
 """Bytes from the start of a file within which its size must be found."""
+
+_USUAL_HEADER = 1 << 12
+"""Bytes that nearly all headers fit in."""
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
@@ -54,13 +59,34 @@ class ImageHeader:
     bits: int
 
 
-def read_header(data: bytes, path: PathLike) -> ImageHeader:
+def read_header(path: PathLike) -> ImageHeader:
     """Header of an image of any of the kinds, which its first bytes tell.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, is none of them, or is not of three colours.
+    """
+    try:
+        if not stat.S_ISREG(Path(path).stat().st_mode):
+            raise FormatError(f"{path}: is not a regular file")
+        with Path(path).open("rb") as file:
+            data = file.read(_USUAL_HEADER)
+            try:
+                return parse_header(data, path)
+            except FormatError:
+                return parse_header(data + file.read(HEADER_LIMIT - len(data)), path)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def parse_header(data: bytes, path: PathLike) -> ImageHeader:
+    """Header of an image of any of the kinds.
 
     Parameters
     ----------
     data
-        First bytes of the file, up to :data:`HEADER_LIMIT`.
+        First bytes of the file, :data:`HEADER_LIMIT` or more where it has as many.
     path
         Of the file, for error messages.
 
@@ -79,7 +105,7 @@ def read_header(data: bytes, path: PathLike) -> ImageHeader:
 
 
 def exr_header(data: bytes, path: PathLike) -> ImageHeader:
-    """Header of an OpenEXR image; see :func:`read_header`."""
+    """Header of an OpenEXR image; see :func:`parse_header`."""
     try:
         (flags,) = struct.unpack_from("<I", data, 4)
         if not data.startswith(EXR_MAGIC) or flags & ~_EXR_LONG_NAMES != 2:
@@ -97,7 +123,7 @@ def exr_header(data: bytes, path: PathLike) -> ImageHeader:
 
 
 def png_header(data: bytes, path: PathLike) -> ImageHeader:
-    """Header of a PNG image; see :func:`read_header`."""
+    """Header of a PNG image; see :func:`parse_header`."""
     if len(data) < 26 or not data.startswith(PNG_MAGIC) or data[12:16] != b"IHDR":
         raise FormatError(f"{path}: is not a PNG image")
     width, height, bits, color = struct.unpack_from(">2I2B", data, 16)

@@ -21,8 +21,8 @@ MAGIC = npy.MAGIC_PREFIX
 
 _WHOLE, _RATIO = 1 << 26, 8
 """Bytes that an array may unpack to from an archive of any size, and from each of its bytes."""
-_TEXT_LIMIT = 4096
-"""Bytes of a text."""
+TEXT_LIMIT = 1024
+"""Most characters of a text."""
 
 
 def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
@@ -52,13 +52,13 @@ def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
 
 
 def parse_text(data: bytes, where: str) -> str:
-    """The one text in a version 1.0 `.npy` file, of at most 1024 characters.
+    """The one text in a version 1.0 `.npy` file, of at most :data:`TEXT_LIMIT` characters.
 
     Parameters and errors are those of :func:`parse_npy`.
     """
     shape, _, dtype, offset = _header(io.BytesIO(data), len(data), "U", where)
-    if shape or len(data) - offset > _TEXT_LIMIT:
-        raise FormatError(f"{where}: is not one text of at most {_TEXT_LIMIT // 4} characters")
+    if shape or len(data) - offset > 4 * TEXT_LIMIT:
+        raise FormatError(f"{where}: is not one text of at most {TEXT_LIMIT} characters")
     try:
         encoding = "utf-32-be" if dtype.str.startswith(">") else "utf-32-le"
         return data[offset:].decode(encoding).rstrip("\0")
