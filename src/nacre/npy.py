@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import math
 import zipfile
+from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -84,7 +85,7 @@ def map_npy(path: PathLike, offset: int, length: int, where: str) -> npt.NDArray
         Read-only, of the shape and type in the header; not always aligned in memory.
     """
     try:
-        with open(path, "rb") as file:  # noqa: PTH123 - any path-like
+        with Path(path).open("rb") as file:
             file.seek(offset)
             shape, fortran, dtype, start = _header(file, length, "f", where)
         order: Any = "F" if fortran else "C"

@@ -25,7 +25,7 @@ from nacre.array import Floats
 from nacre.btf.directions import PAIR_LIMIT, check_directions
 from nacre.btf.texture import Btf, Indices, TableBtf
 from nacre.btf.transposition import by_texel, narrowed
-from nacre.files import Format, FormatError, PathLike, atomic_path, reason
+from nacre.files import Format, FormatError, PathLike, atomic_path, read_head, reason
 from nacre.npy import TEXT_LIMIT, map_npy, parse_npy, parse_text, unpack_member
 from nacre.progress import Progress
 
@@ -179,12 +179,9 @@ def _aligned(name: str, offset: int) -> zipfile.ZipInfo:
 def _opened(path: Path) -> Iterator[tuple[zipfile.ZipFile, IO[bytes], int]]:
     """An archive, its file and its length; whatever goes wrong is a :class:`FormatError`."""
     try:
-        if path.is_dir():
-            raise FormatError(f"{path}: is a directory, expected a file")
-        with _Sparing(path) as file:
+        read_head(path)
+        with _Sparing(path.open("rb", buffering=0)) as file:
             size = path.stat().st_size
-            if not size:
-                raise FormatError(f"{path}: is empty")
             with zipfile.ZipFile(file) as archive:
                 file.sparing = False
                 yield archive, file, size
@@ -196,19 +193,19 @@ def _opened(path: Path) -> Iterator[tuple[zipfile.ZipFile, IO[bytes], int]]:
         raise FormatError(f"{path}: is not a whole .npz archive: {reason(error)}") from error
 
 
-class _Sparing(io.FileIO):
+class _Sparing(io.BufferedReader):
     """A file that at first refuses to read much: the list in an archive may claim any length."""
 
     sparing = True
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """See :meth:`io.FileIO.read`."""
+        """See :meth:`io.BufferedReader.read`."""
         if not self.sparing:
             return super().read(size)
         size = _LISTING_LIMIT + 1 if size is None or size < 0 else size
         content = super().read(min(size, _LISTING_LIMIT + 1))
         if len(content) > _LISTING_LIMIT:
-            raise FormatError(f"{self.name}: lists more than an archive of a texture has")
+            raise ValueError("its list is longer than that of any texture")
         return content
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from nacre.btf import archive, photographs, utia_folder
 from nacre.btf.image_folder import Quantity
 from nacre.btf.texture import Btf
-from nacre.files import Format, FormatError, PathLike, first_bytes
+from nacre.files import Format, FormatError, PathLike, first_bytes, read_head
 
 _FOLDERS: tuple[Format, ...] = (utia_folder.FORMAT, photographs.FORMAT)
 FORMATS: tuple[Format, ...] = (
@@ -93,19 +93,15 @@ def recognised(path: PathLike) -> Format:
         If there is nothing, or it is of no known format.
     """
     path = Path(path)
-    try:
-        path.stat()
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
     if path.is_dir():
         for entry in _FOLDERS:
             if entry.claims is not None and entry.claims(path):
                 return entry
         raise FormatError(
-            f"{path}: has neither images named like tl000_pl000_tv000_pv000.png nor a list "
-            f"{photographs.LIST}"
+            f"{path}: is a directory with neither images named like tl000_pl000_tv000_pv000.png "
+            f"nor a list {photographs.LIST}"
         )
-    head = first_bytes(path)
+    head = read_head(path)
     for entry in FORMATS:
         if entry.recognise is not None and entry.recognise(head):
             return entry
