@@ -67,7 +67,7 @@ def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) ->
     try:
         loaded: Brdf | Btf | None = entry.load(path)
         if isinstance(loaded, Btf):
-            _check_texture(loaded)  # which may come upon damage only now
+            check_texture(loaded)  # which may come upon damage only now
     except MissingExtraError:
         loaded = None
     except FormatError as error:
@@ -109,7 +109,7 @@ def _check_message(message: str, path: Path) -> None:
     assert len(message) - len(str(path)) < 600, f"too long: {message!r}"
 
 
-def _check_texture(btf: Btf) -> None:
+def check_texture(btf: Btf) -> None:
     """Values are finite, the same by texel and by pair, at directions above the horizon."""
     json.dumps(btf.describe(), ensure_ascii=False).encode()
     assert isinstance(btf.name, str)

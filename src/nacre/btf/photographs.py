@@ -149,10 +149,12 @@ def _unit(half: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def _image(path: Path, folder: Path, line: int, name: str) -> Path:
-    """Path of an image, which must not leave the folder."""
+    """Path of an image that is there; it must not leave the folder."""
     relative = PurePosixPath(name.replace("\\", "/"))
     if not name or "\0" in name or relative.is_absolute() or ".." in relative.parts:
         raise FormatError(f"{path}: line {line}: file {name[:80]!r} is no path within the folder")
+    if not (folder / relative).is_file():
+        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is not in {folder}")
     return folder / relative
 
 
