@@ -15,7 +15,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.lib.format as npy
@@ -28,6 +28,8 @@ from nacre.btf.transposition import by_texel, narrowed
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_head, reason
 from nacre.npy import TEXT_LIMIT, map_npy, parse_npy, parse_text, unpack_member
 from nacre.progress import Progress
+
+Precision: TypeAlias = Literal["half", "single"]
 
 _LISTING_LIMIT = 1 << 20
 """Most bytes that may be read at once: the list of what is in the archive."""
@@ -115,7 +117,7 @@ def load(path: PathLike) -> TableBtf:
 def save(
     btf: Btf,
     path: PathLike,
-    precision: str | None = None,
+    precision: Precision | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Write a NumPy archive of any texture, whole or not at all, in little memory.
@@ -128,7 +130,7 @@ def save(
     path
         File to write.
     precision
-        Of values: "half", "single" or "double"; None for that of a table, and "half" of any other.
+        Of values; "single" of a table that is wider than half, else "half" where None.
     progress
         Called with the texels done.
 
@@ -138,11 +140,10 @@ def save(
         If the path cannot be written, or a value is too large for the precision.
     """
     path = Path(path)
-    if precision is not None:
-        dtype = np.dtype({"half": "<f2", "single": "<f4", "double": "<f8"}[precision])
-    else:
-        stored = btf.values.dtype if isinstance(btf, TableBtf) else np.dtype("f2")
-        dtype = stored.newbyteorder("<") if stored.str[1:] in _TYPES else np.dtype("<f4")
+    if precision is None:
+        wide = isinstance(btf, TableBtf) and btf.values.dtype.itemsize > 2
+        precision = "single" if wide else "half"
+    dtype = np.dtype("<f4" if precision == "single" else "<f2")
     shape = (btf.height, btf.width, btf.pair_count, 3)
     with (
         atomic_path(path) as temporary,

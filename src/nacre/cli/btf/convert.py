@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", required=True, type=file_path(), help="File to write (.npz).")
 @click.option(
     "--precision",
-    type=click.Choice(["half", "single", "double"]),
-    help="Of the values of an .npz. Default: as they are, and half of a folder of images.",
+    type=click.Choice(["half", "single"]),
+    help="Of the values of an .npz. Default: single of a table of such, else half.",
 )
 @pixels_option
 def command(source: Path, output: Path, precision: str | None, pixels: Quantity | None) -> None:
