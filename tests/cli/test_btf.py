@@ -107,6 +107,7 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
         (("btf", "info", "."), "neither images named"),
         (("btf", "info", "cloth.npz", "--pixels", "radiance"), "state nothing"),
         (("btf", "convert", "cloth.npz", "-o", "x.csv"), "no format of textures ends in '.csv'"),
+        (("btf", "convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
         (("btf", "convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
         (("btf", "convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),
         (("btf", "picture", "cloth.npz", "-o", "x.gif"), "a picture ends in one of"),

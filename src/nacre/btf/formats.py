@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Any
 
@@ -56,15 +57,18 @@ def save(btf: Btf, path: PathLike, **options: Any) -> None:
     path
         File to write; replaced only by a whole new one.
     options
-        As the format has them: `progress`, and `precision` of an archive.
+        As its writer has them: `progress`, and `precision` of an archive.
 
     Raises
     ------
     FormatError
-        If no format with this ending can be written, or the path cannot be.
+        If no format with this ending can be written, or it has no such option, or the path cannot
+        be written.
     """
     entry = target(path)
     assert entry.save is not None
+    for name in options.keys() - inspect.signature(entry.save).parameters.keys():
+        raise FormatError(f"{path}: {name}: is not for {entry.name} files; leave it out")
     entry.save(btf, Path(path), **options)
 
 

@@ -16,14 +16,26 @@ if TYPE_CHECKING:
 
 @click.command("convert")
 @click.argument("source", type=file_path())
-@click.option("-o", "--output", required=True, type=file_path(), help="File to write (.npz).")
+@click.option("-o", "--output", required=True, type=file_path(), help="File to write.")
 @click.option(
     "--precision",
     type=click.Choice(["half", "single"]),
     help="Of the values of an .npz. Default: single of a table of such, else half.",
 )
+@click.option(
+    "--components",
+    type=click.IntRange(1),
+    metavar="K",
+    help="Of each channel of a factored file (.btf).",
+)
 @pixels_option
-def command(source: Path, output: Path, precision: str | None, pixels: Quantity | None) -> None:
+def command(
+    source: Path,
+    output: Path,
+    precision: str | None,
+    components: int | None,
+    pixels: Quantity | None,
+) -> None:
     """Write the texture at SOURCE to a file, in the format that its name ends in.
 
     SOURCE is a file, a folder of images, or a list of photographs (.csv). Images are read once;
@@ -34,7 +46,8 @@ def command(source: Path, output: Path, precision: str | None, pixels: Quantity 
     target(output)
     check_outputs([output], [source])
     btf = load(source, pixels)
-    options: dict[str, Any] = {} if precision is None else {"precision": precision}
+    given: dict[str, Any] = {"precision": precision, "components": components}
+    options = {name: value for name, value in given.items() if value is not None}
     with Stages() as stages:
         save(btf, output, progress=stages.add(output.stem), **options)
     size = output.stat().st_size
