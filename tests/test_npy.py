@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.lib import format as npy
 
 from nacre.files import FormatError
-from nacre.npy import MAGIC, parse_npy
+from nacre.npy import MAGIC, map_npy, parse_npy, parse_text
 
 
 def written(array: np.ndarray, version: tuple[int, int] = (1, 0)) -> bytes:
@@ -61,3 +62,40 @@ def test_what_is_damaged_is_refused_in_one_line(data):
     with pytest.raises(FormatError, match=r"^x\.npy: ") as caught:
         parse_npy(data, "x.npy")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "cloth", "織物 \U0001f9f5"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_texts_are_read(text: str, order: str) -> None:
+    array = np.array(text).astype(f"{order}U{max(len(text), 1)}")
+    assert parse_text(written(array), "x") == text
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        written(np.array(["two", "texts"])),
+        written(np.array("x" * 1025)),
+        written(np.array(1.0)),
+        written(np.array("xyz"))[:-4] + b"\0\xd8\0\0",  # half a character
+        written(np.array("xyz"))[:-4] + b"\xff" * 4,
+        written(np.array("xyz"))[:-1],
+    ],
+)
+def test_what_is_no_text_is_refused(data: bytes) -> None:
+    with pytest.raises(FormatError, match="x"):
+        parse_text(data, "x")
+
+
+def test_an_array_within_a_file_is_mapped(tmp_path: Path) -> None:
+    array = np.arange(6, dtype="<f4").reshape(2, 3)
+    content, path = written(array), tmp_path / "file"
+    path.write_bytes(b"before" + content + b"after")
+    found = map_npy(path, 6, len(content), "file")
+    assert isinstance(found, np.memmap)
+    np.testing.assert_array_equal(found, array)
+    for offset, length in ((5, len(content)), (6, len(content) - 1), (6, len(content) + 4)):
+        with pytest.raises(FormatError, match="file: "):
+            map_npy(path, offset, length, "file")
+    with pytest.raises(FormatError, match="cannot be read"):
+        map_npy(tmp_path / "absent", 0, 10, "file")

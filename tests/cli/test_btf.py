@@ -1,0 +1,129 @@
+"""`nacre btf info`, `convert` and `picture`, and other commands given a texture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nacre import btf
+from nacre.btf import UTIA, TableBtf
+from nacre.color import tone_map
+from tests.cli.support import run
+from tests.specimens.images import png_bytes
+
+mi = pytest.importorskip("mitsuba")
+
+
+@pytest.fixture
+def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TableBtf:
+    """A texture in `cloth.npz` whose every picture is of one colour."""
+    monkeypatch.chdir(tmp_path)
+    wi, wo = UTIA.pairs()
+    grey = np.stack([wi[:, 2], wo[:, 2], 0.0 * wi[:, 0] + 0.25], axis=1)
+    values = np.broadcast_to(grey, (2, 3, len(wi), 3)).astype(np.float16)
+    made = TableBtf(values, wi, wo, "cloth")
+    btf.save(made, "cloth.npz")
+    return made
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "felt"
+    path.mkdir()
+    for theta in (0, 60):
+        image = np.full((4, 5, 3), 128 + theta, np.uint8)
+        name = f"tl{theta:03}_pl000_tv000_pv000.png"
+        (path / name).write_bytes(png_bytes(image, 5, 4))
+    return path
+
+
+def test_info_shows_what_is_there(capsys, cloth: TableBtf) -> None:
+    assert run("btf", "info", "cloth.npz") == 0
+    shown = capsys.readouterr().out
+    for words in ("cloth.npz", "6,561", "75  [degrees]", "236,196  [bytes]", "float16"):
+        assert words in shown
+    assert run("btf", "info", "cloth.npz", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)["facts"]
+    assert (facts["width"], facts["height"], facts["lights"], facts["views"]) == (3, 2, 81, 81)
+    assert facts["bytes"] == Path("cloth.npz").stat().st_size
+    np.testing.assert_allclose(facts["value range"], [0.25, 1.0], atol=0.01)
+    expected = cloth.values.astype(float).mean(axis=(0, 1, 2))
+    np.testing.assert_allclose(facts["mean value"], expected, rtol=1e-3)
+
+
+def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
+    assert run("btf", "info", folder) == 0
+    assert "sRGB, 8 bits, RGB" in capsys.readouterr().out
+    assert run("btf", "convert", folder, "-o", "felt.npz", "--pixels", "radiance") == 0
+    assert "felt.npz: 5 x 4 texels, 2 pairs" in capsys.readouterr().out
+    expected = btf.load(folder, "radiance").texels(slice(None))
+    np.testing.assert_allclose(btf.load("felt.npz").texels(slice(None)), expected, rtol=5e-4)
+    assert run("btf", "convert", "felt.npz", "-o", "x.npz", "--precision", "single") == 0
+    assert btf.load("x.npz").describe()["values"] == "float32"
+
+
+def test_a_picture_of_the_nearest_pair(capsys, cloth: TableBtf) -> None:
+    options = ("--light", "58,3", "--view", "30,-91")
+    assert run("btf", "picture", "cloth.npz", "-o", "x.exr", *options) == 0
+    shown = capsys.readouterr().out
+    assert "60.0" in shown
+    assert "-90.0" in shown
+    picture = np.array(mi.Bitmap("x.exr"))
+    assert picture.shape == (2, 3, 3)
+    expected = [np.cos(np.radians(60)), np.cos(np.radians(30)), 0.25]
+    np.testing.assert_allclose(picture[1, 2], expected, atol=1e-3)
+
+
+def test_a_sheet_of_some_pairs(cloth: TableBtf) -> None:
+    assert run("btf", "picture", "cloth.npz", "-o", "x.png") == 0
+    sheet = np.array(mi.Bitmap("x.png")) / 255.0
+    assert sheet.shape == (3 * 2, 4 * 3, 3)
+    wanted = tone_map(np.array([[np.cos(np.radians(30)), 1.0, 0.25]]))[0]
+    np.testing.assert_allclose(sheet[1, 4], wanted, atol=0.01)
+    wanted = tone_map(np.array([[1.0, np.cos(np.radians(60)), 0.25]]))[0]
+    np.testing.assert_allclose(sheet[5, 1], wanted, atol=0.01)
+
+
+def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    up = np.array([[0.0, 0.0, 1.0]], np.float32)
+    values = np.zeros((9, 600, 1, 3), np.float32)
+    values[:, ::3] = 0.9
+    btf.save(TableBtf(values, up, up), "wide.npz")
+    assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--view", "0,0") == 0
+    sheet = np.array(mi.Bitmap("x.exr"))
+    assert sheet.shape == (3, 4 * 200, 3)
+    np.testing.assert_allclose(sheet, 0.3, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("btf", "info", "absent.npz"), "absent.npz: cannot be read"),
+        (("btf", "info", "."), "neither images named"),
+        (("btf", "info", "cloth.npz", "--pixels", "radiance"), "state nothing"),
+        (("btf", "convert", "cloth.npz", "-o", "x.csv"), "no format of textures ends in '.csv'"),
+        (("btf", "convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
+        (("btf", "convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
+        (("btf", "convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),
+        (("btf", "picture", "cloth.npz", "-o", "x.gif"), "a picture ends in one of"),
+        (("btf", "picture", "cloth.npz", "-o", "x.png", "--light", "90,0"), "below 90"),
+        (("btf", "picture", "cloth.npz", "-o", "x.png", "--view", "x"), "expected a polar"),
+        (("info", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
+        (("fit", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
+        (("convert", "cloth.npz", "x.binary"), "see nacre btf info"),
+    ],
+)
+def test_mistakes_end_in_one_line(
+    capsys, cloth: TableBtf, arguments: tuple[str, ...], words: str
+) -> None:
+    before = sorted(Path().iterdir())
+    assert run(*arguments) in (1, 2)
+    shown = capsys.readouterr().err.strip()
+    assert words in shown
+    assert "\n" not in shown
+    assert sorted(Path().iterdir()) == before
