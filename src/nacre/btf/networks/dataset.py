@@ -154,7 +154,7 @@ class TexelStream:
                     yield batches.pop()
 
     def _plans(self, start: int, stop: int) -> Iterator[list[Picks]]:
-        """What is read at once: the texels of some batches in a row."""
+        """What is read at once: the texels of some batches in a row, of one epoch."""
         plan: list[Picks] = []
         used = 0
         for step in range(start, stop):
@@ -165,7 +165,7 @@ class TexelStream:
             wi, _ = self.directions[self._groups[picks[0, 0]]]
             needed = 12 * len(picks) * len(wi)
             # Two of them are in memory: one is used while the next is read.
-            if plan and used + needed > self._memory // 2:
+            if plan and (index == 0 or used + needed > self._memory // 2):
                 yield plan
                 plan, used = [], 0
             plan.append(picks)

@@ -100,8 +100,8 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
     kinds = {array.dtype for name, array in tensors.items() if name not in ("wi", "wo")}
     if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
         raise ValueError("weights are not float32 or float16 numbers, all alike")
-    check_numbers(tensors, _LARGEST)
     arrays = {name: array.astype(np.float32) for name, array in tensors.items()}
+    check_numbers(arrays, _LARGEST)
     if isinstance(settings, UnifiedSettings):
         return UnifiedNetwork(settings, whitening, arrays, metadata=metadata)
     wi, wo = arrays.pop("wi"), arrays.pop("wo")

@@ -19,6 +19,10 @@ Shapes: TypeAlias = dict[str, tuple[int, ...]]
 Layer: TypeAlias = tuple[Tensor, Tensor]
 """Weights, shape (inputs, outputs), and biases, shape (outputs,)."""
 
+VARIANCES = {"pytorch": 1.0, "he": math.sqrt(6.0)}
+"""Ways to begin, and what multiplies 1 / sqrt(inputs) in the bound of weights; the variance of
+uniform numbers is a third of the square of their bound."""
+
 
 def mlp_shapes(name: str, widths: Sequence[int]) -> Shapes:
     """Names and shapes of the tensors of layers between `widths`."""
@@ -47,8 +51,12 @@ def run_mlp(values: Tensor, layers: Sequence[Layer]) -> Tensor:
     return values
 
 
-def initial(shapes: Shapes, random: np.random.Generator) -> dict[str, npt.NDArray[np.float32]]:
-    """Random weights and biases within 1 / sqrt(inputs of the layer), as PyTorch's layers have.
+def initial(
+    shapes: Shapes, random: np.random.Generator, variance: str = "he"
+) -> dict[str, npt.NDArray[np.float32]]:
+    """Random weights and biases.
+
+    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor.
 
     Parameters
     ----------
@@ -57,10 +65,16 @@ def initial(shapes: Shapes, random: np.random.Generator) -> dict[str, npt.NDArra
         each followed by its `x.bias`.
     random
         Source of the numbers.
+    variance
+        Of the weights, one of :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of
+        1 / inputs; "he" with 2 / inputs, so that the variance of signals stays through layers with
+        ReLUs (He et al. 2015).
     """
     arrays, bound = {}, 0.0
     for name, shape in shapes.items():
+        factor = 1.0
         if name.endswith(".weight"):
             bound = 1.0 / math.sqrt(math.prod(shape[1:]) if len(shape) == 3 else shape[0])
-        arrays[name] = random.uniform(-bound, bound, shape).astype(np.float32)
+            factor = VARIANCES[variance]
+        arrays[name] = random.uniform(-factor * bound, factor * bound, shape).astype(np.float32)
     return arrays

@@ -36,8 +36,8 @@ class TexelNetwork(TexelCodec):
         Tensors by the names of :meth:`shapes`; random ones where None.
     metadata
         JSON-able facts about the training.
-    seed
-        Of the random ones.
+    seed, variance
+        Of the random ones; see :func:`nacre.btf.networks.mlp.initial`.
 
     Raises
     ------
@@ -58,6 +58,7 @@ class TexelNetwork(TexelCodec):
         *,
         metadata: dict[str, Any] | None = None,
         seed: int = 0,
+        variance: str = "he",
     ) -> None:
         self.settings, self.whitening = settings, whitening
         self.metadata = metadata or {}
@@ -65,7 +66,7 @@ class TexelNetwork(TexelCodec):
         self._decoder = Decoder(settings.latent, settings.decoder_hidden, settings.decoder)
         shapes = self.shapes() | self._decoder.shapes()
         if parameters is None:
-            parameters = self._adjusted(initial(shapes, np.random.default_rng((seed, 1))))
+            parameters = self._adjusted(initial(shapes, np.random.default_rng((seed, 1)), variance))
         found = {name: array.shape for name, array in parameters.items()}
         if found != shapes:
             wrong = sorted(k for k in found | shapes if found.get(k) != shapes.get(k))[0]

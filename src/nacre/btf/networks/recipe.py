@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from nacre.btf.networks.mlp import VARIANCES
+
 OPTIMISERS = "sgd", "adam", "muon"
 LOSSES = "l1", "l2"
 PRECISIONS = "single", "bfloat16"
@@ -18,6 +20,7 @@ RECIPES: Mapping[str, Mapping[str, Any]] = {
         "encoder_share": 0.2,
         "encoder_directions": None,
         "loss_directions": None,
+        "variance": "pytorch",
         "optimiser": "sgd",
         "learning_rate": 0.2,
         "warm_up": 0.0,
@@ -52,6 +55,9 @@ class TrainingRecipe:
         "l1" or "l2", on whitened logarithms.
     permute
         Whether the colour channels of every texel are permuted at random.
+    variance
+        Of the weights before training, "he" or "pytorch"; see
+        :func:`nacre.btf.networks.mlp.initial`.
     optimiser
         "sgd", "adam", or "muon" (Jordan et al. 2024) on matrices and Adam on the rest.
     learning_rate
@@ -81,6 +87,7 @@ class TrainingRecipe:
     loss_directions: int | None = 512
     loss: str = "l1"
     permute: bool = True
+    variance: str = "he"
     optimiser: str = "adam"
     learning_rate: float = 2e-3
     warm_up: float = 0.02
@@ -105,6 +112,7 @@ class TrainingRecipe:
         if not 0 < self.learning_rate < math.inf:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         for name, known in (
+            ("variance", tuple(VARIANCES)),
             ("optimiser", OPTIMISERS),
             ("loss", LOSSES),
             ("precision", PRECISIONS),

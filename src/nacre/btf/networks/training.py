@@ -103,7 +103,7 @@ def train_network(
         rank=members.rank,
         size=members.size,
     )
-    network = _new_network(stream, settings, recipe.seed)
+    network = _new_network(stream, settings, recipe)
     if minutes is None and steps is None:
         steps = recipe.epochs * stream.epoch_steps
     training = _Training(network, stream, recipe, opened, members)
@@ -123,17 +123,18 @@ def train_network(
 
 
 def _new_network(
-    stream: TexelStream, settings: UnifiedSettings | CustomSettings, seed: int
+    stream: TexelStream, settings: UnifiedSettings | CustomSettings, recipe: TrainingRecipe
 ) -> TexelNetwork:
     whitening = Whitening.of(stream.sample())
+    start: dict[str, Any] = {"seed": recipe.seed, "variance": recipe.variance}
     if isinstance(settings, UnifiedSettings):
-        return UnifiedNetwork(settings, whitening, seed=seed)
+        return UnifiedNetwork(settings, whitening, **start)
     if len(stream.directions) > 1:
         raise NacreError(
             f"the files have {len(stream.directions)} sets of directions, the network of 2019 "
             "takes one; leave out the others, or train a unified one"
         )
-    return CustomNetwork(*stream.directions[0], settings, whitening, seed=seed)
+    return CustomNetwork(*stream.directions[0], settings, whitening, **start)
 
 
 class _Training:
@@ -391,11 +392,11 @@ def _optimisers(parameters: Sequence[Tensor], recipe: TrainingRecipe) -> list[An
     def adam(some: Sequence[Tensor]) -> Any:
         return torch.optim.Adam(some, lr=rate, betas=(0.9, 0.99), fused=True)
 
-    if recipe.optimiser == "adam":
-        return [adam(parameters)]
     matrices = [p for p in parameters if p.ndim == 2 and min(p.shape) >= _SMALLEST_MATRIX]
+    if recipe.optimiser == "adam" or not matrices:
+        return [adam(parameters)]
     rest = [p for p in parameters if not any(p is m for m in matrices)]
     muon = torch.optim.Muon(
         matrices, lr=rate, weight_decay=0.0, momentum=0.95, adjust_lr_fn="match_rms_adamw"
     )
-    return [muon, adam(rest)] if rest else [muon]
+    return [muon, adam(rest)]
