@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.files import HEAD, Format, FormatError, MissingExtraError
 from nacre.measured import ScatteredBrdf
 from tests.specimens import Specimen
@@ -64,21 +65,23 @@ def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) ->
     start = tracemalloc.get_traced_memory()[0]
     tracemalloc.reset_peak()
     try:
-        brdf: Brdf | None = entry.load(path)
+        loaded: Brdf | Btf | None = entry.load(path)
+        if isinstance(loaded, Btf):
+            check_texture(loaded)  # which may come upon damage only now
     except MissingExtraError:
-        brdf = None
+        loaded = None
     except FormatError as error:
-        brdf = None
+        loaded = None
         _check_message(str(error), path)
-    if brdf is not None:
-        check_values(brdf)
+    if isinstance(loaded, Brdf):
+        check_values(loaded)
     peak = tracemalloc.get_traced_memory()[1] - start
     whole = len(data) + sum(map(len, specimen.companions.values()))
     assert peak <= 8 * whole + specimen.memory, f"{peak} bytes of memory for {whole} of file"
-    if brdf is not None and entry.save is not None:
-        _check_writing(entry, brdf, again)
+    if loaded is not None and entry.save is not None:
+        _check_writing(entry, loaded, again)
     assert _listing(path.parent) == before, "reading changed the folder"
-    return brdf is not None, peak
+    return loaded is not None, peak
 
 
 def check_values(brdf: Brdf) -> None:
@@ -106,11 +109,35 @@ def _check_message(message: str, path: Path) -> None:
     assert len(message) - len(str(path)) < 600, f"too long: {message!r}"
 
 
-def _check_writing(entry: Format, brdf: Brdf, again: Path) -> None:
+def check_texture(btf: Btf) -> None:
+    """Values are finite, the same by texel and by pair, at directions above the horizon."""
+    json.dumps(btf.describe(), ensure_ascii=False).encode()
+    assert isinstance(btf.name, str)
+    for w in (btf.wi, btf.wo):
+        assert w.shape == (btf.pair_count, 3)
+        assert w.dtype == np.float32
+        assert (w[:, 2] > 0.0).all()
+        np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1.0, atol=2e-3)
+    for block in btf.blocks(1 << 24):
+        texels = btf.texels(block)
+        assert texels.shape == (block.stop - block.start, btf.pair_count, 3)
+        assert texels.dtype == np.float32
+        assert np.isfinite(texels).all()
+    last = btf.images(np.array([btf.pair_count - 1]))
+    assert last.shape == (1, btf.height, btf.width, 3)
+    np.testing.assert_array_equal(last[0, -1, -1], texels[-1, -1])
+
+
+def _check_writing(entry: Format, loaded: Brdf | Btf, again: Path) -> None:
     """What was read can be written where its format can, and comes back."""
     assert entry.save is not None
-    entry.save(brdf, again)
+    entry.save(loaded, again)
     back = entry.load(again)
+    if isinstance(loaded, Btf):
+        assert isinstance(back, Btf)
+        np.testing.assert_array_equal(back.texels(slice(0, 9)), loaded.texels(slice(0, 9)))
+        return
+    brdf = loaded
     assert isinstance(back, Brdf)
     assert back.isotropic == brdf.isotropic
     if not isinstance(brdf, ScatteredBrdf):  # whose angles are rounded to 7 decimals

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from random import Random
 
@@ -15,12 +16,14 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre import formats
+from nacre import btf, formats
+from nacre.btf import Btf
 from nacre.files import Format, FormatError
 from tests.fuzz.target import Target, target
-from tests.specimens import SPECIMENS, mutated
+from tests.specimens import SPECIMENS, file_formats, mutated
 
-ENTRIES = {entry.name: entry for entry in formats.formats()}
+ENTRIES = {entry.name: entry for entry in file_formats()}
+MATERIALS = [entry.name for entry in formats.formats()]
 SIZES = (0, -1, 2**31 - 1, 2**31, 2**32 - 1, 2**62, 2**63, 2**64 - 1)
 CUTS = 40
 """How many places behind the header a file is cut at."""
@@ -36,6 +39,11 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Target]:
         yield made
 
 
+def load(case: Target, path: Path) -> nacre.Brdf | Btf:
+    """Read a file through the registry of its format."""
+    return nacre.load(path) if case.entry.name in MATERIALS else btf.load(path)
+
+
 def test_every_format_has_specimens() -> None:
     assert set(ENTRIES) == set(SPECIMENS)
     for name, specimen in SPECIMENS.items():
@@ -45,7 +53,8 @@ def test_every_format_has_specimens() -> None:
 def test_specimens_are_whole(case: Target) -> None:
     for content in case.specimen.files():
         assert case.check(content)
-        assert nacre.load(case.path).source is not None
+        found = load(case, case.path)
+        assert isinstance(found, Btf) or found.source is not None
 
 
 def test_a_file_cut_short_is_refused(case: Target) -> None:
@@ -113,9 +122,9 @@ def test_files_of_other_formats_are_refused_or_harmless(case: Target) -> None:
 
 
 def refused(case: Target, path: Path, *words: str) -> None:
-    for load in (case.entry.load, nacre.load):
+    for read in (case.entry.load, partial(load, case)):
         with pytest.raises(FormatError) as caught:
-            load(path)
+            read(path)
         assert "\n" not in str(caught.value)
         assert path.name.partition("_")[0] in str(caught.value)
         assert any(word in str(caught.value) for word in words), str(caught.value)
@@ -143,6 +152,7 @@ def test_a_file_that_may_not_be_read_is_refused(
     refused(case, case.path, "Permission denied")
 
 
+@pytest.mark.parametrize("case", MATERIALS, indirect=True)
 @pytest.mark.parametrize("reads", [1, 2])
 def test_a_file_that_vanishes_is_refused(
     case: Target, monkeypatch: pytest.MonkeyPatch, reads: int
@@ -150,8 +160,8 @@ def test_a_file_that_vanishes_is_refused(
     """After it was recognised, or after it was read."""
     case.path.write_bytes(case.specimen.files()[0])
     if reads == 1:
-        head = formats._head(case.path)
-        monkeypatch.setattr(formats, "_head", lambda _: head)
+        head = formats.read_head(case.path)
+        monkeypatch.setattr(formats, "read_head", lambda _: head)
         case.path.unlink()
     else:
         monkeypatch.setattr(formats, "_formats", [_vanishing(case.entry)])

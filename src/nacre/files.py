@@ -8,6 +8,7 @@ import json
 import os
 import re
 import secrets
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -110,6 +111,28 @@ def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
             return file.read(count)
     except OSError:
         return b""
+
+
+def read_head(path: PathLike) -> bytes:
+    """The first bytes of a file, up to :data:`HEAD`.
+
+    Raises
+    ------
+    FormatError
+        If it is no regular file, is empty or cannot be read.
+    """
+    path = Path(path)
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            kind = "a directory" if path.is_dir() else "not a regular file"
+            raise FormatError(f"{path}: is {kind}, expected a file")
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    if not head:
+        raise FormatError(f"{path}: is empty")
+    return head
 
 
 def require(module: str, extra: str) -> ModuleType:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import stat
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import partial
@@ -10,7 +9,8 @@ from pathlib import Path
 
 from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
-from nacre.files import HEAD, Format, FormatError, PathLike, digest
+from nacre.btf.formats import is_btf
+from nacre.files import Format, FormatError, PathLike, digest, read_head
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
@@ -68,7 +68,9 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
         If the file is absent, of no known format, or damaged, or if it has no such material.
     """
     path = Path(path)
-    head = _head(path)
+    if is_btf(path):
+        raise FormatError(f"{path}: is a texture (BTF), not one material; see nacre btf info")
+    head = read_head(path)
     suffix = path.suffix.lower()
     known = [entry for entry in _formats if entry.recognise and entry.recognise(head)]
     if not known:
@@ -186,18 +188,3 @@ def check_target(path: PathLike, brdf: Brdf) -> None:
         raise FormatError(
             f"{path}: {entry.name} files hold isotropic reflectance only; {name} is anisotropic"
         )
-
-
-def _head(path: Path) -> bytes:
-    """The first bytes of a regular file."""
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            kind = "a directory" if path.is_dir() else "not a regular file"
-            raise FormatError(f"{path}: is {kind}, expected a file")
-        with path.open("rb") as file:
-            head = file.read(HEAD)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
-    if not head:
-        raise FormatError(f"{path}: is empty")
-    return head

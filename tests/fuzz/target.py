@@ -17,8 +17,9 @@ from pathlib import Path
 from unittest import mock
 
 from nacre.brdf import CosineSampler
+from nacre.btf import Btf
 from nacre.files import Format
-from tests.reading import check_reading
+from tests.reading import check_reading, check_texture
 from tests.specimens import Specimen
 
 TIME_LIMIT = 5.0
@@ -67,7 +68,9 @@ class Target:
         """Read whole files, so that what is imported late is not counted as memory of a file."""
         for content in self.specimen.files():
             self.path.write_bytes(content)
-            self.entry.load(self.path)
+            loaded = self.entry.load(self.path)
+            if isinstance(loaded, Btf):
+                check_texture(loaded)
 
     def check(self, data: bytes) -> bool:
         """Try one input; whether it was read.

@@ -1,10 +1,13 @@
-"""Small whole files of every format in the registry, and ways to break each.
+"""Small whole files of every format in the registries, and ways to break each.
 
 The tests of bad input and the fuzz targets go through :data:`SPECIMENS`: a new reader is covered
 by an entry in a module here. Nothing is a real measurement.
 """
 
-from tests.specimens import analytic, images, networks, rgl, scans, tables
+from nacre.btf.formats import FORMATS as TEXTURES
+from nacre.files import Format
+from nacre.formats import formats
+from tests.specimens import analytic, images, networks, rgl, scans, tables, textures
 from tests.specimens.specimen import Specimen, mutated
 
 SPECIMENS: dict[str, Specimen] = {
@@ -14,7 +17,14 @@ SPECIMENS: dict[str, Specimen] = {
     **scans.SPECIMENS,
     **images.SPECIMENS,
     **analytic.SPECIMENS,
+    **textures.SPECIMENS,
 }
-"""One entry for every format of the registry, by its name."""
+"""One entry for every format of the registries, by its name."""
 
-__all__ = ["SPECIMENS", "Specimen", "mutated"]
+
+def file_formats() -> tuple[Format, ...]:
+    """Every format of files: materials, then textures but for those that are folders only."""
+    return (*formats(), *(entry for entry in TEXTURES if entry.extensions))
+
+
+__all__ = ["SPECIMENS", "Specimen", "file_formats", "mutated"]

@@ -7,6 +7,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "codec": ["TexelCodec"],
         "domes": ["BONN", "UTIA", "Dome"],
+        "formats": ["load", "save"],
+        "photographs": ["load_photographs"],
         "texture": ["Btf", "TableBtf"],
+        "transposition": ["by_texel"],
     },
 )

@@ -29,6 +29,9 @@ class Btf(abc.ABC):
     """Unit directions to the light, shape (n, 3); float32 as all arrays here."""
     wo: Floats
     """Unit directions to the viewer, shape (n, 3)."""
+    by_image: bool = False
+    """Whether :meth:`texels` has to read every picture; :func:`nacre.btf.transposition.by_texel`
+    then gives the same texture with texels that come at once."""
 
     @abc.abstractmethod
     def texels(self, chosen: Indices | slice) -> Floats:
@@ -47,6 +50,23 @@ class Btf(abc.ABC):
     def pair_count(self) -> int:
         """Pairs of directions, n."""
         return len(self.wi)
+
+    def describe(self) -> dict[str, Any]:
+        """Facts about this texture in the order they should be shown; angles are in degrees."""
+        directions = (self.wi, self.wo)
+        lights, views = (len(np.unique(w.round(5), axis=0)) for w in directions)
+        polar = [float(np.degrees(np.arccos(np.clip(w[:, 2].min(), -1, 1)))) for w in directions]
+        return {
+            "name": self.name,
+            "width": self.width,
+            "height": self.height,
+            "pairs of directions": self.pair_count,
+            "lights": lights,
+            "views": views,
+            "largest polar angle of lights": polar[0],
+            "largest polar angle of views": polar[1],
+            "bytes as half floats": 6 * self.texel_count * self.pair_count,
+        }
 
     def blocks(self, size_limit: int = 1 << 28) -> Iterator[slice]:
         """Runs of texels, in order, whose values take at most `size_limit` bytes each."""
@@ -73,6 +93,10 @@ class TableBtf(Btf):
             raise ValueError(f"values {values.shape} do not fit {len(wi)}, {len(wo)} directions")
         self.values, self.wi, self.wo, self.name = values, wi, wo, name
         self.height, self.width = values.shape[:2]
+
+    def describe(self) -> dict[str, Any]:
+        """See :meth:`Btf.describe`."""
+        return super().describe() | {"values": str(self.values.dtype)}
 
     def texels(self, chosen: Indices | slice) -> Floats:
         """See :meth:`Btf.texels`."""

@@ -9,7 +9,6 @@ alone (grey), or one column a band, named by its wavelength in nm. See
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -19,12 +18,11 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import xyz_to_rgb
-from nacre.files import Format, FormatError, PathLike, atomic_path, first_bytes, read_bytes
+from nacre.files import Format, FormatError, PathLike, atomic_path, first_bytes
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.measured.cleaning import from_measurement
 from nacre.measured.sample_columns import (
     ANGLES,
-    LINE_LIMIT,
     Columns,
     read_header,
     read_table,
@@ -32,6 +30,7 @@ from nacre.measured.sample_columns import (
 from nacre.measured.sample_grid import tabulate
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
+from nacre.text_file import read_lines
 
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")
@@ -59,7 +58,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     MissingExtraError
         If the file has bands and colour-science is not installed.
     """
-    lines = enumerate(_lines(path, _text(path)), 1)
+    lines = read_lines(path, _SIZE_LIMIT)
     header, columns = read_header(path, lines)
     table = read_table(path, lines, columns)
     _check_count(path, header, len(table))
@@ -122,32 +121,6 @@ def save(brdf: Brdf, path: PathLike) -> None:
         file.write(f"# samples: {len(samples)}\n{','.join((*ANGLES, *names))}\n")
         for row, value in zip(degrees, values, strict=True):
             file.write(",".join((*(f"{x:.10g}" for x in row), *(f"{x:.9g}" for x in value))) + "\n")
-
-
-def _text(path: PathLike) -> bytes:
-    """Content of a file that is UTF-8 throughout."""
-    data = read_bytes(path, _SIZE_LIMIT)
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
-        raise FormatError(f"{path}: is UTF-16 text, not UTF-8, or something else; save it as UTF-8")
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise FormatError(
-            f"{path}: byte {error.start} is not UTF-8 text; save the file as UTF-8"
-        ) from error
-    return data
-
-
-def _lines(path: PathLike, data: bytes) -> Iterable[str]:
-    """Lines of a text, one at a time: a list of them could take many times its memory."""
-    text = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig")
-    for number in range(1, len(data) + 2):
-        line = text.readline(LINE_LIMIT + 1)
-        if len(line) > LINE_LIMIT:
-            raise FormatError(f"{path}: line {number}: is longer than {LINE_LIMIT} characters")
-        if not line:
-            return
-        yield line
 
 
 def _check_count(path: PathLike, header: dict[str, str], found: int) -> None:

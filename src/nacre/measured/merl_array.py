@@ -29,13 +29,11 @@ from nacre.files import (
 from nacre.measured.merl import Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.raw import LARGEST, check_finite
-from nacre.npy import MAGIC, parse_npy
+from nacre.npy import MAGIC, parse_npy, unpack_member
 
 _KEY = "f_r"
 _LIMIT = 1 << 30
 _NODE_LIMIT = 1024
-_WHOLE, _RATIO = 1 << 26, 8
-"""Bytes that an array may unpack to from an archive of any size, and from each of its bytes."""
 _SHAPE = re.compile(rb"'shape': \((?:\d+, ){3}\d+\)")
 
 
@@ -64,14 +62,7 @@ def load_npz(path: PathLike) -> MerlBrdf:
                     )
                 member = next(iter(members.values()))
             where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
-            if member.file_size > max(_WHOLE, _RATIO * len(data)):
-                raise FormatError(f"{where}: is larger than any table that packs into this file")
-            if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                raise FormatError(f"{where}: is packed in an unusual way; use numpy.savez")
-            with archive.open(member) as packed:  # read() would unpack more than was promised
-                content = packed.read(member.file_size)
-                if len(content) < member.file_size or packed.read(1):
-                    raise FormatError(f"{where}: is of another length than the archive says")
+            content = unpack_member(archive, member, len(data), where)
     except FormatError:
         raise
     except Exception as error:  # the archive's decoders meet damage in many ways

@@ -17,12 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import FormatError, PathLike
+from nacre.text_file import parse_number
 
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""
-
-LINE_LIMIT = 1 << 16
-"""Most characters in a line."""
 
 Lines: TypeAlias = Iterator[tuple[int, str]]
 """Numbers of lines, from 1, and lines."""
@@ -141,7 +139,7 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
                 f"{path}: line {number}: {len(cells)} values, expected {len(columns.names)}"
             )
         try:
-            values.extend(map(_number, cells))
+            values.extend(map(parse_number, cells))
         except ValueError:
             name, cell = next(
                 pair for pair in zip(columns.names, cells, strict=True) if not _is_number(pair[1])
@@ -230,15 +228,9 @@ def _scale(path: PathLike, name: str, unit: str | None) -> float:
     return _UNITS[unit.strip().lower()]
 
 
-def _number(cell: str) -> float:
-    if "_" in cell:  # Python's own way to group digits
-        raise ValueError(cell)
-    return float(cell)
-
-
 def _is_number(cell: str) -> bool:
     try:
-        _number(cell)
+        parse_number(cell)
     except ValueError:
         return False
     return True

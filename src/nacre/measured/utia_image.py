@@ -9,8 +9,6 @@ promise no more than such an image.
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +26,15 @@ from nacre.files import (
     read_bytes,
     require,
 )
+from nacre.image_file import (
+    EXR_MAGIC,
+    HEADER_LIMIT,
+    PNG_MAGIC,
+    ImageHeader,
+    decode,
+    exr_header,
+    png_header,
+)
 from nacre.measured.raw import check_finite
 from nacre.measured.utia import tabulate
 from nacre.measured.utia_table import SHAPE, UtiaBrdf
@@ -35,12 +42,7 @@ from nacre.measured.utia_table import SHAPE, UtiaBrdf
 _EDGE = 288
 _SIZE_LIMIT = 1 << 24
 """Bytes of a file: four times what an image of float32 takes without compression."""
-_HEADER_LIMIT = 1 << 16
-_EXR_MAGIC = b"\x76\x2f\x31\x01"
-_EXR_LONG_NAMES = 0x400
-"""The one flag of an image in scan lines that is not a plain one."""
-_PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
-_PNG_COLORS = {2: "RGB", 6: "RGBA"}
+_RGB = frozenset("RGB")
 
 
 def load_exr(path: PathLike) -> UtiaBrdf:
@@ -60,15 +62,12 @@ def load_exr(path: PathLike) -> UtiaBrdf:
         If Mitsuba is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
-    try:
-        width, height, channels = _exr_header(data[:_HEADER_LIMIT])
-    except (struct.error, ValueError, LookupError) as error:
-        raise FormatError(f"{path}: is not an OpenEXR image of one part in scan lines") from error
-    _check_size(path, width, height)
-    if channels - {"A"} != {"R", "G", "B"}:
-        found = ", ".join(sorted(channels)) or "none"
+    header = exr_header(data[:HEADER_LIMIT], path)
+    _check_size(path, header)
+    if header.channels != _RGB:
+        found = ", ".join(sorted(header.channels)) or "none"
         raise FormatError(f"{path}: has other channels than R, G, B: {found!a}")
-    values = _pixels(path).astype(np.float32)
+    values = decode(data, header, path).astype(np.float32)
     check_finite(values, f"{path}: pixels", "download the file again")
     return _material(values, path)
 
@@ -90,14 +89,10 @@ def load_png(path: PathLike) -> UtiaBrdf:
         If Mitsuba is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
-    if len(data) < 26 or not data.startswith(_PNG_MAGIC) or data[12:16] != b"IHDR":
-        raise FormatError(f"{path}: is not a PNG image")
-    width, height, bits, color = struct.unpack_from(">2I2B", data, 16)
-    _check_size(path, width, height)
-    if color not in _PNG_COLORS or bits not in (8, 16):
-        raise FormatError(f"{path}: is not of three colours with 8 or 16 bits; save it as RGB")
-    pixels = _pixels(path, _critical_chunks(data, path))
-    return _material(srgb_to_linear(pixels / (2.0**bits - 1.0)), path)
+    header = png_header(data, path)
+    _check_size(path, header)
+    pixels = decode(data, header, path)
+    return _material(srgb_to_linear(pixels / (2.0**header.bits - 1.0)), path)
 
 
 def save_exr(brdf: Brdf, path: PathLike) -> None:
@@ -123,84 +118,24 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
         temporary.write_bytes(stream.raw_buffer())
 
 
-def _check_size(path: PathLike, width: int, height: int) -> None:
-    if (width, height) != (_EDGE, _EDGE):
+def _check_size(path: PathLike, header: ImageHeader) -> None:
+    if (header.width, header.height) != (_EDGE, _EDGE):
         raise FormatError(
-            f"{path}: has {width} x {height} pixels; of images, only UTIA tables of "
+            f"{path}: has {header.width} x {header.height} pixels; of images, only UTIA tables of "
             f"{_EDGE} x {_EDGE} are materials"
         )
 
 
 def _is_exr_table(path: Path) -> bool:
     try:
-        width, height, channels = _exr_header(first_bytes(path, _HEADER_LIMIT))
-    except (struct.error, ValueError, LookupError):
+        header = exr_header(first_bytes(path, HEADER_LIMIT), path)
+    except FormatError:
         return False
-    return (width, height, channels - {"A"}) == (_EDGE, _EDGE, {"R", "G", "B"})
+    return header == ImageHeader(_EDGE, _EDGE, _RGB, 0)
 
 
 def _is_png_table(path: Path) -> bool:
-    return first_bytes(path)[12:24] == struct.pack(">4s2I", b"IHDR", _EDGE, _EDGE)
-
-
-def _exr_header(data: bytes) -> tuple[int, int, set[str]]:
-    """Width, height and names of the channels; errors of many kinds where the header is damaged."""
-    (flags,) = struct.unpack_from("<I", data, 4)
-    if not data.startswith(_EXR_MAGIC) or flags & ~_EXR_LONG_NAMES != 2:
-        raise ValueError("not version 2 with one part in scan lines")
-    attributes = dict(_exr_attributes(data))
-    left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
-    channels, rest = set(), attributes["channels"]
-    while rest.rstrip(b"\0"):
-        name, _, rest = rest.partition(b"\0")
-        channels.add(name.decode("latin-1"))
-        rest = rest[16:]
-    return right - left + 1, bottom - top + 1, channels
-
-
-def _exr_attributes(data: bytes) -> Iterator[tuple[str, bytes]]:
-    """Names and values in the header, up to the empty name that ends it."""
-    offset = 8
-    while data[offset] != 0:
-        name_end = data.index(b"\0", offset)
-        type_end = data.index(b"\0", name_end + 1)
-        (size,) = struct.unpack_from("<I", data, type_end + 1)
-        start = type_end + 5
-        yield data[offset:name_end].decode("latin-1"), data[start : start + size]
-        offset = start + size
-
-
-def _critical_chunks(data: bytes, path: PathLike) -> bytes:
-    """A PNG image without texts and profiles, which can be a thousand times what they take."""
-    kept, offset, kind = [_PNG_MAGIC], len(_PNG_MAGIC), b""
-    while kind != b"IEND":
-        kind = data[offset + 4 : offset + 8]
-        end = offset + 12 + int.from_bytes(data[offset : offset + 4], "big")
-        if end > len(data):
-            raise FormatError(f"{path}: ends within its pixels; the file is cut short")
-        if kind[:1].isupper():
-            kept.append(data[offset:end])
-        offset = end
-    return b"".join(kept)
-
-
-def _pixels(path: PathLike, whole: bytes | None = None) -> npt.NDArray[Any]:
-    """Red, green and blue as stored, shape (288, 288, 3), of a file or of what stands for it.
-
-    The latter must be whole: Mitsuba does not notice that a stream in memory ends.
-    """
-    mi = require("mitsuba", "render")
-    source: Any = str(path)
-    if whole is not None:
-        source = mi.MemoryStream()
-        source.write(whole)
-        source.seek(0)
-    try:
-        pixels = np.array(mi.Bitmap(source))
-    except (RuntimeError, ValueError, MemoryError) as error:
-        reason = str(error).strip().rpartition("\n")[2].removeprefix(']". ')
-        raise FormatError(f"{path}: cannot be decoded: {reason}") from error
-    return pixels[..., :3]
+    return first_bytes(path)[12:24] == b"IHDR" + 2 * _EDGE.to_bytes(4, "big")
 
 
 def _material(values: npt.NDArray[Any], path: PathLike) -> UtiaBrdf:
@@ -211,7 +146,7 @@ FORMATS = (
     Format(
         "UTIA image (.exr)",
         (".exr",),
-        lambda head: head.startswith(_EXR_MAGIC),
+        lambda head: head.startswith(EXR_MAGIC),
         load_exr,
         save_exr,
         claims=_is_exr_table,
@@ -219,7 +154,7 @@ FORMATS = (
     Format(
         "UTIA image (.png)",
         (".png",),
-        lambda head: head.startswith(_PNG_MAGIC),
+        lambda head: head.startswith(PNG_MAGIC),
         load_png,
         claims=_is_png_table,
     ),

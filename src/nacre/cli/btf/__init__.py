@@ -6,7 +6,11 @@ import click
 
 from nacre.cli.group import LazyGroup
 
-_COMMANDS: dict[str, str] = {}
+_COMMANDS: dict[str, str] = {
+    "convert": "Write a texture in another format.",
+    "info": "Show what is in a texture.",
+    "picture": "Show a texture under some lights from some views.",
+}
 
 
 @click.group("btf", cls=LazyGroup, package=__name__, commands_help=_COMMANDS, no_args_is_help=False)
