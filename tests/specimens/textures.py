@@ -37,7 +37,12 @@ def archive_bytes(contents: Mapping[str, bytes], method: int = zipfile.ZIP_STORE
 def arrays(dtype: str = "<f2") -> dict[str, Array]:
     """The arrays of a texture of 2 x 3 texels at two pairs of directions."""
     values = np.linspace(0.0, 1.0, 2 * 3 * 2 * 3).reshape(2, 3, 2, 3)
-    return {"values": values.astype(dtype), "wi": _WI.copy(), "wo": _WO.copy(), "name": np.array("cloth")}
+    return {
+        "values": values.astype(dtype),
+        "wi": _WI.copy(),
+        "wo": _WO.copy(),
+        "name": np.array("cloth"),
+    }
 
 
 def _files(**replaced: bytes) -> dict[str, bytes]:

@@ -60,12 +60,14 @@ def dense(values: Any, parameters: Any, name: str, last: bool) -> Any:
     return values
 
 
-def literal_codes(
-    values: Any, directions: Any, parameters: Any, features: int, pooling: str
-) -> Any:
+def literal_weights(directions: Any, parameters: Any) -> Any:
+    """Weights of every entry and channel, shape (n, 3, m)."""
+    return dense(directions, parameters, "angular", last=True).reshape(len(directions), 3, -1)
+
+
+def literal_codes(values: Any, weights: Any, parameters: Any, pooling: str = "mean") -> Any:
     """The unified encoder as Rainer et al. 2020 tell it, for one texel of shape (n, 3)."""
-    weights = dense(directions, parameters, "angular", last=True)
-    products = weights.reshape(-1, 3, features) * values[:, :, None]
+    products = weights * values[:, :, None]
     pooled = products.mean(0) if pooling == "mean" else products.max(0).values
     unrolled = pooled.reshape(-1) + parameters["pooled.bias"]
     bent = torch.where(unrolled > 0, unrolled, parameters["pooled.slope"] * unrolled)

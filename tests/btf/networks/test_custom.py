@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the extra 'btf'")
+pytest.importorskip("torch", reason="needs the extra 'btf'")
+import torch
 
 from nacre.btf import BONN
 from nacre.btf.networks import CustomNetwork, CustomSettings, Whitening
@@ -59,7 +60,7 @@ def test_it_decodes_at_any_directions_and_encodes_at_its_own_only():
     expected = np.maximum(np.exp(0.9 * np.stack(whitened) - 1.0) - 0.01, 0.0)
     np.testing.assert_allclose(decoded, expected, rtol=1e-5, atol=1e-6)
     wi, wo = COARSE
-    with pytest.raises(NacreError, match="its own 225 pairs of directions only.* got 100"):
+    with pytest.raises(NacreError, match=r"its own 225 pairs of directions only.* got 100"):
         network.encoder(*OTHER)
     with pytest.raises(NacreError, match="got others"):
         network.encoder(wi[::-1], wo[::-1])

@@ -178,14 +178,15 @@ def test_damaged_files_are_format_errors(network, tmp_path):
         path.write_bytes(data)
         with pytest.raises(FormatError):
             load_network(path)
-    random = Random(5)
+    random, errors = Random(5), []
     for _ in range(60):
         path.write_bytes(mutated(whole, random))
         try:
             load_network(path)
         except FormatError as error:
-            assert "\n" not in str(error)
-    rewrite_key = {"nacre": "{}"}
-    safetensors.numpy.save_file({"x": np.zeros(1, np.float32)}, path, rewrite_key)
+            errors.append(str(error))
+    assert len(errors) > 20
+    assert not any("\n" in error for error in errors)
+    safetensors.numpy.save_file({"x": np.zeros(1, np.float32)}, path, {"nacre": "{}"})
     with pytest.raises(FormatError, match="not a network of texels"):
         load_network(path)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the extra 'btf'")
+pytest.importorskip("torch", reason="needs the extra 'btf'")
 
 from nacre.btf.networks import (
     CustomSettings,
@@ -153,10 +153,7 @@ def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimise
     assert same(resumed, whole)
     assert resumed.metadata == whole.metadata
     rows, parts = (
-        [
-            [r["step"], r["learning_rate"], r["loss"], r["validation"]]
-            for r in table(path)
-        ]
+        [[r["step"], r["learning_rate"], r["loss"], r["validation"]] for r in table(path)]
         for path in (tmp_path / "whole.csv", tmp_path / "parts.csv")
     )
     assert rows == parts
@@ -218,9 +215,7 @@ def test_a_device_that_is_not_there_is_an_error_of_one_line():
 
 
 def test_events_for_tensorboard_hold_the_losses(tmp_path):
-    event_pb2 = pytest.importorskip(
-        "tensorboardX.proto.event_pb2", reason="needs the extra 'btf'"
-    )
+    event_pb2 = pytest.importorskip("tensorboardX.proto.event_pb2", reason="needs the extra 'btf'")
     train(steps=20, events=tmp_path / "events", journal=tmp_path / "x.csv")
     (file,) = (tmp_path / "events").iterdir()
     found, data = {}, file.read_bytes()

@@ -5,11 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the extra 'btf'")
+pytest.importorskip("torch", reason="needs the extra 'btf'")
+import torch
 
 from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.btf.networks.network import direction_inputs
-from tests.btf.networks.made import COARSE, OTHER, literal_codes, literal_values, texture
+from tests.btf.networks.made import (
+    COARSE,
+    OTHER,
+    literal_codes,
+    literal_values,
+    literal_weights,
+    texture,
+)
 
 WHITENING = Whitening(-1.5, 1.2)
 
@@ -58,8 +66,9 @@ def test_values_and_gradients_are_those_of_the_paper(pooling, monkeypatch):
     decoded = network.decode(codes, network.prepare_decoder(where))
     gradients = torch.autograd.grad((decoded * weights).sum(), list(network.parameters.values()))
 
+    weights_there = literal_weights(seen, network.parameters)
     expected_codes = torch.stack(
-        [literal_codes(x, seen, network.parameters, 7, pooling) for x in texels]
+        [literal_codes(x, weights_there, network.parameters, pooling) for x in texels]
     )
     expected = torch.stack([literal_values(c, where, network.parameters) for c in expected_codes])
     theirs = torch.autograd.grad((expected * weights).sum(), list(network.parameters.values()))
@@ -79,9 +88,9 @@ def test_the_codec_gives_reflectance(monkeypatch):
     codes = network.encoder(*COARSE)(texels)
     seen, where = (torch.from_numpy(direction_inputs(*d)) for d in (COARSE, OTHER))
     logs = np.log(np.maximum(texels, 0.0) + 0.01)
+    weights = literal_weights(seen, network.parameters)
     expected = [
-        literal_codes(torch.from_numpy((x + 1.5) / 1.2), seen, network.parameters, 20, "mean")
-        for x in logs
+        literal_codes(torch.from_numpy((x + 1.5) / 1.2), weights, network.parameters) for x in logs
     ]
     np.testing.assert_allclose(codes, np.stack(expected), atol=2e-6)
     decoded = network.decoder(*OTHER)(codes)

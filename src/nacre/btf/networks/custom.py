@@ -108,7 +108,9 @@ class CustomNetwork(TexelNetwork):
         if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
             raise ValueError(f"directions have shapes {wi.shape}, {wo.shape}, expected (n, 3)")
         self.wi, self.wo = (np.ascontiguousarray(w, np.float32) for w in (wi, wo))
-        super().__init__(settings, whitening, parameters, metadata=metadata, seed=seed, variance=variance)
+        super().__init__(
+            settings, whitening, parameters, metadata=metadata, seed=seed, variance=variance
+        )
 
     def shapes(self) -> Shapes:
         """See :class:`TexelNetwork`."""
