@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from nacre.latent.autoencoder import LAYERS, Autoencoder
-from nacre.latent.neural_file import Tensors, check_tensors
+from nacre.latent.neural_file import check_tensors
 from nacre.neural.nbrdf import Layer
+from nacre.tensors import Tensors
 
 
 def pack(basis: Autoencoder) -> tuple[dict[str, Any], Tensors]:

@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import NacreError, atomic_path, reason, require
+from nacre.checkpoint import load_state, save_state
+from nacre.files import NacreError, require
 from nacre.progress import Progress
 
 torch: Any = require("torch", "latent")
@@ -81,33 +82,23 @@ def descend(
 
 
 def _resume(adam: Any, mark: str, checkpoint: Path) -> tuple[int, float]:
-    try:
-        state = torch.load(checkpoint, weights_only=True)
-        if state["mark"] != mark:
-            raise NacreError(f"{checkpoint}: is of another training; remove it to begin anew")
+    def restore(state: dict[str, Any]) -> tuple[int, float]:
         adam.load_state_dict(state["adam"])
         for mine, saved in zip(_parameters(adam), state["parameters"], strict=True):
             mine.data.copy_(saved)
         return int(state["step"]), float(state["loss"])
-    except NacreError:
-        raise
-    except Exception as error:  # a damaged file fails in many ways
-        raise NacreError(
-            f"{checkpoint}: cannot be read, remove it to begin anew: {reason(error)}"
-        ) from error
+
+    return load_state(checkpoint, mark, restore)
 
 
 def _save(adam: Any, mark: str, step: int, loss: float, checkpoint: Path) -> None:
     state = {
-        "mark": mark,
         "step": step,
         "loss": loss,
         "adam": adam.state_dict(),
         "parameters": [p.data for p in _parameters(adam)],
     }
-    # By its name, PyTorch would refuse a hidden file.
-    with atomic_path(checkpoint) as temporary, temporary.open("wb") as file:
-        torch.save(state, file)
+    save_state(checkpoint, mark, state)
 
 
 def _parameters(adam: Any) -> list[Tensor]:

@@ -8,16 +8,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import safetensors.numpy
-from safetensors import SafetensorError
-
-from nacre.files import FormatError, PathLike, atomic_path, first_bytes, read_bytes, reason
+from nacre.files import (
+    FormatError,
+    PathLike,
+    atomic_path,
+    first_bytes,
+    read_bytes,
+    reason,
+    write_encoded,
+)
 from nacre.latent import autoencoder_file, hypernetwork_file, neural_file, pca_file
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
 from nacre.latent.pca import Basis, PcaBrdf
 from nacre.latent.weights import CodedNetwork, WeightBasis
+from nacre.tensors import from_file, to_bytes
 
 VERSION = 1
 AnyBasis: TypeAlias = Basis | NeuralBasis | Hypernetwork | Autoencoder
@@ -42,14 +48,14 @@ def save_basis(basis: AnyBasis, path: PathLike) -> None:
     FormatError
         If the path cannot be written.
     """
+    write_encoded(path, _encode, basis)
+
+
+def _encode(basis: AnyBasis) -> bytes:
     model = _model(basis)
     own, tensors = _MODELS[model][1].pack(basis)
     header = {"version": VERSION, "model": f"{model} basis", **own, "metadata": basis.metadata}
-    data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header, allow_nan=False)})
-    if len(data) > _BASIS_LIMIT:
-        raise FormatError(f"{path}: {len(data):,} bytes; take a smaller basis")
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(data)
+    return to_bytes(_KEY, header, tensors, _BASIS_LIMIT)
 
 
 def load_basis(path: PathLike) -> AnyBasis:
@@ -60,11 +66,8 @@ def load_basis(path: PathLike) -> AnyBasis:
     FormatError
         If the file is not a whole basis of a version we know.
     """
-    data = read_bytes(path, _BASIS_LIMIT)
+    header, tensors = from_file(path, _KEY, _BASIS_LIMIT, "a basis")
     try:
-        tensors = safetensors.numpy.load(data)
-        size = int.from_bytes(data[:8], "little")
-        header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
         model = str(header["model"]).removesuffix(" basis")
         if model not in _MODELS or model == header["model"]:
             raise FormatError(f"{path}: holds model {header['model']!r}, expected a basis")
@@ -76,8 +79,6 @@ def load_basis(path: PathLike) -> AnyBasis:
         return basis
     except FormatError:
         raise
-    except SafetensorError as error:
-        raise FormatError(f"{path}: is not a whole safetensors file: {reason(error)}") from error
     except KeyError as error:
         raise FormatError(f"{path}: field {reason(error)} is missing; is no basis") from error
     except (TypeError, ValueError, RecursionError, OverflowError) as error:

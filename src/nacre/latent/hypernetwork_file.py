@@ -6,8 +6,8 @@ from typing import Any
 
 from nacre.latent import neural_file
 from nacre.latent.hypernetwork import LAYERS, Hypernetwork
-from nacre.latent.neural_file import Tensors
 from nacre.neural.nbrdf import Layer
+from nacre.tensors import Tensors
 
 
 def pack(basis: Hypernetwork) -> tuple[dict[str, Any], Tensors]:

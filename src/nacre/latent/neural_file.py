@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.pca import LARGEST
 from nacre.neural.nbrdf import Layer
-
-Tensors = dict[str, npt.NDArray[Any]]
+from nacre.tensors import Tensors, check_numbers
 
 
 def pack(basis: NeuralBasis) -> tuple[dict[str, Any], Tensors]:
@@ -66,8 +64,7 @@ def check_tensors(tensors: Tensors) -> None:
     for name, array in tensors.items():
         if array.dtype != np.float32:
             raise ValueError(f"{name} is {array.dtype}, expected float32")
-        if not (np.abs(array) < LARGEST).all():
-            raise ValueError(f"{name} holds numbers that are not finite or too large")
+    check_numbers(tensors, LARGEST)
 
 
 def _prefix(name: str) -> str:

@@ -114,7 +114,7 @@ class NetworkFitting(Fitting):
             If PyTorch is not installed, or has no such device here.
         """
         if self.device is not None:
-            from nacre.neural.device import open_device
+            from nacre.device import open_device
 
             open_device(self.device)
 

@@ -1,42 +1,17 @@
-"""PyTorch devices, and samples on them."""
+"""Samples on PyTorch devices."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from nacre.files import NacreError, reason, require
+from nacre.device import open_device
+from nacre.files import require
 from nacre.neural.samples import BLOCK, Samples
 
 torch: Any = require("torch", "latent")
-
-
-def open_device(device: str) -> Any:
-    """The PyTorch device of a name: "cpu", "cuda", "cuda:1".
-
-    Raises
-    ------
-    NacreError
-        If PyTorch has no such device here.
-    """
-    try:
-        opened = torch.device(device)
-        float(torch.bmm(*torch.ones((2, 1, 1, 1), device=opened)))
-    except Exception as error:  # devices fail in ways of their own
-        raise NacreError(f"device {device!r} cannot be used: {reason(error)}") from error
-    return opened
-
-
-@contextmanager
-def memory_errors(device: str) -> Iterator[None]:
-    """A block in which memory that runs out is an error of one line."""
-    try:
-        yield
-    except torch.OutOfMemoryError as error:
-        raise NacreError(f"device {device!r}: {reason(error)}") from error
 
 
 def stack_bytes(device: str) -> int:

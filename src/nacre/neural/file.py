@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import safetensors.numpy
-from safetensors import SafetensorError
 
 from nacre.files import (
     Format,
     FormatError,
     PathLike,
     check_json,
-    read_bytes,
     reason,
     write_encoded,
 )
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, Layer, NeuralBrdf, check_weights
 from nacre.sampling.header import describe_sampler, make_sampler
+from nacre.tensors import from_file, to_bytes
 
 VERSION = 1
 _LIMIT = 1 << 26
@@ -77,15 +74,7 @@ def encode(network: NeuralBrdf) -> bytes:
     for index, layer in enumerate(network.layers, 1):
         tensors[f"weights_{index}"] = layer.weights.astype(kind)
         tensors[f"biases_{index}"] = layer.biases.astype(kind)
-    # One metadata key: the library writes several in no particular order.
-    try:
-        check_json(header)
-        data = safetensors.numpy.save(tensors, {_KEY: json.dumps(header)})
-    except (TypeError, ValueError) as error:
-        raise FormatError(f"metadata cannot be written as JSON: {error}") from error
-    if len(data) > _LIMIT:
-        raise FormatError(f"{len(data):,} bytes, more than the {_LIMIT:,} we read back")
-    return data
+    return to_bytes(_KEY, header, tensors, _LIMIT)
 
 
 def save(network: NeuralBrdf, path: PathLike) -> None:
@@ -107,15 +96,7 @@ def load(path: PathLike) -> NeuralBrdf:
     FormatError
         If the file is not a whole neural material of a version we know.
     """
-    data = read_bytes(path, _LIMIT)
-    try:
-        tensors = safetensors.numpy.load(data)
-        size = int.from_bytes(data[:8], "little")
-        header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][_KEY])
-    except SafetensorError as error:
-        raise FormatError(f"{path}: is not a whole safetensors file: {reason(error)}") from error
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: is a safetensors file, but not a nacre material") from error
+    header, tensors = from_file(path, _KEY, _LIMIT, "a nacre material")
     try:
         return _from_header(header, tensors)
     except KeyError as error:

@@ -146,7 +146,8 @@ def _fit_stack(
     stack: Mapping[int, Prepared], device: str, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
     """Train materials of one shape together."""
-    from nacre.neural.device import SampleStack, memory_errors
+    from nacre.device import memory_errors
+    from nacre.neural.device import SampleStack
     from nacre.neural.torch import TorchTrainer
 
     materials = list(stack.values())

@@ -15,8 +15,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nacre.device import open_device
 from nacre.files import require
-from nacre.neural.device import SampleStack, open_device
+from nacre.neural.device import SampleStack
 from nacre.neural.nbrdf import OUTPUTS, Layer
 from nacre.neural.samples import BLOCK
 

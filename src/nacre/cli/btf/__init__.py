@@ -10,6 +10,7 @@ _COMMANDS: dict[str, str] = {
     "convert": "Write a texture in another format.",
     "info": "Show what is in a texture.",
     "picture": "Show a texture under some lights from some views.",
+    "train": "Train a network that encodes textures.",
 }
 
 

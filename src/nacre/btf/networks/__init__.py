@@ -1,0 +1,16 @@
+"""The networks of Rainer et al. 2019 and 2020 and the training of both."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "custom": ["CustomNetwork", "CustomSettings"],
+        "file": ["load_network", "save_network"],
+        "network": ["TexelNetwork"],
+        "preprocessing": ["Whitening"],
+        "recipe": ["TrainingRecipe"],
+        "training": ["train_network"],
+        "unified": ["UnifiedNetwork", "UnifiedSettings"],
+    },
+)

@@ -1,0 +1,55 @@
+"""States of trainings in PyTorch, from which another process goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nacre.files import NacreError, atomic_path, reason, require
+
+torch: Any = require("torch", "latent")
+_Result = TypeVar("_Result")
+
+
+def save_state(path: Path, mark: str, state: dict[str, Any]) -> None:
+    """Write a state, whole or not at all.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    mark
+        What must be the same for a training to go on.
+    state
+        Tensors, numbers, texts, and lists and dictionaries of such.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written.
+    """
+    # By its name, PyTorch would refuse a hidden file.
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        torch.save({**state, "mark": mark}, file)
+
+
+def load_state(path: Path, mark: str, restore: Callable[[dict[str, Any]], _Result]) -> _Result:
+    """What `restore` makes of the state in a file.
+
+    Raises
+    ------
+    NacreError
+        If the state is of another training, or the file is damaged.
+    """
+    try:
+        state = torch.load(path, weights_only=True)
+        if state["mark"] != mark:
+            raise NacreError(f"{path}: is of another training; remove it to begin anew")
+        return restore(state)
+    except NacreError:
+        raise
+    except Exception as error:  # a damaged file fails in many ways
+        raise NacreError(
+            f"{path}: cannot be read, remove it to begin anew: {reason(error)}"
+        ) from error

@@ -1,0 +1,156 @@
+"""`nacre btf train`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from nacre.cli.btf.options import pixels_option
+from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.files import NacreError
+
+
+@click.command("train")
+@click.argument("files", nargs=-1, required=True, type=file_path())
+@click.option("-o", "--output", required=True, type=file_path(), help="Model (.safetensors).")
+@click.option(
+    "--model",
+    type=click.Choice(["unified", "custom"]),
+    default="unified",
+    help="unified: encodes textures of any directions (Rainer et al. 2020). custom: those of one "
+    "set of directions, made for one texture (Rainer et al. 2019).",
+)
+@click.option(
+    "--recipe",
+    "recipe_name",
+    type=click.Choice(["reference", "efficient"]),
+    default="efficient",
+    help="reference: as the paper trains, which takes days. efficient: ours.",
+)
+@click.option("--minutes", type=click.FloatRange(0.0, min_open=True), help="Length, about.")
+@click.option("--steps", type=click.IntRange(1), help="Length.  [default: the recipe's epochs]")
+@click.option(
+    "--latent",
+    type=click.IntRange(1, 1024),
+    help="Values of a code.  [default: 32, custom: 8]",
+)
+@click.option(
+    "--pooling",
+    type=click.Choice(["mean", "max"]),
+    help="How the unified encoder pools entries.  [default: mean]",
+)
+@click.option(
+    "--decoder",
+    type=click.Choice(["network", "bilinear"]),
+    default="network",
+    help="network: the paper's. bilinear: coefficients of a code times features of directions.",
+)
+@click.option("--loss", type=click.Choice(["l1", "l2"]), help="[default: l1, custom: l2]")
+@click.option("--batch", type=click.IntRange(1), help="Texels a step.  [default: the recipe's]")
+@click.option("--learning-rate", type=click.FloatRange(0.0, min_open=True), help="Its peak.")
+@click.option(
+    "--patience",
+    default=0,
+    type=click.IntRange(0),
+    help="Stop after so many looks at held-out texels, 200 steps apart, that show nothing better; "
+    "0 for never.",
+)
+@click.option(
+    "--bfloat16", is_flag=True, help="Multiply matrices in bfloat16, which many processors do fast."
+)
+@click.option("--half", is_flag=True, help="Write weights in half precision.")
+@click.option("--device", default="cpu", help="PyTorch device: cpu, cuda, cuda:1.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Of everything random.")
+@click.option(
+    "--events", type=file_path(), help="Folder for a log that TensorBoard reads; there is a CSV."
+)
+@click.option("--resume", is_flag=True, help="Go on where the same command was stopped.")
+@pixels_option
+def command(
+    files: tuple[Path, ...],
+    output: Path,
+    model: str,
+    recipe_name: str,
+    minutes: float | None,
+    steps: int | None,
+    latent: int | None,
+    pooling: str | None,
+    decoder: str,
+    loss: str | None,
+    batch: int | None,
+    learning_rate: float | None,
+    patience: int,
+    bfloat16: bool,
+    half: bool,
+    device: str,
+    seed: int,
+    events: Path | None,
+    resume: bool,
+    pixels: Any,
+) -> None:
+    """Train a network that makes texels of the textures in FILES into a few values, and back.
+
+    Beside the output it keeps a table of the losses (.csv) and, until it is done, its state: after
+    Ctrl-C nothing is lost, and a minute at most when it is killed. Several processes train
+    together where torchrun starts them: torchrun --nproc-per-node 2 -m nacre btf train ...
+    """
+    from functools import partial
+
+    from nacre.btf.formats import load
+    from nacre.btf.networks import CustomSettings, TrainingRecipe, UnifiedSettings
+    from nacre.btf.networks.distributed import processes
+    from nacre.btf.networks.file import save_network
+    from nacre.btf.networks.training import train_network
+
+    if output.suffix.lower() != ".safetensors":
+        raise click.BadParameter(f"{output}: a model is a .safetensors file")
+    if steps is not None and minutes is not None:
+        raise click.BadParameter("--steps and --minutes: give one of them")
+    if model == "custom" and pooling is not None:
+        raise click.BadParameter("--pooling is for --model unified")
+    state, journal = output.with_name(f"{output.name}.state"), output.with_suffix(".csv")
+    if state.exists() and not resume:
+        raise NacreError(
+            f"{state}: a training was stopped here; add --resume to go on, or remove the file"
+        )
+    check_outputs([output, state, journal], files)
+    sizes = {"latent": latent, "pooling": pooling, "decoder": decoder}
+    given = {key: value for key, value in sizes.items() if value is not None}
+    settings = UnifiedSettings(**given) if model == "unified" else CustomSettings(**given)
+    defaults: dict[str, Any] = {} if model == "unified" else {"loss": "l2", "permute": False}
+    chosen = {
+        "loss": loss,
+        "batch": batch,
+        "learning_rate": learning_rate,
+        "precision": "bfloat16" if bfloat16 else None,
+    }
+    chosen = {key: value for key, value in chosen.items() if value is not None}
+    recipe = TrainingRecipe.named(
+        recipe_name, **{**defaults, **chosen, "patience": patience, "seed": seed}
+    )
+    with processes(device) as (members, own), Stages() as stages:
+        network = train_network(
+            files,
+            partial(load, quantity=pixels),
+            settings,
+            recipe,
+            steps=steps,
+            minutes=minutes,
+            checkpoint=state,
+            journal=journal,
+            events=events,
+            device=own,
+            members=members,
+            progress=stages.add(output.stem) if members.rank == 0 else None,
+        )
+    if members.rank:
+        return
+    save_network(network, output, "half" if half else "single")
+    state.unlink(missing_ok=True)
+    facts = [f"{network.metadata['steps']:,} steps", f"{network.values} values a code"]
+    if network.metadata["held out"] is not None:
+        facts.append(f"loss on held-out texels {network.metadata['held out']:.4f}")
+    facts.append(f"{output.stat().st_size:,} bytes")
+    console.print(f"{output}: {', '.join(facts)}", markup=False)

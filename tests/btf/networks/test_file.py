@@ -1,0 +1,192 @@
+"""Files of networks: exact round trips, and bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+pytest.importorskip("torch", reason="needs the extra 'btf'")
+
+from nacre.btf.networks import (
+    CustomNetwork,
+    CustomSettings,
+    UnifiedNetwork,
+    UnifiedSettings,
+    Whitening,
+    load_network,
+    save_network,
+)
+from nacre.files import FormatError
+from tests.btf.networks.made import COARSE, texture
+from tests.specimens import mutated
+
+SMALL = UnifiedSettings(latent=4, angular=(8, 8), features=5, hidden=(6,), decoder_hidden=(7, 7))
+WHITENING = Whitening(-1.25, 0.75)
+FACTS = {"materials": ["felt", "Holz"], "loss": 0.5}
+
+
+def unified() -> UnifiedNetwork:
+    return UnifiedNetwork(SMALL, WHITENING, metadata=FACTS, seed=3)
+
+
+def custom() -> CustomNetwork:
+    settings = CustomSettings(latent=3, channels=(4, 5), hidden=(6,), decoder_hidden=(7,))
+    return CustomNetwork(*COARSE, settings, WHITENING, metadata=FACTS, seed=3)
+
+
+@pytest.fixture(params=[unified, custom])
+def network(request):
+    return request.param()
+
+
+def test_a_network_comes_back_as_it_was(network, tmp_path):
+    path, again = tmp_path / "a.safetensors", tmp_path / "b.safetensors"
+    save_network(network, path)
+    after = load_network(path)
+    assert type(after) is type(network)
+    assert (after.settings, after.whitening) == (network.settings, network.whitening)
+    assert (after.metadata, after.values) == (FACTS, network.values)
+    for name, array in network.arrays().items():
+        np.testing.assert_array_equal(after.arrays()[name], array)
+    texels = texture(0).texels(slice(0, 4))
+    codes = network.encoder(*COARSE)(texels)
+    np.testing.assert_array_equal(after.encoder(*COARSE)(texels), codes)
+    np.testing.assert_array_equal(after.decoder(*COARSE)(codes), network.decoder(*COARSE)(codes))
+    save_network(after, again)
+    assert again.read_bytes() == path.read_bytes()
+
+
+def test_half_precision_takes_half_the_bytes_and_decodes_alike(tmp_path):
+    network = UnifiedNetwork(UnifiedSettings(), WHITENING, seed=1)
+    whole, half = tmp_path / "whole.safetensors", tmp_path / "half.safetensors"
+    save_network(network, whole)
+    save_network(network, half, "half")
+    assert whole.stat().st_size == pytest.approx(2 * half.stat().st_size, rel=0.01)
+    assert half.stat().st_size < 3e6
+    rounded, texels = load_network(half), texture(0).texels(slice(0, 4))
+    codes = network.encoder(*COARSE)(texels)
+    np.testing.assert_allclose(rounded.encoder(*COARSE)(texels), codes, atol=1e-3)
+    decoded = rounded.decoder(*COARSE)(codes)
+    np.testing.assert_allclose(decoded, network.decoder(*COARSE)(codes), rtol=1e-2)
+
+
+def header_and_tensors(path: Path):
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    metadata = json.loads(data[8 : 8 + size])["__metadata__"]
+    return json.loads(metadata["nacre texel network"]), safetensors.numpy.load(data)
+
+
+def rewrite(path: Path, header, tensors) -> None:
+    safetensors.numpy.save_file(tensors, path, {"nacre texel network": json.dumps(header)})
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("version",), 2, "version 2"),
+        (("model",), "future", "unknown model 'future'"),
+        (("metadata",), [], "metadata"),
+        (("whitening", "mean"), "x", "could not convert"),
+        (("whitening", "deviation"), 0.0, "deviation of the whitening must be positive"),
+        (("whitening", "offset"), 1e30, "offset of the whitening must be finite"),
+        (("settings", "latent"), 5, "tensor 'decoder.0.weight'"),
+        (("settings", "latent"), 1 << 40, "latent must be widths"),
+        (("settings", "latent"), True, "setting latent is True"),
+        (("settings", "angular"), [8, 8.5], "setting angular"),
+        (("settings", "hidden"), [], "hidden must be widths"),
+        (("settings", "pooling"), "sum", "pooling must be one of"),
+        (("settings", "other"), 1, "others than this nacre knows"),
+        (("settings",), 3, "not iterable"),
+    ],
+)
+def test_a_damaged_header_is_an_error_that_names_the_field(tmp_path, place, value, message):
+    path = tmp_path / "x.safetensors"
+    save_network(unified(), path)
+    header, tensors = header_and_tensors(path)
+    inside = header
+    for key in place[:-1]:
+        inside = inside[key]
+    inside[place[-1]] = value
+    rewrite(path, header, tensors)
+    with pytest.raises(FormatError, match=message) as caught:
+        load_network(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_fields_and_tensors_are_named(tmp_path):
+    path = tmp_path / "x.safetensors"
+    save_network(unified(), path)
+    header, tensors = header_and_tensors(path)
+    for key in header:
+        if key != "values":  # for people
+            rewrite(path, {k: v for k, v in header.items() if k != key}, tensors)
+            with pytest.raises(FormatError, match=f"'{key}' is missing"):
+                load_network(path)
+    for name in tensors:
+        rewrite(path, header, {k: v for k, v in tensors.items() if k != name})
+        with pytest.raises(FormatError, match=f"'{name}' is missing"):
+            load_network(path)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e9])
+def test_numbers_that_are_not_finite_or_too_large_are_refused(tmp_path, wrong):
+    path = tmp_path / "x.safetensors"
+    save_network(unified(), path)
+    header, tensors = header_and_tensors(path)
+    tensors["encoder.0.weight"] = tensors["encoder.0.weight"].copy()
+    tensors["encoder.0.weight"][0, 0] = wrong
+    rewrite(path, header, tensors)
+    with pytest.raises(FormatError, match=r"encoder\.0\.weight holds numbers"):
+        load_network(path)
+
+
+def test_other_types_and_directions_are_refused(tmp_path):
+    path = tmp_path / "x.safetensors"
+    save_network(custom(), path)
+    header, tensors = header_and_tensors(path)
+    rewrite(path, header, {k: v.astype(np.float64) for k, v in tensors.items()})
+    with pytest.raises(FormatError, match="not float32 or float16"):
+        load_network(path)
+    rewrite(path, header, {**tensors, "wi": 2.0 * tensors["wi"]})
+    with pytest.raises(FormatError, match="wi are no unit directions"):
+        load_network(path)
+    rewrite(path, header, {**tensors, "wo": tensors["wo"][:-1]})
+    with pytest.raises(FormatError, match="directions have shapes"):
+        load_network(path)
+
+
+def test_weights_too_large_for_half_precision_are_not_written(tmp_path):
+    network, path = unified(), tmp_path / "x.safetensors"
+    network.parameters["encoder.0.bias"][0] = 1e5
+    with pytest.raises(FormatError, match=r"encoder\.0\.bias"):
+        save_network(network, path, "half")
+    assert not path.exists()
+
+
+def test_damaged_files_are_format_errors(network, tmp_path):
+    path = tmp_path / "x.safetensors"
+    save_network(network, path)
+    whole = path.read_bytes()
+    for data in (b"", whole[:100], whole[:-1], whole + b"x"):
+        path.write_bytes(data)
+        with pytest.raises(FormatError):
+            load_network(path)
+    random, errors = Random(5), []
+    for _ in range(60):
+        path.write_bytes(mutated(whole, random))
+        try:
+            load_network(path)
+        except FormatError as error:
+            errors.append(str(error))
+    assert len(errors) > 20
+    assert not any("\n" in error for error in errors)
+    safetensors.numpy.save_file({"x": np.zeros(1, np.float32)}, path, {"nacre": "{}"})
+    with pytest.raises(FormatError, match="not a network of texels"):
+        load_network(path)

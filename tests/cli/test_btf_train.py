@@ -1,0 +1,110 @@
+"""`nacre btf train`, from files to a network that encodes others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch", reason="needs the extra 'btf'")
+
+from nacre.btf.networks import CustomNetwork, UnifiedNetwork, load_network, training
+from tests.btf.networks.conftest import one_thread
+from tests.btf.networks.made import OTHER, texture, write
+from tests.cli.support import run
+
+__all__ = ["one_thread"]
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> list[Path]:
+    return write(tmp_path, 2)
+
+
+def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_path, capsys):
+    output = tmp_path / "model.safetensors"
+    options = "--steps", 12, "--latent", 5, "--pooling", "max", "--batch", 6, "--half"
+    assert run("btf", "train", *files, "-o", output, *options, "--loss", "l2") == 0
+    assert f"{output}: 12 steps, 5 values a code, loss on held-out" in capsys.readouterr().out
+    network = load_network(output)
+    assert isinstance(network, UnifiedNetwork)
+    assert network.settings.pooling == "max"
+    assert network.metadata["training"]["loss"] == "l2"
+    made = texture(7, directions=OTHER)
+    codes = network.encoder(made.wi, made.wo)(made.texels(slice(None)))
+    assert codes.shape == (36, 5)
+    assert np.isfinite(codes).all()
+    rows = output.with_suffix(".csv").read_text().splitlines()
+    assert rows[0] == "step,seconds,learning_rate,loss,validation"
+    assert [row.split(",")[0] for row in rows[1:]] == ["10", "12"]
+    assert not output.with_name("model.safetensors.state").exists()
+
+
+def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
+    output = tmp_path / "model.safetensors"
+    assert run("btf", "train", files[0], "-o", output, "--model", "custom", "--steps", 2) == 0
+    network = load_network(output)
+    assert isinstance(network, CustomNetwork)
+    assert network.values == 8
+    assert network.metadata["training"]["loss"] == "l2"
+    assert network.metadata["training"]["permute"] is False
+
+
+def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, monkeypatch):
+    output, state = tmp_path / "model.safetensors", tmp_path / "model.safetensors.state"
+    arguments = "btf", "train", *files, "-o", output, "--steps", 12, "--latent", 4
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(training._Training, "_note", interrupted)
+        assert run(*arguments) == 130
+    assert state.exists()
+    assert not output.exists()
+    assert run(*arguments) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert run(*arguments, "--resume") == 0
+    assert not state.exists()
+    whole = load_network(output).arrays()
+    output.unlink()
+    assert run(*arguments) == 0
+    for name, array in load_network(output).arrays().items():
+        np.testing.assert_array_equal(array, whole[name])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["-o", "model.npz"], "a model is a .safetensors file"),
+        (["--steps", "3", "--minutes", "1"], "give one of them"),
+        (["--model", "custom", "--pooling", "max"], "--pooling is for --model unified"),
+        (["--device", "cuda:99"], "device 'cuda:99' cannot be used"),
+        (["--batch", "0"], "--batch"),
+    ],
+)
+def test_wrong_options_are_errors_of_one_line(files, tmp_path, capsys, options, message):
+    output = tmp_path / "model.safetensors"
+    assert run("btf", "train", *files, "-o", output, *options) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not output.exists()
+
+
+def test_bad_files_are_errors_of_one_line(files, tmp_path, capsys):
+    output, bad = tmp_path / "model.safetensors", tmp_path / "bad.npz"
+    bad.write_bytes(b"nothing")
+    assert run("btf", "train", files[0], bad, "-o", output) == 2
+    error = capsys.readouterr().err
+    assert "bad.npz" in error
+    assert error.count("\n") == 1
+    assert (
+        run("btf", "train", *files, "-o", files[0].with_suffix(".safetensors"), "--steps", 1) == 0
+    )
+    (tmp_path / "other").mkdir()
+    (other,) = write(tmp_path / "other", 1, directions=OTHER)
+    custom = "--model", "custom", "--steps", 1
+    assert run("btf", "train", files[1], other, "-o", output, *custom) == 2
+    assert "2 sets of directions" in capsys.readouterr().err
