@@ -149,7 +149,3 @@ def test_what_cannot_be_trained_on_is_refused():
         train_autoencoder([*MATERIALS, Brushed], PIXELS, RECIPE)
     with pytest.raises(FormatError, match="isotropic"):
         random_autoencoder().project(Brushed())
-    with pytest.raises(ValueError, match="steps must be positive"):
-        AutoencoderRecipe(steps=0)
-    with pytest.raises(ValueError, match="mixtures must not be negative"):
-        AutoencoderRecipe(mixtures=-1)

@@ -25,8 +25,8 @@ from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation
+from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weight_networks import reflectance
-from nacre.latent.weight_recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, SHAPES
 from nacre.neural.nbrdf import OUTPUTS, Layer
 from nacre.neural.samples import direction_inputs

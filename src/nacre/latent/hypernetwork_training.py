@@ -20,9 +20,9 @@ from nacre.latent.descent import descend
 from nacre.latent.directions import basis_inputs, shared_directions
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
+from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.refine import GAIN
 from nacre.latent.weight_networks import reflectance
-from nacre.latent.weight_recipes import HypernetworkRecipe
 from nacre.latent.weights import flat_weights
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer

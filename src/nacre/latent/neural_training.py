@@ -17,7 +17,7 @@ from nacre.files import NacreError, require
 from nacre.latent.descent import descend
 from nacre.latent.directions import basis_inputs, isotropic_values, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
-from nacre.latent.neural_recipe import BasisRecipe
+from nacre.latent.recipes import BasisRecipe
 from nacre.latent.refine import GAIN
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule

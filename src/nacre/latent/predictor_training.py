@@ -19,7 +19,7 @@ from nacre.files import NacreError, require
 from nacre.latent.directions import basis_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
-from nacre.latent.predictor_recipe import PredictorRecipe
+from nacre.latent.recipes import PredictorRecipe
 from nacre.latent.training_codes import Codes, draw_codes
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
