@@ -23,7 +23,7 @@ from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError, require
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import descend
-from nacre.latent.directions import isotropic_values
+from nacre.latent.directions import sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weight_networks import reflectance
@@ -81,14 +81,9 @@ def train_autoencoder(
         raise NacreError("an autoencoder needs two materials or more")
     report = progress or (lambda stage, done, total, note: None)
     distillation = Distillation(recipe.seed)
-    rows, names = [], []
-    for index, load in enumerate(materials):
-        brdf = load()
-        rows.append(isotropic_values(brdf, distillation.wi, distillation.wo))
-        names.append(brdf.name)
-        report("sampling", index + 1, len(materials), brdf.name)
-    common = distillation.common(rows)
-    networks = distillation.networks(common, rows, recipe.mixtures, report)
+    values, names = sampled(materials, distillation.wi, distillation.wo, report)
+    common = distillation.common(values)
+    networks = distillation.networks(common, values, recipe.mixtures, report)
     training = _Training(networks, pixels, recipe)
     loss = training.run(checkpoint, report)
     metadata = {"materials": names, "loss": loss, "training": asdict(recipe)}
