@@ -9,7 +9,8 @@ import pytest
 
 from nacre.files import NacreError
 from nacre.latent import Hypernetwork, encode, encode_network
-from nacre.latent.directions import shared_directions
+from nacre.latent.directions import isotropic_inputs, shared_directions
+from nacre.neural.inputs import ENHANCED
 from tests.latent.made import random_basis
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -51,7 +52,7 @@ def test_the_formula_is_that_of_the_training(trained):
     np.testing.assert_allclose(made.weights(codes), expected, rtol=1e-4, atol=1e-5)
     # What it is trained towards is the basis itself.
     weight = torch.full((3000, 1), 7.0)
-    values = made.basis.values(hypernetwork_training.basis_inputs(WI, WO))
+    values = made.basis.values(isotropic_inputs(WI, WO, ENHANCED))
     goal = training._goal(grey, pairs, torch.from_numpy(values), weight)
     f = np.stack([made.basis.decode(code).eval(WI, WO) for code in codes])
     np.testing.assert_allclose(goal.numpy(), np.log1p(7.0 * f), rtol=1e-4, atol=1e-5)

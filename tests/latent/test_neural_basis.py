@@ -9,9 +9,10 @@ from nacre.analytic import Ggx
 from nacre.array import Array, Components
 from nacre.files import FormatError, NacreError
 from nacre.latent import NeuralBasis, NeuralBasisBrdf, encode_neural
-from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.neural_basis import ORDERS
 from nacre.measured import MerlBrdf
+from nacre.neural.inputs import ENHANCED
 from tests.latent.made import GRID, random_basis
 from tests.reflectances import Brushed
 
@@ -21,7 +22,7 @@ WI, WO = shared_directions(3000, 11)
 
 def test_a_code_weighs_functions():
     made = random_basis()
-    functions = made.values(basis_inputs(WI, WO))
+    functions = made.values(isotropic_inputs(WI, WO, ENHANCED))
     grey = functions[:, 0] + functions[:, 1:5] @ CODE[:4]
     chroma = CODE[4] * np.array([1, -1, 0]) / 2**0.5 + CODE[5] * np.array([1, 1, -2]) / 6**0.5
     expected = np.exp(grey[:, None] + functions[:, 5:] * chroma)

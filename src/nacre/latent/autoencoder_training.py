@@ -19,17 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError, require
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import descend
-from nacre.latent.directions import sampled
+from nacre.latent.directions import isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weight_networks import reflectance
 from nacre.latent.weights import COUNT, SHAPES
+from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS, Layer
-from nacre.neural.samples import direction_inputs
 from nacre.neural.training import schedule
 from nacre.progress import Progress
 
@@ -103,8 +102,7 @@ class _Training:
         self._scale = _spreads(networks.reshape(-1, COUNT).std(axis=0))
         self._networks = torch.from_numpy((networks - self._centre) / self._scale)
         wi, wo = pixels
-        samples = DirectionSamples(wi, wo, np.zeros_like(wi))
-        self._inputs = torch.from_numpy(direction_inputs(samples, True).astype(np.float32))
+        self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
         self._cosine = torch.from_numpy(math.pi * wi[:, 2:])
         random = np.random.default_rng((recipe.seed, 2))
 

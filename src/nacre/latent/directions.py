@@ -10,7 +10,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import FormatError, NacreError
 from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
-from nacre.neural.inputs import ENHANCED, network_inputs
+from nacre.neural.inputs import network_inputs
 from nacre.progress import Progress
 from nacre.sampling import BlinnPhongMixture
 
@@ -45,9 +45,12 @@ def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:
     return found[0, :count], found[1, :count]
 
 
-def basis_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
-    """Enhanced network inputs of an isotropic material, shape (n, 6), for directions (n, 3)."""
-    values = network_inputs(split(wi), split(wo), True, ENHANCED)
+def isotropic_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike, inputs: str) -> Floats:
+    """Network inputs of an isotropic material, shape (n, 6), for directions (n, 3).
+
+    `inputs` is "paper" or "enhanced"; see :func:`nacre.neural.inputs.network_inputs`.
+    """
+    values = network_inputs(split(wi), split(wo), True, inputs)
     return np.stack(np.broadcast_arrays(*values), axis=-1).astype(np.float32)
 
 

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.latent.directions import basis_inputs
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.pca import checked_code
 from nacre.neural.inputs import ENHANCED, network_inputs
@@ -125,7 +125,7 @@ class NeuralBasis:
         rows
             Derivatives by the values of a code, shape (k, n, 3).
         """
-        values = self.values(basis_inputs(wi, wo))
+        values = self.values(isotropic_inputs(wi, wo, ENHANCED))
         common, grey, pairs = np.split(values, [1, 1 + self.greys], axis=1)
         chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
         return common, np.concatenate([np.repeat(grey.T[..., None], OUTPUTS, axis=2), chroma])

@@ -15,10 +15,11 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import NacreError, require
 from nacre.latent.descent import descend
-from nacre.latent.directions import basis_inputs, sampled, shared_directions
+from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
 from nacre.latent.recipes import BasisRecipe
 from nacre.latent.refine import GAIN
+from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
 from nacre.progress import Progress
@@ -74,7 +75,7 @@ def train_neural(
     report = progress or (lambda stage, done, total, note: None)
     wi, wo = shared_directions(recipe.directions, recipe.seed)
     values, names = sampled(materials, wi, wo, report)
-    training = _Training(basis_inputs(wi, wo), wi[:, 2], np.stack(values), recipe)
+    training = _Training(isotropic_inputs(wi, wo, ENHANCED), wi[:, 2], np.stack(values), recipe)
     loss = training.run(checkpoint, report)
     settings = asdict(recipe) | {"hidden": list(recipe.hidden)}
     return training.basis({"materials": names, "loss": loss, "training": settings})

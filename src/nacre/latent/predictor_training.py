@@ -16,11 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import NacreError, require
-from nacre.latent.directions import basis_inputs
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import PredictorRecipe
 from nacre.latent.training_codes import Codes, draw_codes
+from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
 from nacre.parallel import one_blas_thread
@@ -124,7 +125,7 @@ class _TrainingSet:
         shape = proposal.density.shape
         weights = np.empty((len(codes), *shape), np.float32)
         with one_blas_thread():
-            values = basis.values(basis_inputs(wi, wo))
+            values = basis.values(isotropic_inputs(wi, wo, ENHANCED))
             for start in range(0, len(codes), _AT_ONCE):
                 part = slice(start, start + _AT_ONCE)
                 shares = np.stack([basis.shares(code).T for code in codes[part]])
