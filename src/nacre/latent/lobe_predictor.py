@@ -48,7 +48,7 @@ class LobePredictor:
     @property
     def nbytes(self) -> int:
         """Memory of the network."""
-        return sum(a.nbytes for layer in self.layers for a in (layer.weights, layer.biases))
+        return sum(layer.nbytes for layer in self.layers)
 
     def __call__(self, code: npt.ArrayLike) -> Sampler:
         """The sampler for a code of shape (k,)."""

@@ -106,8 +106,8 @@ class NeuralBasis:
     @property
     def nbytes(self) -> int:
         """Memory of the basis, which all materials share."""
-        layers = (a for layer in self.hidden for a in (layer.weights, layer.biases))
-        return sum(a.nbytes for a in (*layers, self.functions, self.examples))
+        hidden = sum(layer.nbytes for layer in self.hidden)
+        return hidden + self.functions.nbytes + self.examples.nbytes
 
     def values(self, inputs: Floats) -> Floats:
         """The functions at network inputs of shape (n, 6), shape (n, 1 + g + p)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,20 @@ def check_tensors(tensors: Tensors) -> None:
             raise ValueError(f"{name} is {array.dtype}, expected float32")
         if not (np.abs(array) < LARGEST).all():
             raise ValueError(f"{name} holds numbers that are not finite or too large")
+
+
+def named_tensors(layers: Mapping[str, Layer]) -> Tensors:
+    """Weights and biases of layers by the layers' names."""
+    return {
+        f"{name}_{kind}": array
+        for name, layer in layers.items()
+        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
+    }
+
+
+def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
+    """The inverse of :func:`named_tensors`."""
+    return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
 def _prefix(name: str) -> str:
