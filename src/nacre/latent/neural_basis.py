@@ -25,9 +25,9 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
+from nacre.latent.codes import checked_code, code_facts
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
-from nacre.latent.pca import checked_code
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, Layer, check_weights
 from nacre.sampling import fit_lobes
@@ -216,11 +216,10 @@ class NeuralBasisBrdf(Brdf):
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        own: dict[str, Any] = {"code values": len(self.code), "code bytes": self.code.nbytes}
-        own["basis bytes"] = self.basis.nbytes
+        facts = super().describe() | code_facts(self.code, self.basis.nbytes)
         if BEST_FAMILY in self.basis.predictors:
-            own["sampler"] = f"predicted: {self.sampler}"
-        return super().describe() | own
+            facts["sampler"] = f"predicted: {self.sampler}"
+        return facts
 
 
 def grown(common: Floats, rows: Floats, code: Floats) -> Floats:

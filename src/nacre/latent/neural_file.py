@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.latent.codes import LARGEST
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.latent.pca import LARGEST
 from nacre.neural.nbrdf import Layer
 
 Tensors = dict[str, npt.NDArray[Any]]

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.pca import checked_code
+from nacre.latent.codes import checked_code, code_facts
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf, check_weights
 from nacre.sampling.fitted import LobeSampledBrdf
 
@@ -119,8 +119,7 @@ class CodedNetwork(LobeSampledBrdf, NeuralBrdf):  # type: ignore[override]  # as
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        own = {"code values": len(self.code), "code bytes": self.code.nbytes}
-        return super().describe() | own | {"basis bytes": self.basis.nbytes}
+        return super().describe() | code_facts(self.code, self.basis.nbytes)
 
 
 def shortened(code: npt.ArrayLike) -> Matrix:
