@@ -106,6 +106,20 @@ def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, 
             train_neural(MATERIALS, RECIPE, checkpoint=state)
 
 
+def test_threads_come_back_whatever_happens():
+    seen, count = [], descent.torch.get_num_threads
+
+    @descent.one_thread()
+    def stopped() -> None:
+        seen.append(count())
+        raise KeyboardInterrupt
+
+    before = count()
+    with pytest.raises(KeyboardInterrupt):
+        stopped()
+    assert (seen, count()) == ([1], before)
+
+
 def test_nodes_that_are_not_known_are_not_trained_on(tmp_path: Path):
     recipe = BasisRecipe(values=3, hidden=(16,), steps=60, directions=2048, batch=128)
     tables = [tabulate(make(), GRID) for make in MATERIALS[:3]]

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import NacreError, require
+from nacre.latent.descent import one_thread
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
@@ -90,10 +91,7 @@ def train_predictors(
     """
     recipe = recipe or PredictorRecipe()
     report = progress or (lambda stage, done, total, note: None)
-    # Matrices are small: more threads gain little, and lose far more where cores are busy.
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
+    with one_thread():
         sets = []
         for index in range(recipe.sets):
             sets.append(_TrainingSet(basis, codes, recipe, index))
@@ -107,8 +105,6 @@ def train_predictors(
                     total = len(FAMILIES) * recipe.steps
                     report("predicting", done, total, f"{name}, second moment {moment:.3f}")
             found[name] = training.predictor(name)
-    finally:
-        torch.set_num_threads(threads)
     return found
 
 
