@@ -28,7 +28,7 @@ def command() -> None:
     type=click.Choice(["neural", "hypernetwork", "autoencoder", "pca"]),
     default="pca",
     show_default=True,
-    help="neural: closer, 0.1 MB. hypernetwork: codes decode into networks of 675 weights; 0.6 MB. "
+    help="neural: closer, 0.2 MB. hypernetwork: codes decode into networks of 675 weights; 0.6 MB. "
     "autoencoder: the paper's. These go on where they were stopped. pca: 16 MB.",
 )
 @click.option("--values", default=32, type=click.IntRange(1, 1024), help="Values of a code.")

@@ -105,9 +105,10 @@ class NeuralBasis:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share."""
-        hidden = sum(layer.nbytes for layer in self.hidden)
-        return hidden + self.functions.nbytes + self.examples.nbytes
+        """Memory of the basis, which all materials share, predictors of lobes included."""
+        parts = self.hidden, *(predictor.layers for predictor in self.predictors.values())
+        layers = sum(layer.nbytes for part in parts for layer in part)
+        return layers + self.functions.nbytes + self.examples.nbytes
 
     def values(self, inputs: Floats) -> Floats:
         """The functions at network inputs of shape (n, 6), shape (n, 1 + g + p)."""
