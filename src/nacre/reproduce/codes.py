@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,7 +25,7 @@ from nacre.latent import (
 from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
 from nacre.progress import Progress
 from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
-from nacre.reproduce.cache import code_digest
+from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
 
@@ -157,8 +155,7 @@ def code_methods(
             continue
         chosen = settings.values, settings.steps, settings.mixtures, settings.seed
         facts = [model, hashes, chosen, code_digest()]
-        key = hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:32]
-        path = folder / f"basis-{key}.safetensors"
+        path = folder / f"basis-{facts_digest(facts)}.safetensors"
         found = None if fresh else _kept(path)
         if found is None:
             state = path.with_suffix(".state")
