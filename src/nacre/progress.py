@@ -6,3 +6,8 @@ from collections.abc import Callable
 
 Progress = Callable[[str, int, int, str], None]
 """Called as `progress(stage, done, total, note)`."""
+
+
+def named(progress: Progress, name: str) -> Progress:
+    """The same with a name in front of the stages."""
+    return lambda stage, done, total, note: progress(f"{name}, {stage}", done, total, note)

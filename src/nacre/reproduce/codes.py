@@ -23,7 +23,7 @@ from nacre.latent import (
     encode,
 )
 from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
-from nacre.progress import Progress
+from nacre.progress import Progress, named
 from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
 from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
@@ -162,17 +162,13 @@ def code_methods(
             if fresh:
                 state.unlink(missing_ok=True)
             folder.mkdir(parents=True, exist_ok=True)
-            report = partial(_report, progress, model)
+            report = named(progress, model)
             found = _trained(model, materials, bases.get("neural"), settings, state, report)
             save_basis(found, path)
             state.unlink(missing_ok=True)
         bases[model] = found
     codes = {name: CODES[name] for name in names}
     return held_out, {k: _method(code, bases[code.model]) for k, code in codes.items()}, settings
-
-
-def _report(progress: Progress, model: str, stage: str, done: int, total: int, note: str) -> None:
-    progress(f"{model}, {stage}", done, total, note)
 
 
 def _kept(path: Path) -> AnyBasis | None:
