@@ -11,7 +11,7 @@ from nacre.files import NacreError
 from nacre.latent import Hypernetwork, encode, encode_network
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.neural.inputs import ENHANCED
-from tests.latent.made import random_basis
+from tests.latent.made import random_basis, stop_at
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.latent import HypernetworkRecipe, descent, hypernetwork_training, train_hypernetwork
@@ -81,13 +81,10 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "hypernetwork" and done >= 100:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_hypernetwork(random_basis(), RECIPE, checkpoint=state, progress=stop)
+        train_hypernetwork(
+            random_basis(), RECIPE, checkpoint=state, progress=stop_at(100, "hypernetwork")
+        )
     fewer = replace(random_basis(), examples=random_basis().examples[1:])
     for basis in (random_basis(2, 2), fewer):
         with pytest.raises(NacreError, match="of another training"):

@@ -13,7 +13,7 @@ from nacre.latent import BasisRecipe, NeuralBasis, encode_neural
 from nacre.latent.directions import shared_directions
 from nacre.measured import MerlBrdf
 from nacre.measured.merl import tabulate
-from tests.latent.made import GRID, MATERIALS, NEW
+from tests.latent.made import GRID, MATERIALS, NEW, stop_at
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -69,13 +69,8 @@ def test_examples_are_codes_of_the_training_materials(trained):
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "training" and done >= 100:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop)
+        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
     assert state.exists()
     seen = []
     resumed = train_neural(
@@ -91,13 +86,8 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 10)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "training":
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop)
+        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))
     with pytest.raises(NacreError, match="of another training"):
         train_neural(MATERIALS[1:], RECIPE, checkpoint=state)
     for content in (state.read_bytes()[:-100], b"", b"nothing"):

@@ -113,7 +113,9 @@ def test_labels_do_not_cover_each_other():
     points = 0.4 + 0.1 * random.random((12, 2))
     place_labels(axes, [(x, y, f"method {k}") for k, (x, y) in enumerate(points)])
     figure.draw_without_rendering()
-    text_alone = pytest.importorskip("matplotlib.text").Text.get_window_extent
+    text_alone = pytest.importorskip(
+        "matplotlib.text", reason="needs the extra 'plot'"
+    ).Text.get_window_extent
     boxes = [text_alone(text) for text in axes.texts]  # without their lines
     overlaps = [a.overlaps(b) for a, b in itertools.combinations(boxes, 2)]
     assert len(boxes) == 12

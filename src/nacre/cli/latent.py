@@ -88,12 +88,11 @@ def train(
         if model == "pca":
             basis = latent.train(materials, values, separate=separate, progress=report, **grid)
         elif model == "autoencoder":
-            from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+            from nacre.render.sphere import lit_pixels
 
             coder = latent.AutoencoderRecipe(values=values, **settings)
-            pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
             basis = latent.train_autoencoder(
-                materials, pixels, coder, checkpoint=states[0], progress=report
+                materials, lit_pixels(), coder, checkpoint=states[0], progress=report
             )
         else:
             recipe = latent.BasisRecipe(values=values, **settings)

@@ -24,7 +24,7 @@ from nacre.latent import (
 )
 from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
 from nacre.progress import Progress, named
-from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+from nacre.render.sphere import lit_pixels
 from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
@@ -195,9 +195,8 @@ def _trained(
     if model == "pca":
         basis = latent.train(materials, values, progress=report)
     elif model == "autoencoder":
-        pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
         recipe = settings.recipe(AutoencoderRecipe, values=values, mixtures=settings.mixtures)
-        basis = latent.train_autoencoder(materials, pixels, recipe, **options)
+        basis = latent.train_autoencoder(materials, lit_pixels(), recipe, **options)
     elif model == "neural":
         recipe = settings.recipe(BasisRecipe, values=values)
         basis = latent.train_neural(materials, recipe, **options)
