@@ -66,7 +66,7 @@ from nacre.latent.pca import encoded
 from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
 from nacre.render.environment import Environment, load_environment
-from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+from nacre.render.sphere import lit_pixels
 from nacre.reproduce.codes import split
 from tests.data import data_folder
 
@@ -93,7 +93,7 @@ def network_bases(
     log(f"hypernetwork, loss {hyper.metadata['hypernetwork']['loss']:.4f}", hyper, start)
     start = time.perf_counter()
     recipe = AutoencoderRecipe(values=values, seed=seed)
-    auto = train_autoencoder(materials, lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE), recipe)
+    auto = train_autoencoder(materials, lit_pixels(), recipe)
     log(f"autoencoder, loss {auto.metadata['loss']:.6f}", auto, start)
     return hyper, auto
 

@@ -25,7 +25,7 @@ def pairs(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def torch_components(w):
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     return tuple(torch.from_numpy(c.copy()) for c in split(w))
 
 

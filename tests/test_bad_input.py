@@ -34,7 +34,7 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Target]:
     entry = ENTRIES[request.param]
     specimen = SPECIMENS[entry.name]
     if specimen.module:
-        pytest.importorskip(specimen.module)
+        pytest.importorskip(specimen.module, reason=f"needs {specimen.module}")
     with target(entry, specimen, tmp_path) as made:
         yield made
 

@@ -49,7 +49,7 @@ def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> R
 
 
 def spectral_table(tmp_path_factory: pytest.TempPathFactory) -> RglBrdf:
-    pytest.importorskip("colour")
+    pytest.importorskip("colour", reason="needs the extra 'spectral'")
     path = tmp_path_factory.mktemp("rgl") / "synthetic_spec.bsdf"
     path.write_bytes(tensor_bytes(spectral(material([0.0]))))
     return rgl.load(path)

@@ -10,3 +10,8 @@ Progress = Callable[[str, int, int, str], None]
 
 def silent(stage: str, done: int, total: int, note: str) -> None:
     """Says nothing."""
+
+
+def named(progress: Progress, name: str) -> Progress:
+    """The same with a name in front of the stages."""
+    return lambda stage, done, total, note: progress(f"{name}, {stage}", done, total, note)

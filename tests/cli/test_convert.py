@@ -11,7 +11,7 @@ import nacre
 from nacre.cli import main
 from tests.measured.support import BANDS, material, spectral, tensor_bytes, write
 
-pytest.importorskip("colour")
+pytest.importorskip("colour", reason="needs the extra 'spectral'")
 
 
 @pytest.mark.parametrize(

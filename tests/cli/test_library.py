@@ -86,7 +86,7 @@ def test_analytic_models_and_files_beside_folders(folder, capsys):
 
 
 def test_a_local_cluster_is_started_and_its_dashboard_told(folder, capsys):
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="needs the extra 'cluster'")
     assert run("fit", "in", "-o", "here", *QUICK) == 0
     capsys.readouterr()
     (folder / "in/bad.binary").write_bytes(b"bad")

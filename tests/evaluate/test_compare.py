@@ -13,9 +13,9 @@ from nacre.evaluate import Comparison, compare, picture
 from nacre.evaluate.drawing import magma
 from tests.render.reflectances import Constant, Lobe
 
-pytest.importorskip("skimage")
-pytest.importorskip("flip_evaluator")
-pytest.importorskip("PIL")
+pytest.importorskip("skimage", reason="needs the extra 'render'")
+pytest.importorskip("flip_evaluator", reason="needs the extra 'render'")
+pytest.importorskip("PIL", reason="needs the extra 'render'")
 
 
 @pytest.fixture(scope="module")

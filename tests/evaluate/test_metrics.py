@@ -13,8 +13,8 @@ from nacre.color import tone_map
 from nacre.evaluate import angular_errors, flip, image_errors
 from nacre.files import NacreError
 
-pytest.importorskip("skimage")
-pytest.importorskip("flip_evaluator")
+pytest.importorskip("skimage", reason="needs the extra 'render'")
+pytest.importorskip("flip_evaluator", reason="needs the extra 'render'")
 
 
 class Grey(Brdf):

@@ -16,6 +16,7 @@ from nacre.measured.merl import Resolution
 from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
+from nacre.progress import Progress
 from nacre.sampling.families import FAMILIES
 
 GRID = Resolution(24, 12, 12)
@@ -101,3 +102,13 @@ def predictor(family: str, values: int = 6, scale: float = 1.0, seed: int = 5) -
         for shape in itertools.pairwise(sizes)
     ]
     return LobePredictor(family, layers)
+
+
+def stop_at(step: int, stage: str = "training") -> Progress:
+    """Progress that interrupts a training."""
+
+    def report(reached: str, done: int, total: int, note: str) -> None:
+        if reached == stage and done >= step:
+            raise KeyboardInterrupt
+
+    return report

@@ -14,7 +14,7 @@ from nacre.latent.distillation import Distillation
 from nacre.latent.weights import network_layers
 from nacre.neural import NeuralBrdf
 from nacre.render.sphere import lit_pixels
-from tests.latent.made import MATERIALS, NEW, random_autoencoder
+from tests.latent.made import MATERIALS, NEW, random_autoencoder, stop_at
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -122,13 +122,8 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "training" and done >= 100:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_autoencoder(MATERIALS, PIXELS, RECIPE, checkpoint=state, progress=stop)
+        train_autoencoder(MATERIALS, PIXELS, RECIPE, checkpoint=state, progress=stop_at(100))
     with pytest.raises(NacreError, match="of another training"):
         train_autoencoder(MATERIALS[1:], PIXELS, RECIPE, checkpoint=state)
     whole, seen = state.read_bytes(), []
@@ -149,7 +144,3 @@ def test_what_cannot_be_trained_on_is_refused():
         train_autoencoder([*MATERIALS, Brushed], PIXELS, RECIPE)
     with pytest.raises(FormatError, match="isotropic"):
         random_autoencoder().project(Brushed())
-    with pytest.raises(ValueError, match="steps must be positive"):
-        AutoencoderRecipe(steps=0)
-    with pytest.raises(ValueError, match="mixtures must not be negative"):
-        AutoencoderRecipe(mixtures=-1)

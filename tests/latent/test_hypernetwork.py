@@ -8,28 +8,24 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.direction_samples import DirectionSamples
 from nacre.files import FormatError, NacreError
 from nacre.latent import Autoencoder, Hypernetwork, encode
-from nacre.latent.directions import shared_directions
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.neural_basis import CHROMA
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weight_encoding import _outputs, refine, weight_tangents
 from nacre.latent.weights import COUNT, flat_weights, network_layers
 from nacre.measured import MerlBrdf
 from nacre.neural import NeuralBrdf
+from nacre.neural.inputs import PAPER
 from nacre.neural.prune import without_inactive_units
-from nacre.neural.samples import direction_inputs
 from nacre.sampling import GgxMixture
 from tests.latent.made import GRID, random_autoencoder, random_basis, random_hypernetwork
 from tests.reflectances import Brushed
 
 WI, WO = shared_directions(2000, 11)
+INPUTS = isotropic_inputs(WI, WO, PAPER)
 CODE = np.array([0.4, -1.2, 0.7, 0.1, 0.8, -0.5])
-
-
-def inputs() -> np.ndarray:
-    return direction_inputs(DirectionSamples(WI, WO, 0 * WI), True).astype(np.float32)
 
 
 def test_weights_become_layers_and_come_back():
@@ -112,13 +108,13 @@ def test_tangents_are_the_derivatives_of_f_r(kind):
     weights = basis.weights(CODE[None])[0]
     tangents = weight_tangents(basis, CODE)
     free = torch.tensor(weights, requires_grad=True)
-    seen = torch.from_numpy(inputs()[:40]).double()
+    seen = torch.from_numpy(INPUTS[:40]).double()
     by_weight = torch.autograd.functional.jacobian(lambda w: outputs(w[None], seen)[0], free)
     expected = np.einsum("ncw,kw->knc", by_weight.numpy(), tangents)
-    y, found = _outputs(weights, inputs()[:40].astype(np.float64), tangents)
+    y, found = _outputs(weights, INPUTS[:40].astype(np.float64), tangents)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
     step = 1e-3 * np.eye(6)[2]
-    moved = _outputs(basis.weights((CODE + step)[None])[0], inputs()[:40].astype(np.float64))[0]
+    moved = _outputs(basis.weights((CODE + step)[None])[0], INPUTS[:40].astype(np.float64))[0]
     np.testing.assert_allclose((moved - y) / 1e-3, found[2], atol=0.02 * np.abs(found[2]).max())
 
 
@@ -129,7 +125,7 @@ def test_many_networks_at_once_are_each_as_alone():
     basis = random_hypernetwork()
     codes = np.random.default_rng(5).normal(size=(4, 6))
     weights = torch.from_numpy(basis.weights(codes).astype(np.float32))
-    together = reflectance(weights, torch.from_numpy(inputs())).clamp(min=0.0).numpy()
+    together = reflectance(weights, torch.from_numpy(INPUTS)).clamp(min=0.0).numpy()
     alone = [basis.decode(code).eval(WI, WO) for code in codes]
     np.testing.assert_allclose(together, alone, rtol=1e-4, atol=1e-5)
 

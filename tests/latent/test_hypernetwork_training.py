@@ -9,8 +9,9 @@ import pytest
 
 from nacre.files import NacreError
 from nacre.latent import Hypernetwork, encode, encode_network
-from nacre.latent.directions import shared_directions
-from tests.latent.made import random_basis
+from nacre.latent.directions import isotropic_inputs, shared_directions
+from nacre.neural.inputs import ENHANCED
+from tests.latent.made import random_basis, stop_at
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.latent import HypernetworkRecipe, descent, hypernetwork_training, train_hypernetwork
@@ -51,7 +52,7 @@ def test_the_formula_is_that_of_the_training(trained):
     np.testing.assert_allclose(made.weights(codes), expected, rtol=1e-4, atol=1e-5)
     # What it is trained towards is the basis itself.
     weight = torch.full((3000, 1), 7.0)
-    values = made.basis.values(hypernetwork_training.basis_inputs(WI, WO))
+    values = made.basis.values(isotropic_inputs(WI, WO, ENHANCED))
     goal = training._goal(grey, pairs, torch.from_numpy(values), weight)
     f = np.stack([made.basis.decode(code).eval(WI, WO) for code in codes])
     np.testing.assert_allclose(goal.numpy(), np.log1p(7.0 * f), rtol=1e-4, atol=1e-5)
@@ -80,13 +81,10 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "hypernetwork" and done >= 100:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_hypernetwork(random_basis(), RECIPE, checkpoint=state, progress=stop)
+        train_hypernetwork(
+            random_basis(), RECIPE, checkpoint=state, progress=stop_at(100, "hypernetwork")
+        )
     fewer = replace(random_basis(), examples=random_basis().examples[1:])
     for basis in (random_basis(2, 2), fewer):
         with pytest.raises(NacreError, match="of another training"):
@@ -103,8 +101,6 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
         train_hypernetwork(random_basis(), RECIPE, checkpoint=state)
 
 
-def test_settings_that_are_none_are_refused():
-    with pytest.raises(ValueError, match="codes must be positive"):
-        HypernetworkRecipe(codes=0)
+def test_a_basis_without_examples_is_refused():
     with pytest.raises(NacreError, match="with examples"):
         train_hypernetwork(replace(random_basis(), examples=random_basis().examples[:0]))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,11 @@ from nacre.analytic import Ggx
 from nacre.array import Array, Components
 from nacre.files import FormatError, NacreError
 from nacre.latent import NeuralBasis, NeuralBasisBrdf, encode_neural
-from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.neural_basis import ORDERS
 from nacre.measured import MerlBrdf
-from tests.latent.made import GRID, random_basis
+from nacre.neural.inputs import ENHANCED
+from tests.latent.made import GRID, predictor, random_basis
 from tests.reflectances import Brushed
 
 CODE = np.array([0.9, -1.3, 0.4, 0.2, 1.1, -0.7])
@@ -21,7 +24,7 @@ WI, WO = shared_directions(3000, 11)
 
 def test_a_code_weighs_functions():
     made = random_basis()
-    functions = made.values(basis_inputs(WI, WO))
+    functions = made.values(isotropic_inputs(WI, WO, ENHANCED))
     grey = functions[:, 0] + functions[:, 1:5] @ CODE[:4]
     chroma = CODE[4] * np.array([1, -1, 0]) / 2**0.5 + CODE[5] * np.array([1, 1, -2]) / 6**0.5
     expected = np.exp(grey[:, None] + functions[:, 5:] * chroma)
@@ -104,6 +107,8 @@ def test_sizes_are_stated():
     assert (facts["code values"], facts["code bytes"], facts["memory bytes"]) == (6, 24, 24)
     numbers = 6 * 12 + 12 + 12 * 10 + 10 + 11 * 6 + 5 * 6
     assert facts["basis bytes"] == made.nbytes == 4 * numbers
+    predicting = replace(made, predictors={"ggx": predictor("ggx")})
+    assert predicting.nbytes == 4 * (numbers + 6 * 8 + 8 + 8 * 2 + 2)
 
 
 def test_what_is_no_basis_is_refused():

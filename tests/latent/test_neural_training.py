@@ -13,7 +13,7 @@ from nacre.latent import BasisRecipe, NeuralBasis, encode_neural
 from nacre.latent.directions import shared_directions
 from nacre.measured import MerlBrdf
 from nacre.measured.merl import tabulate
-from tests.latent.made import GRID, MATERIALS, NEW
+from tests.latent.made import GRID, MATERIALS, NEW, stop_at
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -69,13 +69,8 @@ def test_examples_are_codes_of_the_training_materials(trained):
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "training" and done >= 100:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop)
+        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
     assert state.exists()
     seen = []
     resumed = train_neural(
@@ -91,19 +86,28 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(descent, "_SAVE_EVERY", 10)
     state = tmp_path / "state"
-
-    def stop(stage: str, done: int, total: int, note: str) -> None:
-        if stage == "training":
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop)
+        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))
     with pytest.raises(NacreError, match="of another training"):
         train_neural(MATERIALS[1:], RECIPE, checkpoint=state)
     for content in (state.read_bytes()[:-100], b"", b"nothing"):
         state.write_bytes(content)
         with pytest.raises(NacreError, match="cannot be read, remove it"):
             train_neural(MATERIALS, RECIPE, checkpoint=state)
+
+
+def test_threads_come_back_whatever_happens():
+    seen, count = [], descent.torch.get_num_threads
+
+    @descent.one_thread()
+    def stopped() -> None:
+        seen.append(count())
+        raise KeyboardInterrupt
+
+    before = count()
+    with pytest.raises(KeyboardInterrupt):
+        stopped()
+    assert (seen, count()) == ([1], before)
 
 
 def test_nodes_that_are_not_known_are_not_trained_on(tmp_path: Path):
@@ -126,10 +130,6 @@ def test_what_cannot_be_trained_on_is_refused():
     nowhere = MerlBrdf(np.full((3, *GRID.dimensions), -1.0))
     with pytest.raises(NacreError, match="known at none"):
         train_neural([*MATERIALS, lambda: nowhere], RECIPE)
-    with pytest.raises(ValueError, match="steps must be positive"):
-        BasisRecipe(steps=0)
-    with pytest.raises(ValueError, match="widths of layers"):
-        BasisRecipe(hidden=())
 
 
 @pytest.mark.parametrize(("values", "pairs"), [(1, 0), (2, 0), (3, 1), (8, 1), (16, 2), (32, 5)])

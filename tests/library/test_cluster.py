@@ -30,7 +30,7 @@ from nacre.library.worker import Setup, Task, work
 from tests.library.processes import ALLOWED_FAILURES, Scheduler, scheduler
 from tests.library.support import QUICK, RECIPE, contents, eventually, lines, sources, table
 
-pytest.importorskip("distributed")
+pytest.importorskip("distributed", reason="needs the extra 'cluster'")
 
 
 @dataclass(frozen=True)

@@ -325,7 +325,7 @@ def test_what_cannot_begin_says_so_and_makes_nothing(folder, output, tmp_path):
 
 
 def test_a_device_that_is_not_there_is_found_before_the_work(folder, output):
-    pytest.importorskip("torch")
+    pytest.importorskip("torch", reason="needs the extra 'latent'")
     with pytest.raises(NacreError, match="abacus"):
         fit_library([folder], output, NetworkFitting(RECIPE, "abacus"))
     assert not output.exists()

@@ -74,7 +74,7 @@ def test_what_nacre_writes_of_measurements_is_found(tmp_path, network):
 
 
 def test_images_are_materials_only_if_they_are_tables(tmp_path, network):
-    pytest.importorskip("mitsuba")
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
     nacre.save(network, tmp_path / "x.exr")
     assert is_measured(tmp_path / "x.exr")
     table_of_pixels = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\1\x20\0\0\1\x20"

@@ -141,7 +141,7 @@ def assert_same_in_drjit(brdf: Brdf, mi: Any, tolerance: float = 2e-3, share: fl
 
 def assert_same_in_torch(brdf: Brdf, tolerance: float = 2e-3, share: float = 1.0) -> None:
     """Formulas on PyTorch tensors give what NumPy gives, to rounding, for a share of the pairs."""
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     rng = np.random.default_rng(6)
     wi, wo = hemisphere(rng, 500), hemisphere(rng, 500)
     tensors = [split_tensor(torch.from_numpy(a)) for a in (wi, wo)]

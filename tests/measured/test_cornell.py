@@ -20,7 +20,7 @@ from tests.data import list_data, require_data
 from tests.measured import support
 from tests.measured.support import hemisphere, write
 
-pytest.importorskip("colour")
+pytest.importorskip("colour", reason="needs the extra 'spectral'")
 BANDS = (450.0, 550.0, 650.0)
 ANGLES = ((0.3, 0.0, 0.5, -2.0), (1.0, 0.0, 1.2, 3.141593), (0.3, 0.0, 1.2, 0.7))
 

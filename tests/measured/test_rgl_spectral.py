@@ -30,7 +30,7 @@ from tests.measured.support import (
 )
 from tests.variants import require_mitsuba
 
-pytest.importorskip("colour")
+pytest.importorskip("colour", reason="needs the extra 'spectral'")
 
 FULL_TURN = np.linspace(-np.pi, np.pi, 9)
 QUARTER = np.linspace(-np.pi, -np.pi / 2.0, 5)

@@ -114,7 +114,7 @@ def test_directions_that_are_not_numbers_do_not_raise():
 
 
 def test_other_array_libraries_are_refused_with_the_fix():
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     brdf = scan(Gloss(), 100)
     tensor = split_tensor(torch.ones(4, 3))
     for call in (brdf.eval_components, brdf.valid_components):

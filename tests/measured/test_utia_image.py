@@ -22,7 +22,7 @@ from tests.specimens.images import png_bytes
 
 from .support import write
 
-mi = pytest.importorskip("mitsuba")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 EDGE = 288
 
 

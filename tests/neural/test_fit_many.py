@@ -13,7 +13,7 @@ from tests.data import list_data, require_data
 from tests.reflectances import Brushed, Glossy
 from tests.scans import scan
 
-torch = pytest.importorskip("torch")
+torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.neural.torch import TorchTrainer  # noqa: E402  (needs the optional dependency)
 
 QUICK = Recipe(epochs=3, samples=20_000)

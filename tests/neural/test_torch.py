@@ -16,7 +16,7 @@ from nacre.neural.training import schedule
 from tests.neural.test_trainers import autograd, flat, random_layers, random_samples
 from tests.reflectances import Brushed, Glossy
 
-torch = pytest.importorskip("torch")
+torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.neural.device import SampleStack  # noqa: E402  (needs the optional dependency)
 from nacre.neural.torch import TorchTrainer  # noqa: E402
 

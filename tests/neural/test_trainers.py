@@ -15,7 +15,7 @@ from nacre.neural.kernel import KernelTrainer
 from nacre.neural.nbrdf import Layer
 from nacre.neural.samples import BLOCK, Samples
 
-torch = pytest.importorskip("torch")
+torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 
 SHAPES = [(6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3), (7, 13, 12, 3)]
 """The last with as many inputs as enhanced networks of anisotropic materials have."""

@@ -140,7 +140,7 @@ def test13_unusable_maps_are_refused(pixels: np.ndarray, complaint: str):
 
 @pytest.mark.parametrize("suffix", [".exr", ".hdr"])
 def test14_files_round_trip(tmp_path: Path, suffix: str):
-    mi = pytest.importorskip("mitsuba")
+    mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
     path = tmp_path / f"map{suffix}"
     mi.Bitmap(gradient().pixels).write(str(path))
     loaded = load_environment(path)
@@ -149,7 +149,7 @@ def test14_files_round_trip(tmp_path: Path, suffix: str):
 
 
 def test15_png_is_made_linear(tmp_path: Path):
-    image = pytest.importorskip("PIL.Image")
+    image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
     image.new("RGB", (8, 4), (188, 188, 188)).save(tmp_path / "grey.png")
     loaded = load_environment(tmp_path / "grey.png")
     np.testing.assert_allclose(loaded.pixels, 0.503, atol=0.003)
@@ -157,8 +157,8 @@ def test15_png_is_made_linear(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["map.txt", "absent.exr", "broken.exr", "broken.hdr", "black.png"])
 def test16_bad_files_are_named(tmp_path: Path, name: str):
-    image = pytest.importorskip("PIL.Image")
-    pytest.importorskip("mitsuba")
+    image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
     path = tmp_path / name
     if name.startswith("black"):
         image.new("RGB", (8, 4)).save(path)

@@ -15,7 +15,7 @@ from nacre.render.preview import check_image_path, render_preview, write_bytes, 
 from nacre.render.scene import LIGHTS, SHAPES, ball_profile, describe_scene
 from tests.render.reflectances import Constant
 
-pytest.importorskip("mitsuba")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -95,7 +95,7 @@ def test07_exr_keeps_linear_values(tmp_path: Path):
 
 @pytest.mark.parametrize(("name", "tolerance"), [("a.png", 0), ("a.jpg", 2), ("A.JPEG", 2)])
 def test08_pictures_are_tone_mapped(tmp_path: Path, name: str, tolerance: int):
-    pillow = pytest.importorskip("PIL.Image")
+    pillow = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
     image = np.full((8, 8, 3), 0.5, np.float32)
     image[:, 4:] = 3.0
     write_image(image, tmp_path / name)

@@ -23,6 +23,10 @@ figures = pytest.importorskip("matplotlib.figure", reason="needs the extra 'plot
 pytest.importorskip("skimage", reason="needs the extra 'render'")
 
 
+STAGES = {"table3": {"a, timing", "b, timing"}, "fig8": {"lobes"}}
+"""Of what takes a while after the trials."""
+
+
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
@@ -32,7 +36,11 @@ def study(tmp_path_factory):
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_every_experiment_writes_its_files(study, tmp_path, name):
-    paths = EXPERIMENTS[name].write(name, study, ["grey", "nbrdf-675"], tmp_path)
+    stages, shown = set(), ["grey", "nbrdf-675"]
+    paths = EXPERIMENTS[name].write(
+        name, study, shown, tmp_path, lambda stage, *_: stages.add(stage)
+    )
+    assert stages == STAGES.get(name, set())
     assert set(paths) == set(tmp_path.iterdir())
     assert (len(paths) == 2) == name.startswith("table")
     for path in paths[2:]:
@@ -105,7 +113,9 @@ def test_labels_do_not_cover_each_other():
     points = 0.4 + 0.1 * random.random((12, 2))
     place_labels(axes, [(x, y, f"method {k}") for k, (x, y) in enumerate(points)])
     figure.draw_without_rendering()
-    text_alone = pytest.importorskip("matplotlib.text").Text.get_window_extent
+    text_alone = pytest.importorskip(
+        "matplotlib.text", reason="needs the extra 'plot'"
+    ).Text.get_window_extent
     boxes = [text_alone(text) for text in axes.texts]  # without their lines
     overlaps = [a.overlaps(b) for a, b in itertools.combinations(boxes, 2)]
     assert len(boxes) == 12

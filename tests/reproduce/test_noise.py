@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("mitsuba")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 from nacre.brdf import CosineSampler
 from nacre.render.kitchen import SLOTS, describe_kitchen

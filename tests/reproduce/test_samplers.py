@@ -11,7 +11,7 @@ from nacre.files import FormatError, NacreError
 from nacre.latent import encode_neural
 from nacre.measured.rgl import tabulate
 from nacre.measured.rgl_writer import COMPACT
-from nacre.reproduce.samplers import FITTED, PREDICTED, sampler
+from nacre.reproduce.samplers import FITTED, PREDICTED, SAMPLERS, sampler
 from nacre.sampling.families import FAMILIES
 from tests.latent.made import predictor, random_basis
 from tests.reflectances import Brushed, Glossy
@@ -40,4 +40,8 @@ def test_a_table_brings_its_warp_and_others_get_one() -> None:
     assert sampler("rgl")(table) is table.sampler is sampler("own")(table)
     made = sampler("rgl")(Glossy(0.2, 0.3, 0.2))
     assert str(made) == str(table.sampler)
+
+
+def test_every_sampler_has_one_name() -> None:
     assert set(FITTED).isdisjoint(PREDICTED)
+    assert sorted(SAMPLERS) == sorted((*FITTED, *PREDICTED))

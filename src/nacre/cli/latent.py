@@ -28,7 +28,7 @@ def command() -> None:
     type=click.Choice(["neural", "hypernetwork", "autoencoder", "pca"]),
     default="pca",
     show_default=True,
-    help="neural: closer, 0.1 MB. hypernetwork: codes decode into networks of 675 weights; 0.6 MB. "
+    help="neural: closer, 0.2 MB. hypernetwork: codes decode into networks of 675 weights; 0.6 MB. "
     "autoencoder: the paper's. These go on where they were stopped. pca: 16 MB.",
 )
 @click.option("--values", default=32, type=click.IntRange(1, 1024), help="Values of a code.")
@@ -88,12 +88,11 @@ def train(
         if model == "pca":
             basis = latent.train(materials, values, separate=separate, progress=report, **grid)
         elif model == "autoencoder":
-            from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
+            from nacre.render.sphere import lit_pixels
 
             coder = latent.AutoencoderRecipe(values=values, **settings)
-            pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
             basis = latent.train_autoencoder(
-                materials, pixels, coder, checkpoint=states[0], progress=report
+                materials, lit_pixels(), coder, checkpoint=states[0], progress=report
             )
         else:
             recipe = latent.BasisRecipe(values=values, **settings)

@@ -40,9 +40,6 @@ _FOREIGN = {
     **dict.fromkeys(_NOISE, ("published", "environment", "size", "epochs", "jobs")),
 }
 """Options that are not for an experiment."""
-_PREDICTED = ("blinn-phong-predicted", "ggx-predicted", "nacre-predicted")
-_DEFAULT = ("uniform", "blinn-phong", *_PREDICTED, "power-iterations", "rgl", "nacre")
-_SAMPLERS = (*_DEFAULT, "cosine", "own")
 
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -51,11 +48,12 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
         return
     from nacre.reproduce import Settings, methods
     from nacre.reproduce.codes import CODES
+    from nacre.reproduce.samplers import SAMPLERS
 
     print_facts("experiments", [("", ", ".join(_EXPERIMENTS))])
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
-    console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(_SAMPLERS)}", markup=False)
+    console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(SAMPLERS)}", markup=False)
     context.exit()
 
 
@@ -156,6 +154,7 @@ def command(
         _check_anisotropic(files, experiment)
     output.mkdir(parents=True, exist_ok=True)
     with Stages() as stages:
+        report = stages.add(experiment)
         study = run(
             files,
             {name: known[name] for name in (TRUTH, *names)},
@@ -163,12 +162,12 @@ def command(
             Cache(kept),
             jobs=jobs,
             fresh=fresh,
-            progress=stages.add(experiment),
+            progress=report,
         )
         if not any(method != TRUTH for _, method in study.trials):
             reasons = sorted(set(study.skipped.values()))
             raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
-        paths = kind.write(experiment, study, names, output)
+        paths = kind.write(experiment, study, names, output, report)
     for method, reason, where in study.left_out():
         line = f"left out: {method} ({', '.join(where)}): {reason}"
         status.print(printable(line), markup=False)
@@ -260,13 +259,14 @@ def _noise(
     from nacre.formats import load
     from nacre.reproduce.noise import NoiseSettings
     from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
+    from nacre.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS
 
     basis = _predicting(basis_path)
     if chosen:
-        names = _names(chosen, _SAMPLERS)
+        names = _names(chosen, SAMPLERS)
     else:  # codes are for isotropic materials
         coded = all(load(path).isotropic for path in files)
-        names = [name for name in _DEFAULT if coded or name not in _PREDICTED]
+        names = [name for name in DEFAULT if coded or name not in PREDICTED]
     settings = NoiseSettings(seed=seed)
     if quick:
         settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)

@@ -17,8 +17,6 @@ from nacre.latent.distillation import Distillation
 from nacre.latent.weights import COUNT, Matrix, WeightBasis, bent, dense
 from nacre.neural.nbrdf import Layer
 
-LAYERS = "contract", "code", "expand", "network"
-
 
 @dataclass(frozen=True, eq=False)
 class Autoencoder(WeightBasis):
@@ -44,6 +42,8 @@ class Autoencoder(WeightBasis):
         If layers do not fit to one another.
     """
 
+    LAYERS = "contract", "code", "expand", "network"
+
     common: npt.NDArray[np.float32]
     contract: Layer
     code: Layer
@@ -56,26 +56,22 @@ class Autoencoder(WeightBasis):
         width, values = len(self.contract.biases), len(self)
         if self.common.shape != (COUNT,) or self.seed < 0:
             raise ValueError(f"common {self.common.shape} is no network, or seed is negative")
-        shapes = (COUNT, width), (width, values), (values, len(self.expand.biases))
-        for name, shape in zip(LAYERS, (*shapes, (shapes[-1][1], COUNT)), strict=True):
-            found = self.layers[name].weights.shape
-            if found != shape:
-                raise ValueError(f"layer {name} is {found}, expected {shape}")
+        units = len(self.expand.biases)
+        self.check_layers(
+            contract=(COUNT, width),
+            code=(width, values),
+            expand=(values, units),
+            network=(units, COUNT),
+        )
 
     def __len__(self) -> int:
         """Number of values in a code."""
         return len(self.code.biases)
 
     @property
-    def layers(self) -> dict[str, Layer]:
-        """The four layers by name."""
-        return {name: getattr(self, name) for name in LAYERS}
-
-    @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share."""
-        own = (a.nbytes for layer in self.layers.values() for a in (layer.weights, layer.biases))
-        return self.common.nbytes + sum(own)
+        """See :class:`nacre.latent.weights.WeightBasis`."""
+        return self.common.nbytes + super().nbytes
 
     def weights(self, codes: npt.ArrayLike) -> Matrix:
         """See :class:`nacre.latent.weights.WeightBasis`."""

@@ -6,18 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from nacre.latent.autoencoder import LAYERS, Autoencoder
-from nacre.latent.neural_file import check_tensors
-from nacre.neural.nbrdf import Layer
+from nacre.latent.autoencoder import Autoencoder
+from nacre.latent.neural_file import check_tensors, named_layers, named_tensors
 from nacre.tensors import Tensors
 
 
 def pack(basis: Autoencoder) -> tuple[dict[str, Any], Tensors]:
     """What the header says beside the metadata, and the tensors."""
     tensors: Tensors = {"common": np.ascontiguousarray(basis.common)}
-    for name, layer in basis.layers.items():
-        tensors |= {f"{name}_weights": layer.weights, f"{name}_biases": layer.biases}
-    return {"seed": basis.seed}, tensors
+    return {"seed": basis.seed}, tensors | named_tensors(basis.layers)
 
 
 def unpack(header: dict[str, Any], tensors: Tensors) -> Autoencoder:
@@ -29,6 +26,6 @@ def unpack(header: dict[str, Any], tensors: Tensors) -> Autoencoder:
         If it is not whole.
     """
     check_tensors(tensors)
-    layers = {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in LAYERS}
+    layers = named_layers(tensors, Autoencoder.LAYERS)
     seed, metadata = int(header["seed"]), header["metadata"]
     return Autoencoder(tensors["common"], **layers, seed=seed, metadata=metadata)

@@ -19,17 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
 from nacre.files import NacreError, require
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import descend
-from nacre.latent.directions import isotropic_values
+from nacre.latent.directions import isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
+from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weight_networks import reflectance
-from nacre.latent.weight_recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, SHAPES
+from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS, Layer
-from nacre.neural.samples import direction_inputs
 from nacre.neural.training import schedule
 from nacre.progress import Progress
 
@@ -81,14 +80,9 @@ def train_autoencoder(
         raise NacreError("an autoencoder needs two materials or more")
     report = progress or (lambda stage, done, total, note: None)
     distillation = Distillation(recipe.seed)
-    rows, names = [], []
-    for index, load in enumerate(materials):
-        brdf = load()
-        rows.append(isotropic_values(brdf, distillation.wi, distillation.wo))
-        names.append(brdf.name)
-        report("sampling", index + 1, len(materials), brdf.name)
-    common = distillation.common(rows)
-    networks = distillation.networks(common, rows, recipe.mixtures, report)
+    values, names = sampled(materials, distillation.wi, distillation.wo, report)
+    common = distillation.common(values)
+    networks = distillation.networks(common, values, recipe.mixtures, report)
     training = _Training(networks, pixels, recipe)
     loss = training.run(checkpoint, report)
     metadata = {"materials": names, "loss": loss, "training": asdict(recipe)}
@@ -108,8 +102,7 @@ class _Training:
         self._scale = _spreads(networks.reshape(-1, COUNT).std(axis=0))
         self._networks = torch.from_numpy((networks - self._centre) / self._scale)
         wi, wo = pixels
-        samples = DirectionSamples(wi, wo, np.zeros_like(wi))
-        self._inputs = torch.from_numpy(direction_inputs(samples, True).astype(np.float32))
+        self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
         self._cosine = torch.from_numpy(math.pi * wi[:, 2:])
         random = np.random.default_rng((recipe.seed, 2))
 

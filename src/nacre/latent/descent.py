@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -58,10 +59,7 @@ def descend(
     step, last = 0, math.inf
     if checkpoint is not None and checkpoint.exists():
         step, last = _resume(adam, mark, checkpoint)
-    # Matrices are small: more threads gain little, and lose far more where cores are busy.
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
+    with one_thread():
         for index in range(step, len(rates)):
             for group in adam.param_groups:
                 group["lr"] = group["factor"] * float(rates[index])
@@ -74,11 +72,23 @@ def descend(
                 report(stage, step, len(rates), f"loss {last:.4f}")
             if checkpoint is not None and step % _SAVE_EVERY == 0:
                 _save(adam, mark, step, last, checkpoint)
-    finally:
-        torch.set_num_threads(threads)
     if not math.isfinite(last):
         raise NacreError("training of the basis diverged; lower the learning rate")
     return last
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """A block in which PyTorch takes one thread.
+
+    Matrices are small: more threads gain little, and lose far more where cores are busy.
+    """
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 def _resume(adam: Any, mark: str, checkpoint: Path) -> tuple[int, float]:

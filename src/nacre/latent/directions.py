@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.files import FormatError, NacreError
 from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
-from nacre.neural.inputs import ENHANCED, network_inputs
+from nacre.neural.inputs import network_inputs
+from nacre.progress import Progress
 from nacre.sampling import BlinnPhongMixture
 
 Floats = npt.NDArray[np.float32]
@@ -42,9 +45,12 @@ def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:
     return found[0, :count], found[1, :count]
 
 
-def basis_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
-    """Enhanced network inputs of an isotropic material, shape (n, 6), for directions (n, 3)."""
-    values = network_inputs(split(wi), split(wo), True, ENHANCED)
+def isotropic_inputs(wi: npt.ArrayLike, wo: npt.ArrayLike, inputs: str) -> Floats:
+    """Network inputs of an isotropic material, shape (n, 6), for directions (n, 3).
+
+    `inputs` is "paper" or "enhanced"; see :func:`nacre.neural.inputs.network_inputs`.
+    """
+    values = network_inputs(split(wi), split(wo), True, inputs)
     return np.stack(np.broadcast_arrays(*values), axis=-1).astype(np.float32)
 
 
@@ -63,6 +69,29 @@ def isotropic_values(brdf: Brdf, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats
     if not known.any():
         raise NacreError(f"{brdf.name or 'reflectance'}: is known at none of the directions")
     return np.where(known[:, None], brdf.eval(wi, wo), -1.0).astype(np.float32)
+
+
+def sampled(
+    materials: Sequence[Callable[[], Brdf]], wi: Floats, wo: Floats, report: Progress
+) -> tuple[list[Floats], list[str]]:
+    """What :func:`isotropic_values` gives for each of several materials, and their names.
+
+    Parameters
+    ----------
+    materials
+        Functions that give the materials; called once each.
+    wi, wo
+        Directions to the light and to the viewer, shapes (n, 3).
+    report
+        Called after each material.
+    """
+    values, names = [], []
+    for index, load in enumerate(materials):
+        brdf = load()
+        values.append(isotropic_values(brdf, wi, wo))
+        names.append(brdf.name)
+        report("sampling", index + 1, len(materials), brdf.name)
+    return values, names
 
 
 def check_isotropic(brdf: Brdf) -> None:

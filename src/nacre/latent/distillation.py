@@ -11,13 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nacre.direction_samples import DirectionSamples
-from nacre.latent.directions import shared_directions
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.refine import GAIN
 from nacre.latent.weights import flat_weights, network_layers
+from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer
 from nacre.neural.recipe import Recipe
-from nacre.neural.samples import Samples, direction_inputs
+from nacre.neural.samples import Samples
 from nacre.neural.training import initial_layers, train
 from nacre.parallel import thread_map
 from nacre.progress import Progress
@@ -45,8 +45,7 @@ class Distillation:
     def __init__(self, seed: int) -> None:
         self.seed = seed
         self.wi, self.wo = shared_directions(DIRECTIONS, seed)
-        samples = DirectionSamples(self.wi, self.wo, np.zeros_like(self.wi))
-        self._inputs = direction_inputs(samples, True).astype(np.float32)
+        self._inputs = isotropic_inputs(self.wi, self.wo, PAPER)
 
     def common(self, f_r: Sequence[Floats]) -> Floats:
         """Weights of a network of what is common to materials, shape (675,), the same by channel.

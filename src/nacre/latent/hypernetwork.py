@@ -27,8 +27,6 @@ COLUMN = SIZES[-2] + 1
 HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
 """Weights and biases of the hidden layers."""
 
-LAYERS = "trunk", "shared", "channel", "output"
-
 
 @dataclass(frozen=True, eq=False)
 class Hypernetwork(WeightBasis):
@@ -55,6 +53,8 @@ class Hypernetwork(WeightBasis):
         If layers do not fit to one another.
     """
 
+    LAYERS = "trunk", "shared", "channel", "output"
+
     basis: NeuralBasis
     trunk: Layer
     shared: Layer
@@ -65,15 +65,12 @@ class Hypernetwork(WeightBasis):
     def __post_init__(self) -> None:
         greys, pairs, width = self.basis.greys, self.pairs, len(self.trunk.biases)
         units = len(self.channel.biases)
-        for name, shape in {
-            "trunk": (greys + pairs, width),
-            "shared": (greys + width, HIDDEN_COUNT),
-            "channel": (width + pairs, units),
-            "output": (greys + pairs + units, COLUMN),
-        }.items():
-            found = getattr(self, name).weights.shape
-            if found != shape:
-                raise ValueError(f"layer {name} is {found}, expected {shape}")
+        self.check_layers(
+            trunk=(greys + pairs, width),
+            shared=(greys + width, HIDDEN_COUNT),
+            channel=(width + pairs, units),
+            output=(greys + pairs + units, COLUMN),
+        )
 
     def __len__(self) -> int:
         """Number of values in a code."""
@@ -85,15 +82,9 @@ class Hypernetwork(WeightBasis):
         return (len(self.basis) - self.basis.greys) // 2
 
     @property
-    def layers(self) -> dict[str, Layer]:
-        """The four layers by name."""
-        return {name: getattr(self, name) for name in LAYERS}
-
-    @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share."""
-        own = (a.nbytes for layer in self.layers.values() for a in (layer.weights, layer.biases))
-        return self.basis.nbytes + sum(own)
+        """See :class:`nacre.latent.weights.WeightBasis`."""
+        return self.basis.nbytes + super().nbytes
 
     def weights(self, codes: npt.ArrayLike) -> Matrix:
         """See :class:`nacre.latent.weights.WeightBasis`."""

@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from nacre.latent import neural_file
-from nacre.latent.hypernetwork import LAYERS, Hypernetwork
-from nacre.neural.nbrdf import Layer
+from nacre.latent.hypernetwork import Hypernetwork
+from nacre.latent.neural_file import named_layers, named_tensors
 from nacre.tensors import Tensors
 
 
 def pack(basis: Hypernetwork) -> tuple[dict[str, Any], Tensors]:
     """What the header says beside the metadata, and the tensors."""
     header, tensors = neural_file.pack(basis.basis)
-    for name, layer in basis.layers.items():
-        tensors |= {f"{name}_weights": layer.weights, f"{name}_biases": layer.biases}
-    return header, tensors
+    return header, tensors | named_tensors(basis.layers)
 
 
 def unpack(header: dict[str, Any], tensors: Tensors) -> Hypernetwork:
@@ -27,5 +25,5 @@ def unpack(header: dict[str, Any], tensors: Tensors) -> Hypernetwork:
         If it is not whole.
     """
     basis = neural_file.unpack(header, tensors)
-    layers = {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in LAYERS}
+    layers = named_layers(tensors, Hypernetwork.LAYERS)
     return Hypernetwork(basis, **layers, metadata=header["metadata"])

@@ -15,16 +15,15 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import NacreError, require
-from nacre.geometry import split
 from nacre.latent.descent import descend
-from nacre.latent.directions import basis_inputs, shared_directions
+from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
+from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.refine import GAIN
 from nacre.latent.weight_networks import reflectance
-from nacre.latent.weight_recipes import HypernetworkRecipe
 from nacre.latent.weights import flat_weights
-from nacre.neural.inputs import network_inputs
+from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer
 from nacre.neural.training import initial_layers, schedule
 from nacre.progress import Progress
@@ -91,9 +90,8 @@ class _Training:
         self._known = basis.examples.astype(np.float64)
         self._pairs = (len(basis) - basis.greys) // 2
         wi, wo = shared_directions(_DIRECTIONS, recipe.seed)
-        seen = np.broadcast_arrays(*network_inputs(split(wi), split(wo), True))
-        self._inputs = torch.from_numpy(np.stack(seen, axis=-1).astype(np.float32))
-        values = basis.values(basis_inputs(wi, wo)).astype(np.float32)
+        self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
+        values = basis.values(isotropic_inputs(wi, wo, ENHANCED)).astype(np.float32)
         self._functions = torch.from_numpy(values)
         self._weight = torch.from_numpy(GAIN * wi[:, 2:])
         self._chroma = torch.from_numpy(CHROMA)

@@ -45,11 +45,6 @@ class LobePredictor:
         if not widths or widths[-1] != FAMILIES[self.family].size:
             raise ValueError(f"{self.family} takes {FAMILIES[self.family].size} parameters")
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the network."""
-        return sum(a.nbytes for layer in self.layers for a in (layer.weights, layer.biases))
-
     def __call__(self, code: npt.ArrayLike) -> Sampler:
         """The sampler for a code of shape (k,)."""
         return FAMILIES[self.family].sampler(self.free(code))

@@ -25,9 +25,9 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.latent.directions import basis_inputs
+from nacre.latent.codes import checked_code, code_facts
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
-from nacre.latent.pca import checked_code
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, Layer, check_weights
 from nacre.sampling import fit_lobes
@@ -105,9 +105,10 @@ class NeuralBasis:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share."""
-        layers = (a for layer in self.hidden for a in (layer.weights, layer.biases))
-        return sum(a.nbytes for a in (*layers, self.functions, self.examples))
+        """Memory of the basis, which all materials share, predictors of lobes included."""
+        parts = self.hidden, *(predictor.layers for predictor in self.predictors.values())
+        layers = sum(layer.nbytes for part in parts for layer in part)
+        return layers + self.functions.nbytes + self.examples.nbytes
 
     def values(self, inputs: Floats) -> Floats:
         """The functions at network inputs of shape (n, 6), shape (n, 1 + g + p)."""
@@ -125,7 +126,7 @@ class NeuralBasis:
         rows
             Derivatives by the values of a code, shape (k, n, 3).
         """
-        values = self.values(basis_inputs(wi, wo))
+        values = self.values(isotropic_inputs(wi, wo, ENHANCED))
         common, grey, pairs = np.split(values, [1, 1 + self.greys], axis=1)
         chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
         return common, np.concatenate([np.repeat(grey.T[..., None], OUTPUTS, axis=2), chroma])
@@ -216,11 +217,10 @@ class NeuralBasisBrdf(Brdf):
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        own: dict[str, Any] = {"code values": len(self.code), "code bytes": self.code.nbytes}
-        own["basis bytes"] = self.basis.nbytes
+        facts = super().describe() | code_facts(self.code, self.basis.nbytes)
         if BEST_FAMILY in self.basis.predictors:
-            own["sampler"] = f"predicted: {self.sampler}"
-        return super().describe() | own
+            facts["sampler"] = f"predicted: {self.sampler}"
+        return facts
 
 
 def grown(common: Floats, rows: Floats, code: Floats) -> Floats:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from nacre.latent.codes import LARGEST
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.latent.pca import LARGEST
 from nacre.neural.nbrdf import Layer
 from nacre.tensors import Tensors, check_numbers
 
@@ -65,6 +65,20 @@ def check_tensors(tensors: Tensors) -> None:
         if array.dtype != np.float32:
             raise ValueError(f"{name} is {array.dtype}, expected float32")
     check_numbers(tensors, LARGEST)
+
+
+def named_tensors(layers: Mapping[str, Layer]) -> Tensors:
+    """Weights and biases of layers by the layers' names."""
+    return {
+        f"{name}_{kind}": array
+        for name, layer in layers.items()
+        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
+    }
+
+
+def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
+    """The inverse of :func:`named_tensors`."""
+    return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
 def _prefix(name: str) -> str:

@@ -15,10 +15,11 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.files import NacreError, require
 from nacre.latent.descent import descend
-from nacre.latent.directions import basis_inputs, isotropic_values, shared_directions
+from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, CHROMA, NeuralBasis
-from nacre.latent.neural_recipe import BasisRecipe
+from nacre.latent.recipes import BasisRecipe
 from nacre.latent.refine import GAIN
+from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
 from nacre.progress import Progress
@@ -73,13 +74,8 @@ def train_neural(
         raise NacreError("a neural basis needs two materials or more")
     report = progress or (lambda stage, done, total, note: None)
     wi, wo = shared_directions(recipe.directions, recipe.seed)
-    rows, names = [], []
-    for index, load in enumerate(materials):
-        brdf = load()
-        rows.append(isotropic_values(brdf, wi, wo))
-        names.append(brdf.name)
-        report("sampling", index + 1, len(materials), brdf.name)
-    training = _Training(basis_inputs(wi, wo), wi[:, 2], np.stack(rows), recipe)
+    values, names = sampled(materials, wi, wo, report)
+    training = _Training(isotropic_inputs(wi, wo, ENHANCED), wi[:, 2], np.stack(values), recipe)
     loss = training.run(checkpoint, report)
     settings = asdict(recipe) | {"hidden": list(recipe.hidden)}
     return training.basis({"materials": names, "loss": loss, "training": settings})

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Weights
 from nacre.brdf import Brdf
 from nacre.files import NacreError
+from nacre.latent.codes import LARGEST, checked_code, code_facts
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 
@@ -30,9 +30,6 @@ Mask = npt.NDArray[np.bool_]
 
 EPSILON = 1e-3
 """Added before logarithms, and the least weight of a node (Nielsen et al. 2015)."""
-
-LARGEST = 1e6
-"""Bound of the values of a code and of the numbers of a basis: products of them stay finite."""
 
 _BRIGHTEST = math.log(1e6)
 """Bound of ln(f w + e): whatever a code holds, what it stands for is finite."""
@@ -168,20 +165,6 @@ class Basis:
         return PcaBrdf(self, code, name)
 
 
-def checked_code(code: npt.ArrayLike, count: int) -> Weights:
-    """A code of so many values, as float32.
-
-    Raises
-    ------
-    ValueError
-        If it has another length, or a value is a million or more.
-    """
-    values = np.asarray(code, np.float64)
-    if values.shape != (count,) or not (np.abs(values) < LARGEST).all():
-        raise ValueError(f"a code has {count} values below a million, got {values.shape}")
-    return values.astype(np.float32)
-
-
 class PcaBrdf(MerlBrdf):
     """A code and what it stands for, tabulated on the grid of its basis.
 
@@ -215,8 +198,7 @@ class PcaBrdf(MerlBrdf):
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        own = {"code values": len(self.code), "code bytes": self.code.nbytes}
-        return super().describe() | own | {"basis bytes": self.basis.nbytes}
+        return super().describe() | code_facts(self.code, self.basis.nbytes)
 
 
 def on_grid(brdf: Brdf, resolution: Resolution) -> MerlBrdf:

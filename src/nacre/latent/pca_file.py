@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.pca import LARGEST, Basis
+from nacre.latent.codes import LARGEST
+from nacre.latent.pca import Basis
 from nacre.measured.merl import Resolution
 
 Tensors = dict[str, npt.NDArray[Any]]

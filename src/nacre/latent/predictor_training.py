@@ -16,11 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import NacreError, require
-from nacre.latent.directions import basis_inputs
+from nacre.latent.descent import one_thread
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
-from nacre.latent.predictor_recipe import PredictorRecipe
+from nacre.latent.recipes import PredictorRecipe
 from nacre.latent.training_codes import Codes, draw_codes
+from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
 from nacre.parallel import one_blas_thread
@@ -89,10 +91,7 @@ def train_predictors(
     """
     recipe = recipe or PredictorRecipe()
     report = progress or (lambda stage, done, total, note: None)
-    # Matrices are small: more threads gain little, and lose far more where cores are busy.
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
+    with one_thread():
         sets = []
         for index in range(recipe.sets):
             sets.append(_TrainingSet(basis, codes, recipe, index))
@@ -106,8 +105,6 @@ def train_predictors(
                     total = len(FAMILIES) * recipe.steps
                     report("predicting", done, total, f"{name}, second moment {moment:.3f}")
             found[name] = training.predictor(name)
-    finally:
-        torch.set_num_threads(threads)
     return found
 
 
@@ -124,7 +121,7 @@ class _TrainingSet:
         shape = proposal.density.shape
         weights = np.empty((len(codes), *shape), np.float32)
         with one_blas_thread():
-            values = basis.values(basis_inputs(wi, wo))
+            values = basis.values(isotropic_inputs(wi, wo, ENHANCED))
             for start in range(0, len(codes), _AT_ONCE):
                 part = slice(start, start + _AT_ONCE)
                 shares = np.stack([basis.shares(code).T for code in codes[part]])

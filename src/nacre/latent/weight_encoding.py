@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nacre.direction_samples import DirectionSamples
+from nacre.latent.directions import isotropic_inputs
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weights import FARTHEST, SHAPES, Matrix, WeightBasis, shortened
 from nacre.least_absolute import minimise
-from nacre.neural.samples import direction_inputs
+from nacre.neural.inputs import PAPER
 
 _STEPS = 8
 _DIFFERENCE = 1e-4
@@ -40,8 +40,7 @@ def refine(basis: WeightBasis, errors: PictureErrors, start: npt.ArrayLike, prio
     -------
     array of shape (k,)
     """
-    samples = DirectionSamples(errors.wi, errors.wo, np.zeros_like(errors.wi))
-    inputs = direction_inputs(samples, True).astype(np.float32)
+    inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
     pull = prior * np.eye(len(basis))
 
     def residuals(code: Matrix) -> Matrix:

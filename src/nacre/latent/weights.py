@@ -10,12 +10,12 @@ import abc
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.pca import checked_code
+from nacre.latent.codes import checked_code, code_facts
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf, check_weights
 from nacre.sampling.fitted import LobeSampledBrdf
 
@@ -37,6 +37,8 @@ class WeightBasis(abc.ABC):
     then the biases.
     """
 
+    LAYERS: ClassVar[tuple[str, ...]]
+    """Names of its layers."""
     metadata: dict[str, Any]
     """JSON-able facts about the training."""
 
@@ -45,9 +47,27 @@ class WeightBasis(abc.ABC):
         """Number of values in a code."""
 
     @property
-    @abc.abstractmethod
+    def layers(self) -> dict[str, Layer]:
+        """The layers by name."""
+        return {name: getattr(self, name) for name in self.LAYERS}
+
+    @property
     def nbytes(self) -> int:
         """Memory of the basis, which all materials share."""
+        return sum(layer.nbytes for layer in self.layers.values())
+
+    def check_layers(self, **shapes: tuple[int, int]) -> None:
+        """Refuse layers whose weights have other shapes than those of their names.
+
+        Raises
+        ------
+        ValueError
+            With the name of the layer.
+        """
+        for name, shape in shapes.items():
+            found = self.layers[name].weights.shape
+            if found != shape:
+                raise ValueError(f"layer {name} is {found}, expected {shape}")
 
     @abc.abstractmethod
     def weights(self, codes: npt.ArrayLike) -> Matrix:
@@ -99,8 +119,7 @@ class CodedNetwork(LobeSampledBrdf, NeuralBrdf):  # type: ignore[override]  # as
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        own = {"code values": len(self.code), "code bytes": self.code.nbytes}
-        return super().describe() | own | {"basis bytes": self.basis.nbytes}
+        return super().describe() | code_facts(self.code, self.basis.nbytes)
 
 
 def shortened(code: npt.ArrayLike) -> Matrix:

@@ -54,6 +54,11 @@ class Layer:
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
             raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
 
+    @property
+    def nbytes(self) -> int:
+        """Memory of weights and biases."""
+        return self.weights.nbytes + self.biases.nbytes
+
 
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
     """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,13 +86,7 @@ class Recipe:
         input_count(self.inputs, True)
         if self.gain is not None and not 0 < self.gain <= 1e6:
             raise ValueError(f"gain must lie between 0 and a million, got {self.gain}")
-        for name, value in (
-            ("epochs", self.epochs),
-            ("samples", 1 if self.samples is None else self.samples),
-            *(("hidden", width) for width in self.hidden),
-        ):
-            if value < 1:
-                raise ValueError(f"{name} must be positive, got {value}")
+        check_positive(self, "epochs", "samples", "hidden")
         if not 0 < self.sample_share <= 100:
             raise ValueError(f"sample_share must lie above 0, got {self.sample_share}")
         if not 0 < self.learning_rate < math.inf:
@@ -159,3 +153,18 @@ class Recipe:
         if width < 1:
             raise ValueError(f"size {self.size} is too small for a network")
         return (width + 1 if wider <= most else width), width
+
+
+def check_positive(recipe: object, *names: str) -> None:
+    """Refuse settings below 1, of widths each; one that is None has its default.
+
+    Raises
+    ------
+    ValueError
+        With the name of the setting.
+    """
+    for name in names:
+        setting = getattr(recipe, name)
+        for value in setting if isinstance(setting, Sequence) else [setting]:
+            if value is not None and value < 1:
+                raise ValueError(f"{name} must be positive, got {value}")

@@ -102,8 +102,12 @@ def frames(normals: Floats) -> Floats:
     return np.stack([tangent, np.cross(normals, tangent), normals], axis=1)
 
 
-def lit_pixels(angles: Sequence[float], size: int) -> tuple[Floats, Floats]:
+def lit_pixels(
+    angles: Sequence[float] = PICTURE_LIGHTS, size: int = PICTURE_SIZE
+) -> tuple[Floats, Floats]:
     """Directions at the pixels of spheres that are lit by one light each.
+
+    The defaults are the pictures that an autoencoder is trained on.
 
     Parameters
     ----------

@@ -24,6 +24,8 @@ from nacre.formats import load, save
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
 
+DAMAGED = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile)
+"""What reading a file that is not there or not whole raises."""
 _ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".bsdf"}
 """Of files that hold a class of reflectance exactly."""
 _IGNORED = ("cli", "download", "reproduce")
@@ -50,7 +52,7 @@ class Cache:
             trial = Trial(**content)
             whole = set(trial.figures) == set(FIGURES) and all(self.pictures(key))
             return trial if whole else None
-        except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile):
+        except DAMAGED:
             return None
 
     def pictures(self, key: str) -> dict[str, Picture]:
@@ -117,6 +119,11 @@ def key(material: str, sha256: str, name: str, method: Method, settings: Setting
         "protocol": settings.facts,
         "code": code_digest(),
     }
+    return facts_digest(facts)
+
+
+def facts_digest(facts: object) -> str:
+    """32 hexadecimal digits of the SHA-256 of JSON-able facts, which results are kept under."""
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,9 +23,9 @@ from nacre.latent import (
     encode,
 )
 from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
-from nacre.progress import Progress
-from nacre.render.sphere import PICTURE_LIGHTS, PICTURE_SIZE, lit_pixels
-from nacre.reproduce.cache import code_digest
+from nacre.progress import Progress, named
+from nacre.render.sphere import lit_pixels
+from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
 
@@ -157,25 +155,20 @@ def code_methods(
             continue
         chosen = settings.values, settings.steps, settings.mixtures, settings.seed
         facts = [model, hashes, chosen, code_digest()]
-        key = hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:32]
-        path = folder / f"basis-{key}.safetensors"
+        path = folder / f"basis-{facts_digest(facts)}.safetensors"
         found = None if fresh else _kept(path)
         if found is None:
             state = path.with_suffix(".state")
             if fresh:
                 state.unlink(missing_ok=True)
             folder.mkdir(parents=True, exist_ok=True)
-            report = partial(_report, progress, model)
+            report = named(progress, model)
             found = _trained(model, materials, bases.get("neural"), settings, state, report)
             save_basis(found, path)
             state.unlink(missing_ok=True)
         bases[model] = found
     codes = {name: CODES[name] for name in names}
     return held_out, {k: _method(code, bases[code.model]) for k, code in codes.items()}, settings
-
-
-def _report(progress: Progress, model: str, stage: str, done: int, total: int, note: str) -> None:
-    progress(f"{model}, {stage}", done, total, note)
 
 
 def _kept(path: Path) -> AnyBasis | None:
@@ -202,9 +195,8 @@ def _trained(
     if model == "pca":
         basis = latent.train(materials, values, progress=report)
     elif model == "autoencoder":
-        pixels = lit_pixels(PICTURE_LIGHTS, PICTURE_SIZE)
         recipe = settings.recipe(AutoencoderRecipe, values=values, mixtures=settings.mixtures)
-        basis = latent.train_autoencoder(materials, pixels, recipe, **options)
+        basis = latent.train_autoencoder(materials, lit_pixels(), recipe, **options)
     elif model == "neural":
         recipe = settings.recipe(BasisRecipe, values=values)
         basis = latent.train_neural(materials, recipe, **options)

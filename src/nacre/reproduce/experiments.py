@@ -9,6 +9,7 @@ from typing import Any
 
 from nacre.evaluate.plot import write_plot
 from nacre.files import atomic_path
+from nacre.progress import Progress
 from nacre.reproduce.errors import error_strips
 from nacre.reproduce.footprint import footprint_plot
 from nacre.reproduce.lobes import FIGURES as LOBE_FIGURES
@@ -86,7 +87,7 @@ class Experiment:
     anisotropic
         Whether it is of anisotropic materials only.
     prepare
-        Changes what the trials found into what the tables show.
+        Changes what the trials found into what the tables show, and tells how far it is.
     paper
         The paper's own figures in Markdown, to set below the tables.
     """
@@ -97,10 +98,17 @@ class Experiment:
     differs: str = _PROTOCOL
     tables: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _TABLES)
     anisotropic: bool = False
-    prepare: Callable[[Study, Sequence[str]], Study] = lambda study, methods: study
+    prepare: Callable[[Study, Sequence[str], Progress], Study] = lambda study, *_: study
     paper: str = ""
 
-    def write(self, name: str, study: Study, methods: Sequence[str], folder: Path) -> list[Path]:
+    def write(
+        self,
+        name: str,
+        study: Study,
+        methods: Sequence[str],
+        folder: Path,
+        progress: Progress | None = None,
+    ) -> list[Path]:
         """Write the CSV, the Markdown and the pictures, `name` in front of each.
 
         Parameters
@@ -113,6 +121,8 @@ class Experiment:
             What is shown, in this order.
         folder
             Exists.
+        progress
+            Called while trials become what the tables show.
 
         Returns
         -------
@@ -126,7 +136,7 @@ class Experiment:
         MissingExtraError
             If Matplotlib is not installed.
         """
-        shown = self.prepare(study, methods)
+        shown = self.prepare(study, methods, progress or (lambda stage, done, total, note: None))
         paths = [folder / f"{name}.csv", folder / f"{name}.md"]
         write_csv(shown, methods, paths[0])
         with atomic_path(paths[1]) as temporary:

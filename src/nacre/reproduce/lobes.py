@@ -13,6 +13,7 @@ from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.evaluate.plot import lobe_figure
 from nacre.geometry import from_spherical, join, split
+from nacre.progress import Progress
 from nacre.reproduce.methods import TRUTH
 from nacre.reproduce.study import Study
 
@@ -48,10 +49,10 @@ def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
     return pages
 
 
-def with_lobe_errors(study: Study, methods: Sequence[str]) -> Study:
+def with_lobe_errors(study: Study, methods: Sequence[str], progress: Progress) -> Study:
     """The same trials with :func:`lobe_errors` in place of their figures."""
     trials = {}
-    for material in study.materials:
+    for index, material in enumerate(study.materials):
         truth = study.fitted(material, TRUTH)
         for method in methods:
             trial = study.trials.get((material, method))
@@ -59,6 +60,7 @@ def with_lobe_errors(study: Study, methods: Sequence[str]) -> Study:
                 errors = lobe_errors(truth, study.fitted(material, method))
                 values = dict(zip(FIGURES, errors, strict=True))
                 trials[material, method] = replace(trial, figures=values)
+        progress("lobes", index + 1, len(study.materials), material)
     return replace(study, trials=trials)
 
 

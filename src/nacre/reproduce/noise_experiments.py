@@ -20,6 +20,7 @@ from nacre.reproduce.noise import Describe, NoiseSettings
 from nacre.reproduce.noise_pages import error_page, noise_table, picture_page, write_noise
 from nacre.reproduce.noise_study import NoiseStudy, run_noise
 from nacre.reproduce.samplers import PREDICTED, sampler
+from nacre.reproduce.summary import table_row
 
 DIFFERS = (
     "scenes of nacre's own; the materials named below in place of the test set of MERL; their f_r "
@@ -94,7 +95,7 @@ class NoiseExperiment:
         paths = [to / f"{name}{ending}" for ending in (".csv", ".md", ".png")]
         write_noise(study, samplers, paths[0])
         head, rows = noise_table(study, samplers)
-        lines = [f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows)]
+        lines = [table_row(cells) for cells in (head, ["---"] * len(head), *rows)]
         settings = study.settings
         text = (
             f"# {name}: {self.title}\n\nMeans over pictures, at {settings.shown} samples per "

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -16,7 +13,7 @@ from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
 from nacre.files import atomic_path
 from nacre.progress import Progress
-from nacre.reproduce.cache import code_digest
+from nacre.reproduce.cache import DAMAGED, code_digest, facts_digest
 from nacre.reproduce.noise import (
     MEASURES,
     Convergence,
@@ -132,8 +129,7 @@ def run_noise(
 
 
 def _path(folder: Path, facts: Sequence[object]) -> Path:
-    digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
-    return folder / f"noise-{digest[:32]}.npz"
+    return folder / f"noise-{facts_digest(facts)}.npz"
 
 
 def _arrays(path: Path, *names: str) -> list[Any] | None:
@@ -141,7 +137,7 @@ def _arrays(path: Path, *names: str) -> list[Any] | None:
     try:
         with np.load(path, allow_pickle=False) as arrays:
             return [arrays[name] for name in names]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except DAMAGED:
         return None
 
 

@@ -30,6 +30,11 @@ PREDICTED: Mapping[str, str] = {
 }
 """Names of what a basis predicts, and of its predictors."""
 
+DEFAULT = ("uniform", "blinn-phong", *PREDICTED, "power-iterations", "rgl", "nacre")
+"""What is compared where no names are given."""
+SAMPLERS = tuple(dict.fromkeys((*DEFAULT, *FITTED)))
+"""All names."""
+
 
 def sampler(name: str, basis: NeuralBasis | None = None) -> Callable[[Brdf], Sampler]:
     """What gives a reflectance its sampler.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from nacre.progress import Progress, named
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
 from nacre.render.scene import describe_scene
@@ -17,7 +18,7 @@ _GGX = "Mitsuba's roughconductor"
 _ROUNDS, _SPP = 5, 64
 
 
-def with_times(study: Study, methods: Sequence[str]) -> Study:
+def with_times(study: Study, methods: Sequence[str], progress: Progress) -> Study:
     """The same trials with times of rendering in place of their figures.
 
     The ball of `nacre render` is path traced, twice as wide as the study's spheres; all methods of
@@ -36,7 +37,8 @@ def with_times(study: Study, methods: Sequence[str]) -> Study:
             name: mi.load_dict(describe_scene(one, size=(size, size)))
             for name, one in shown.items()
         }
-        results = race(scenes, _GGX, rounds=_ROUNDS, spp=_SPP)
+        report = named(progress, material)
+        results = race(scenes, _GGX, rounds=_ROUNDS, spp=_SPP, progress=report)
         for method in found:
             values = (results[method].seconds / paths, 1.0 / results[method].ratio)
             figures = dict(zip(FIGURES, values, strict=True))

@@ -56,13 +56,18 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
     """
     heads = (figure.removeprefix(f"{title} ") for figure in figures)
     columns = ("method", "bytes", "materials", *heads)
-    lines = [_row(columns), "|---" + "|---:" * (len(columns) - 1) + "|"]
+    lines = [table_row(columns), "|---" + "|---:" * (len(columns) - 1) + "|"]
     found = [(study.mean_size(method), method) for method in methods if study.of(method)]
     for size, method in sorted(found, key=lambda item: item[0]):
         trials = study.of(method)
         cells = (_cell(summarise(trials, figure), figure) for figure in figures)
-        lines.append(_row((method, f"{size:,.0f}", str(len(trials)), *cells)))
+        lines.append(table_row((method, f"{size:,.0f}", str(len(trials)), *cells)))
     return "\n".join(lines) + "\n"
+
+
+def table_row(cells: Iterable[str]) -> str:
+    """A line of a table in Markdown."""
+    return "| " + " | ".join(cells) + " |"
 
 
 def readable(value: float, figure: str) -> str:
@@ -98,7 +103,3 @@ def _cell(summary: Summary, figure: str) -> str:
         readable(value, figure) for value in (summary.mean, summary.deviation, summary.worst)
     )
     return f"{mean} ± {deviation}, {worst} ({summary.material})"
-
-
-def _row(cells: Iterable[str]) -> str:
-    return "| " + " | ".join(cells) + " |"

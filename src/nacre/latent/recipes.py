@@ -1,0 +1,155 @@
+"""Settings of the trainings of bases and of what belongs to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nacre.neural.recipe import check_positive
+
+
+@dataclass(frozen=True)
+class BasisRecipe:
+    """Settings of the training of a neural basis; the defaults are the recommended ones.
+
+    Parameters
+    ----------
+    values
+        k, the values of a code.
+    hidden
+        Widths of the hidden layers.
+    steps
+        Optimiser steps.
+    directions
+        Pairs of directions that the materials are known at.
+    batch
+        How many of them one step sees, of all materials.
+    learning_rate
+        Peak of the schedule of :func:`nacre.neural.training.schedule`.
+    seed
+        The same seed gives the same basis on the same machine.
+    """
+
+    values: int = 32
+    hidden: tuple[int, ...] = (96, 96, 96)
+    steps: int = 8000
+    directions: int = 1 << 16
+    batch: int = 256
+    learning_rate: float = 5e-3
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_positive(self, "values", "steps", "directions", "batch")
+        if not self.hidden or min(self.hidden) < 1:
+            raise ValueError(f"hidden must be widths of layers, got {self.hidden}")
+
+    @property
+    def pairs(self) -> int:
+        """p, the pairs of values for colours: as many as principal components take."""
+        return max(5 * self.values // 32, min(1, self.values // 3))
+
+
+@dataclass(frozen=True)
+class PredictorRecipe:
+    """Settings of the training of lobe predictors; the defaults are the recommended ones.
+
+    Parameters
+    ----------
+    hidden
+        Width of the hidden layer.
+    codes
+        How many there are to train on: codes of materials, mixtures of two, and random ones.
+    sets
+        Sets of directions, each for an equal part of the codes.
+    lights
+        Directions to the light for each of a set's views.
+    steps
+        Optimiser steps.
+    batch
+        Codes that a step sees.
+    learning_rate
+        Peak of the schedule of :func:`nacre.neural.training.schedule`.
+    seed
+        The same seed gives the same predictor on the same machine.
+    """
+
+    hidden: int = 128
+    codes: int = 8192
+    sets: int = 16
+    lights: int = 128
+    steps: int = 3000
+    batch: int = 32
+    learning_rate: float = 1e-2
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_positive(self, "hidden", "codes", "sets", "lights", "steps", "batch")
+
+
+@dataclass(frozen=True)
+class HypernetworkRecipe:
+    """Settings of the training of a hypernetwork; the defaults are the recommended ones.
+
+    Parameters
+    ----------
+    width
+        Units of both of its hidden layers.
+    steps
+        Optimiser steps.
+    codes
+        Materials that one step sees.
+    directions
+        Pairs of directions at which it sees them.
+    learning_rate
+        Peak of the schedule of :func:`nacre.neural.training.schedule`.
+    seed
+        The same seed gives the same hypernetwork on the same machine.
+    """
+
+    width: int = 128
+    steps: int = 8000
+    codes: int = 192
+    directions: int = 64
+    learning_rate: float = 6e-3
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_positive(self, "width", "steps", "codes", "directions")
+
+
+@dataclass(frozen=True)
+class AutoencoderRecipe:
+    """Settings of the training of an autoencoder; the defaults are the recommended ones.
+
+    Parameters
+    ----------
+    values
+        k, the values of a code.
+    width
+        Units of both hidden layers.
+    mixtures
+        Geometric means of two materials that are trained on besides the materials.
+    steps
+        Optimiser steps.
+    networks
+        Networks that one step sees.
+    pixels
+        Pixels at which it sees them, of all pictures.
+    learning_rate
+        Peak of the schedule of :func:`nacre.neural.training.schedule`.
+    seed
+        The same seed gives the same autoencoder on the same machine.
+    """
+
+    values: int = 32
+    width: int = 256
+    mixtures: int = 300
+    steps: int = 4000
+    networks: int = 64
+    pixels: int = 256
+    learning_rate: float = 2e-3
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_positive(self, "values", "width", "steps", "networks", "pixels")
+        if self.mixtures < 0:
+            raise ValueError(f"mixtures must not be negative, got {self.mixtures}")
