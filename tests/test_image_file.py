@@ -17,9 +17,14 @@ pillow = pytest.importorskip("PIL.Image")
 PIXELS = np.random.default_rng(0).integers(0, 256, (6, 9, 3), "u1")
 
 
+def read(path: Path) -> np.ndarray:
+    header = read_header(path)
+    return decode(path.read_bytes(), header, path)
+
+
 def refused(path: Path, words: str) -> None:
     with pytest.raises(FormatError, match=words) as caught:
-        decode(path.read_bytes(), read_header(path), path)
+        read(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 

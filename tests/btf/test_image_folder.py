@@ -179,7 +179,11 @@ def test_sizes_that_are_claimed_are_refused_in_little_memory(folder: Path, tmp_p
         path.write_bytes(bomb)
     exr = write_image(tmp_path / "x" / "tl000_pl000_tv000_pv000.exr", pixels(0, "f4"))
     data = bytearray(exr.read_bytes())
-    struct.pack_into("<4i", data, data.index(b"dataWindow\0box2i\0") + 21, 0, 0, 59_999, 59_999)
+    window = data.index(b"dataWindow\0box2i\0") + 21
+    struct.pack_into("<4i", data, window, 9, 9, 0, 0)
+    exr.write_bytes(data)
+    assert_refused(lambda: load(exr.parent), "-8 x -8 pixels")
+    struct.pack_into("<4i", data, window, 0, 0, 59_999, 59_999)
     exr.write_bytes(data)
     tracemalloc.start()
     try:

@@ -74,12 +74,13 @@ class ImageFolderBtf(Btf):
         self._radiance = int(radiance.sum())
         self._scales = np.where(radiance, 1.0 / wi[:, 2], 1.0).astype(np.float32)
         self._first = read_header(self.files[0])
-        if not 1 <= self._first.width * self._first.height <= _PIXEL_LIMIT:
+        width, height = self._first.width, self._first.height
+        if min(width, height) < 1 or width * height > _PIXEL_LIMIT:
             raise FormatError(
-                f"{self.files[0]}: has {self._first.width} x {self._first.height} pixels, of at "
-                f"most {_PIXEL_LIMIT:,}; crop the images or scale them down"
+                f"{self.files[0]}: has {width} x {height} pixels, of at most {_PIXEL_LIMIT:,}; "
+                "crop the images or scale them down"
             )
-        self.width, self.height = self._first.width, self._first.height
+        self.width, self.height = width, height
         for path in self.files:
             self._check(path, read_header(path))
         kept = max(1, _CACHE_SIZE // (12 * self.texel_count))
