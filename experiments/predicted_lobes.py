@@ -36,6 +36,7 @@ from nacre.analytic.tables import load as load_fit
 from nacre.analytic.tables import materials as fitted_names
 from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
+from nacre.channels import ORDERS
 from nacre.files import NacreError
 from nacre.geometry import split
 from nacre.latent import (
@@ -47,7 +48,6 @@ from nacre.latent import (
     with_predictors,
 )
 from nacre.latent.file import load_basis, save_basis
-from nacre.latent.neural_basis import ORDERS
 from nacre.neural import Layer
 from nacre.parallel import one_blas_thread
 from nacre.reproduce.codes import split as split_files

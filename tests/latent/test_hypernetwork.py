@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import nacre
+from nacre.channels import CHROMA
 from nacre.files import FormatError, NacreError
 from nacre.latent import Autoencoder, Hypernetwork, encode
 from nacre.latent.directions import isotropic_inputs, shared_directions
-from nacre.latent.neural_basis import CHROMA
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weight_encoding import _outputs, refine, weight_tangents
 from nacre.latent.weights import COUNT, flat_weights, network_layers

@@ -9,10 +9,10 @@ import pytest
 
 from nacre.analytic import Ggx
 from nacre.array import Array, Components
+from nacre.channels import ORDERS
 from nacre.files import FormatError, NacreError
 from nacre.latent import NeuralBasis, NeuralBasisBrdf, encode_neural
 from nacre.latent.directions import isotropic_inputs, shared_directions
-from nacre.latent.neural_basis import ORDERS
 from nacre.measured import MerlBrdf
 from nacre.neural.inputs import ENHANCED
 from tests.latent.made import GRID, predictor, random_basis

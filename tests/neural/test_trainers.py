@@ -11,8 +11,8 @@ import sys
 import numpy as np
 import pytest
 
+from nacre.layer import Layer
 from nacre.neural.kernel import KernelTrainer
-from nacre.neural.nbrdf import Layer
 from nacre.neural.samples import BLOCK, Samples
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -87,7 +87,7 @@ has = sys.argv[1] == "avx2"
 features = llvmlite.binding.FeatureMap(avx=has)
 llvmlite.binding.get_host_cpu_features = lambda: features
 from nacre.neural.kernel import KernelTrainer
-from nacre.neural.nbrdf import Layer
+from nacre.layer import Layer
 from nacre.neural.samples import Samples, aligned
 from nacre.neural.simd import LANES
 assert LANES == (8 if has else 4)

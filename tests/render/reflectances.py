@@ -11,8 +11,9 @@ import numpy as np
 from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.geometry import dot, half_vector
+from nacre.layer import Layer
 from nacre.neural.inputs import PAPER, input_count
-from nacre.neural.nbrdf import HIDDEN, OUTPUTS, Layer, NeuralBrdf
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
 from nacre.sampling import BlinnPhongMixture
 
 

@@ -27,8 +27,9 @@ from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weight_networks import reflectance
 from nacre.latent.weights import COUNT, SHAPES
+from nacre.layer import Layer
 from nacre.neural.inputs import PAPER
-from nacre.neural.nbrdf import OUTPUTS, Layer
+from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.training import schedule
 from nacre.progress import Progress
 

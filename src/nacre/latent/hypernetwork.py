@@ -18,9 +18,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.neural_basis import CHROMA, NeuralBasis
+from nacre.channels import CHROMA
+from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis, bent, dense
-from nacre.neural.nbrdf import OUTPUTS, Layer
+from nacre.layer import Layer
+from nacre.neural.nbrdf import OUTPUTS
 
 COLUMN = SIZES[-2] + 1
 """Weights and bias of one output."""

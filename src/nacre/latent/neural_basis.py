@@ -13,7 +13,6 @@ material is one of its code, and no permuted material has to be trained on.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,11 +24,13 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
+from nacre.channels import CHROMA, TURNS
 from nacre.latent.codes import checked_code, code_facts
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
+from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED, network_inputs
-from nacre.neural.nbrdf import OUTPUTS, Layer, check_weights
+from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.sampling import fit_lobes
 from nacre.sampling.families import BEST_FAMILY
 
@@ -37,15 +38,6 @@ Double = npt.NDArray[np.float64]
 
 BRIGHTEST = math.log(1e6)
 """Bound of ln f_r: whatever a code holds, what it stands for is finite."""
-CHROMA: Weights = np.array(
-    [[math.sqrt(1 / 2), -math.sqrt(1 / 2), 0.0], [*[math.sqrt(1 / 6)] * 2, -math.sqrt(2 / 3)]],
-    np.float32,
-)
-"""From a pair of values to weights of the three channels."""
-ORDERS = np.array(list(itertools.permutations(range(OUTPUTS))))
-"""Of the channels."""
-_TURNS = CHROMA[:, ORDERS].swapaxes(0, 1) @ CHROMA.T
-"""What an order does to a pair."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +138,9 @@ class NeuralBasis:
         codes
             Shape (n, k).
         orders
-            Which of the six :data:`ORDERS`, shape (n,) or for all codes alike.
+            Which of the six :data:`nacre.channels.ORDERS`, shape (n,) or for all codes alike.
         """
-        pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ _TURNS[orders]
+        pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ TURNS[orders]
         return np.concatenate([codes[:, : self.greys], pairs.reshape(len(codes), -1)], axis=1)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:

@@ -10,7 +10,7 @@ import numpy as np
 from nacre.latent.codes import LARGEST
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.neural.nbrdf import Layer
+from nacre.layer import Layer
 from nacre.tensors import Tensors, check_numbers
 
 

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from nacre.channels import ORDERS
 from nacre.direction_samples import DirectionSamples
-from nacre.latent.neural_basis import ORDERS, NeuralBasis, grown
+from nacre.latent.neural_basis import NeuralBasis, grown
 from nacre.parallel import one_blas_thread
 
 MOST = 2048

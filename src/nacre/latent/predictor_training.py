@@ -22,8 +22,8 @@ from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import PredictorRecipe
 from nacre.latent.training_codes import Codes, draw_codes
+from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED
-from nacre.neural.nbrdf import Layer
 from nacre.neural.training import schedule
 from nacre.parallel import one_blas_thread
 from nacre.progress import Progress

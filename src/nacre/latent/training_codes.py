@@ -7,7 +7,8 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.neural_basis import ORDERS, NeuralBasis
+from nacre.channels import ORDERS
+from nacre.latent.neural_basis import NeuralBasis
 
 Codes: TypeAlias = npt.NDArray[np.floating]
 

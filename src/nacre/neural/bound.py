@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nacre.neural.nbrdf import Layer
+from nacre.layer import Layer
 
 
 def bounded(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:

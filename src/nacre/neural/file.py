@@ -15,8 +15,9 @@ from nacre.files import (
     reason,
     write_encoded,
 )
+from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
-from nacre.neural.nbrdf import PRECISIONS, Layer, NeuralBrdf, check_weights
+from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.sampling.header import describe_sampler, make_sampler
 from nacre.tensors import from_file, to_bytes
 

@@ -16,8 +16,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from nacre.layer import Layer
 from nacre.neural.compilation import compiled
-from nacre.neural.nbrdf import Layer
 from nacre.neural.samples import BLOCK, Samples, aligned
 from nacre.neural.simd import (
     DENSE_ROWS,

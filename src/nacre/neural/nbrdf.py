@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, Sampler
+from nacre.layer import Layer
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
@@ -29,35 +29,6 @@ HIDDEN = (21, 21)
 SINGLE, HALF = "single", "half"
 PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
 """How weights are stored, by name; computations are in single precision."""
-
-
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """One dense layer: `inputs @ weights + biases`.
-
-    Parameters
-    ----------
-    weights
-        Shape (inputs, outputs); kept as float32.
-    biases
-        Shape (outputs,); kept as float32.
-    """
-
-    weights: npt.NDArray[np.float32]
-    biases: npt.NDArray[np.float32]
-
-    def __post_init__(self) -> None:
-        for name in ("weights", "biases"):
-            array = np.ascontiguousarray(getattr(self, name), np.float32)
-            object.__setattr__(self, name, array)
-        shape = self.weights.shape
-        if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
-            raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of weights and biases."""
-        return self.weights.nbytes + self.biases.nbytes
 
 
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:

@@ -9,9 +9,10 @@ from dataclasses import asdict, dataclass, replace
 from nacre.brdf import Brdf
 from nacre.direction_samples import Scattered
 from nacre.files import NacreError
+from nacre.layer import Layer
 from nacre.neural.bound import bounded
 from nacre.neural.inputs import input_count, turns_half_vector
-from nacre.neural.nbrdf import SINGLE, Layer, NeuralBrdf, round_layers
+from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (

@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
+from nacre.layer import Layer
 from nacre.neural.hdf5_strings import count_strings
 from nacre.neural.inputs import PAPER
-from nacre.neural.nbrdf import Layer, NeuralBrdf, check_weights
+from nacre.neural.nbrdf import NeuralBrdf, check_weights
 from nacre.npy import MAGIC, parse_npy
 from nacre.sampling import fit_lobes
 

@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from nacre.device import open_device
 from nacre.files import require
+from nacre.layer import Layer
 from nacre.neural.device import SampleStack
-from nacre.neural.nbrdf import OUTPUTS, Layer
+from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK
 
 torch: Any = require("torch", "latent")

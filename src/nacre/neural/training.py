@@ -10,7 +10,8 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.neural.nbrdf import OUTPUTS, Layer
+from nacre.layer import Layer
+from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK
 from nacre.progress import Progress

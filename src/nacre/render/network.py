@@ -9,8 +9,9 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.files import require
+from nacre.layer import Layer
 from nacre.neural.inputs import network_inputs
-from nacre.neural.nbrdf import Layer, NeuralBrdf
+from nacre.neural.nbrdf import NeuralBrdf
 
 
 class CooperativeNetwork:

@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.basis.components import principal_functions
-from nacre.btf.basis.functions import INPUTS, AngularFunctions, Layer, direction_inputs
+from nacre.btf.basis.functions import INPUTS, AngularFunctions, direction_inputs
 from nacre.btf.basis.network_training import Tensor, dense, descend, to_layer, torch
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.channels import split_colors
+from nacre.layer import Layer
 from nacre.progress import Progress
 
 _BATCH = 1024

@@ -10,6 +10,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.geometry import join, normalize, split, stereographic
+from nacre.layer import Layer
 
 _CHUNK = 1 << 12
 """Pairs of directions at a time."""
@@ -17,13 +18,6 @@ _SHARPEST = 0.005
 """Added to the sine of half-vector angles, so that their logarithm is bounded."""
 INPUTS = 12
 """Of the network."""
-
-
-class Layer(NamedTuple):
-    """`inputs @ weights + biases`: shapes (inputs, outputs) and (outputs,)."""
-
-    weights: Floats
-    biases: Floats
 
 
 class FunctionValues(NamedTuple):

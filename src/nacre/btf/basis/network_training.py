@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from nacre.btf.basis.functions import Layer
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.files import NacreError, require
+from nacre.layer import Layer
 from nacre.progress import Progress
 
 torch: Any = require("torch", "btf")

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nacre.array import Floats
-from nacre.btf.basis.functions import Layer, silu
+from nacre.btf.basis.functions import silu
+from nacre.layer import Layer
 
 
 @dataclass(frozen=True, eq=False)
