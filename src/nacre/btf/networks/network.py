@@ -143,6 +143,8 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_encoder(self._inputs(wi, wo))
 
         def encode(texels: Floats) -> Floats:
+            if texels.shape[1:] != (len(wi), 3):
+                raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
             codes = np.empty((len(texels), self.values), np.float32)
 
             def run(start: int) -> None:
@@ -166,6 +168,8 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_decoder(self._inputs(wi, wo))
 
         def decode(codes: Floats) -> Floats:
+            if codes.shape[1:] != (self.values,):
+                raise ValueError(f"codes are {codes.shape}, expected (b, {self.values})")
             given = torch.from_numpy(np.array(codes, np.float32)).to(self._device)
             reflectance = np.empty((len(given), count, 3), np.float32)
             target = torch.from_numpy(reflectance)

@@ -88,8 +88,8 @@ class TrainingRecipe:
     loss: str = "l1"
     permute: bool = True
     variance: str = "he"
-    optimiser: str = "adam"
-    learning_rate: float = 2e-3
+    optimiser: str = "muon"
+    learning_rate: float = 1e-2
     warm_up: float = 0.02
     decay: bool = True
     precision: str = "single"
