@@ -78,7 +78,7 @@ def main() -> None:
     """Print a Markdown table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
-    parser.add_argument("--batch", type=int, default=128, help="texels of an efficient step")
+    parser.add_argument("--batch", type=int, default=32, help="texels of an efficient step")
     parser.add_argument("--literal", type=int, default=2, help="texels of a literal step")
     parser.add_argument("--texels", type=int, default=512, help="that are encoded at once")
     parser.add_argument("--decoded", type=int, default=16, help="texels that are decoded at once")

@@ -81,7 +81,7 @@ class TrainingRecipe:
 
     epochs: int = 100
     texels: int = 100
-    batch: int = 128
+    batch: int = 32
     encoder_share: float = 1.0
     encoder_directions: int | None = 4096
     loss_directions: int | None = 512
