@@ -149,7 +149,7 @@ class TexelNetwork(TexelCodec):
 
             def run(start: int) -> None:
                 rows = slice(start, start + _CHUNK)
-                part = np.ascontiguousarray(texels[rows], np.float32)
+                part = np.require(texels[rows], np.float32, ["C", "W"])  # as PyTorch wants it
                 values = torch.empty((len(part), 3, len(wi)), device=self._device)
                 values.copy_(torch.from_numpy(part).mT)
                 found = self.encode(self.whitening.whiten_(values), prepared)
