@@ -78,7 +78,7 @@ def main() -> None:
     """Print a Markdown table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
-    parser.add_argument("--batch", type=int, default=128, help="texels of an efficient step")
+    parser.add_argument("--batch", type=int, default=32, help="texels of an efficient step")
     parser.add_argument("--literal", type=int, default=2, help="texels of a literal step")
     parser.add_argument("--texels", type=int, default=512, help="that are encoded at once")
     parser.add_argument("--decoded", type=int, default=16, help="texels that are decoded at once")
@@ -101,6 +101,8 @@ def main() -> None:
     square = torch.randn(2048, 2048, device=options.device)
 
     few, ten = values[: options.literal], values[:10]
+    channels = values.permute(2, 0, 1).contiguous()
+    weights = literal_weights(directions, network.parameters).transpose(0, 1).contiguous()
     some, every = (ENCODER, LOSS), (len(wi), len(wi))
     subjects: dict[str, tuple[int, Callable[[], Any]]] = {
         "product of matrices of 2048": (1, lambda: square @ square),
@@ -111,10 +113,17 @@ def main() -> None:
             len(values),
             efficient_step(trained, values, directions, some, half=True),
         ),
+        "encode, a product a channel alone": (len(values), lambda: torch.bmm(channels, weights)),
         "encode": (len(texels), lambda: encode(texels)),
         "decode": (len(codes), lambda: decode(codes)),
     }
     work = {name: multiply_adds(run) for name, (_, run) in subjects.items()}
+    # What threads do is not counted, so it is counted once more without them.
+    prepared = network.prepare_encoder(directions), network.prepare_decoder(directions)
+    given = torch.from_numpy(codes).to(options.device)
+    work["encode"] = multiply_adds(lambda: network.encode(few.mT, prepared[0]))
+    work["encode"] *= len(texels) / len(few)
+    work["decode"] = multiply_adds(lambda: network.decode(given[:1], prepared[1])) * len(codes)
     seconds: dict[str, list[float]] = {name: [] for name in subjects}
     for _ in range(options.rounds):
         for name, (_, run) in subjects.items():

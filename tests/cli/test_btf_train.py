@@ -53,7 +53,7 @@ def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
 
 def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, monkeypatch):
     output, state = tmp_path / "model.safetensors", tmp_path / "model.safetensors.state"
-    arguments = "btf", "train", *files, "-o", output, "--steps", 12, "--latent", 4
+    arguments = "btf", "train", *files, "-o", output, "--steps", 12, "--latent", 4, "--batch", 6
 
     def interrupted(*_):
         raise KeyboardInterrupt

@@ -31,7 +31,7 @@ SIZES = {
 }  # fmt: skip
 SMALL = UnifiedSettings(**SIZES)
 RECIPE = TrainingRecipe(
-    texels=24, batch=24, encoder_directions=100, loss_directions=60, learning_rate=1e-2
+    texels=24, batch=24, encoder_directions=100, loss_directions=60, optimiser="adam"
 )
 FILES = [texture(seed) for seed in range(4)]
 ROOT = Path(__file__).parents[3]

@@ -85,6 +85,7 @@ def test_the_codec_gives_reflectance(monkeypatch):
     network = UnifiedNetwork(UnifiedSettings(latent=6, features=20), WHITENING, seed=1)
     texels = texture(0).texels(slice(0, 12))
     texels[0, 0] = -1.0  # noise of a measurement
+    texels.flags.writeable = False  # as arrays mapped from files are
     codes = network.encoder(*COARSE)(texels)
     seen, where = (torch.from_numpy(direction_inputs(*d)) for d in (COARSE, OTHER))
     logs = np.log(np.maximum(texels, 0.0) + 0.01)
@@ -99,6 +100,14 @@ def test_the_codec_gives_reflectance(monkeypatch):
     assert decoded.shape == (12, 100, 3)
     assert decoded.dtype == np.float32
     np.testing.assert_allclose(decoded, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_texels_and_codes_of_other_shapes_are_refused():
+    network = UnifiedNetwork(UnifiedSettings(latent=6, features=20), WHITENING)
+    with pytest.raises(ValueError, match=r"expected \(b, 225, 3\)"):
+        network.encoder(*COARSE)(np.zeros((2, 100, 3), np.float32))
+    with pytest.raises(ValueError, match=r"expected \(b, 6\)"):
+        network.decoder(*COARSE)(np.zeros((2, 7), np.float32))
 
 
 @pytest.mark.parametrize("pooling", ["mean", "max"])

@@ -143,6 +143,6 @@ class CustomNetwork(TexelNetwork):
         del prepared
         sizes, functional = self.settings, torch.nn.functional
         for weight, bias in mlp_layers(self.parameters, "convolution"):
-            values = functional.conv1d(values, weight, bias, padding=sizes.kernel // 2).relu()
+            values = functional.conv1d(values, weight, bias, padding=sizes.kernel // 2).relu_()
             values = functional.max_pool1d(values, sizes.pool, ceil_mode=True)
         return run_mlp(values.flatten(1), mlp_layers(self.parameters, "encoder"))

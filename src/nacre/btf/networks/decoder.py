@@ -85,5 +85,5 @@ class Decoder:
             return products.reshape(len(codes), 3, -1).mT
         (weight, _), *others = mlp_layers(parameters, "decoder")
         first = (codes @ weight[: self.latent])[:, None] + prepared
-        values = run_mlp(first.relu().flatten(0, 1), others)
+        values = run_mlp(first.relu_().flatten(0, 1), others)
         return values.reshape(len(codes), len(prepared), 3)

@@ -47,7 +47,7 @@ def run_mlp(values: Tensor, layers: Sequence[Layer]) -> Tensor:
     for index, (weight, bias) in enumerate(layers):
         values = torch.addmm(bias, values, weight)
         if index < len(layers) - 1:
-            values = values.relu()
+            values = values.relu_()
     return values
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import abc
-from typing import Any, ClassVar
+import itertools
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +16,13 @@ from nacre.btf.networks.decoder import DECODERS, Decoder
 from nacre.btf.networks.mlp import Shapes, Tensor, initial, torch
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.geometry import split, stereographic
+from nacre.parallel import thread_map
 
-_CHUNK = 512
+_Part = TypeVar("_Part")
+
+_CHUNK = 64
 """Texels that are encoded at a time."""
-_ROWS = 1 << 14
+_ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
 _MOST, _WIDEST = 16, 1 << 13
 """Layers and width of networks."""
@@ -138,14 +143,19 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_encoder(self._inputs(wi, wo))
 
         def encode(texels: Floats) -> Floats:
+            if texels.shape[1:] != (len(wi), 3):
+                raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
             codes = np.empty((len(texels), self.values), np.float32)
-            with torch.inference_mode():
-                for start in range(0, len(texels), _CHUNK):
-                    part = np.asarray(texels[start : start + _CHUNK], np.float32)
-                    values = torch.empty((len(part), 3, len(wi)), device=self._device)
-                    values.copy_(torch.from_numpy(part).mT)
-                    found = self.encode(self.whitening.whiten_(values), prepared)
-                    codes[start : start + _CHUNK] = found.cpu().numpy()
+
+            def run(start: int) -> None:
+                rows = slice(start, start + _CHUNK)
+                part = np.require(texels[rows], np.float32, ["C", "W"])  # as PyTorch wants it
+                values = torch.empty((len(part), 3, len(wi)), device=self._device)
+                values.copy_(torch.from_numpy(part).mT)
+                found = self.encode(self.whitening.whiten_(values), prepared)
+                codes[rows] = found.cpu().numpy()
+
+            self._spread(run, range(0, len(texels), _CHUNK))
             return codes
 
         return encode
@@ -153,23 +163,51 @@ class TexelNetwork(TexelCodec):
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`nacre.btf.TexelCodec.decoder`."""
         count = len(wi)
-        texels, pairs = max(1, _ROWS // max(count, 1)), _ROWS
+        texels = max(1, _ROWS // max(count, 1))
         with torch.inference_mode():
             prepared = self.prepare_decoder(self._inputs(wi, wo))
 
         def decode(codes: Floats) -> Floats:
+            if codes.shape[1:] != (self.values,):
+                raise ValueError(f"codes are {codes.shape}, expected (b, {self.values})")
             given = torch.from_numpy(np.array(codes, np.float32)).to(self._device)
             reflectance = np.empty((len(given), count, 3), np.float32)
             target = torch.from_numpy(reflectance)
-            with torch.inference_mode():
-                for row in range(0, len(given), texels):
-                    for first in range(0, count, pairs):
-                        rows, part = slice(row, row + texels), slice(first, first + pairs)
-                        whitened = self.decode(given[rows], prepared[part])
-                        target[rows, part] = self.whitening.restore_(whitened).cpu()
+
+            def run(place: tuple[int, int]) -> None:
+                rows, pairs = slice(place[0], place[0] + texels), slice(place[1], place[1] + _ROWS)
+                whitened = self.decode(given[rows], prepared[pairs])
+                target[rows, pairs] = self.whitening.restore_(whitened).cpu()
+
+            starts = range(0, len(given), texels), range(0, count, _ROWS)
+            self._spread(run, itertools.product(*starts))
             return reflectance
 
         return decode
+
+    def _spread(self, run: Callable[[_Part], None], parts: Iterable[_Part]) -> None:
+        """Do parts of some work, on a CPU one a core at a time.
+
+        Each is small enough for the cache of one core; PyTorch's own threads would share each part
+        and wait for one another.
+        """
+        if self._device.type != "cpu":
+            with torch.inference_mode():
+                for part in parts:
+                    run(part)
+            return
+        threads = torch.get_num_threads()
+
+        def alone(part: _Part) -> None:
+            torch.set_num_threads(1)
+            with torch.inference_mode():
+                run(part)
+
+        try:
+            for _ in thread_map(alone, parts):
+                pass
+        finally:
+            torch.set_num_threads(threads)
 
     @property
     def _device(self) -> Any:

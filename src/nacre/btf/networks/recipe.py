@@ -81,15 +81,15 @@ class TrainingRecipe:
 
     epochs: int = 100
     texels: int = 100
-    batch: int = 128
+    batch: int = 32
     encoder_share: float = 1.0
     encoder_directions: int | None = 4096
     loss_directions: int | None = 512
     loss: str = "l1"
     permute: bool = True
     variance: str = "he"
-    optimiser: str = "adam"
-    learning_rate: float = 2e-3
+    optimiser: str = "muon"
+    learning_rate: float = 1e-2
     warm_up: float = 0.02
     decay: bool = True
     precision: str = "single"

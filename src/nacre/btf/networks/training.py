@@ -18,6 +18,7 @@ from nacre.btf.networks.distributed import Processes
 from nacre.btf.networks.journal import Journal
 from nacre.btf.networks.mlp import Tensor, torch
 from nacre.btf.networks.network import TexelNetwork, direction_inputs
+from nacre.btf.networks.optimisers import optimisers
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.btf.networks.recipe import TrainingRecipe
 from nacre.btf.networks.unified import UnifiedNetwork, UnifiedSettings
@@ -32,8 +33,6 @@ _REPORT_EVERY = 10
 _FOREVER = 1 << 60
 _COMPARED = 512
 """Entries that the loss on held-out texels compares, at most."""
-_SMALLEST_MATRIX = 32
-"""Smaller ones are left to Adam where Muon is asked for: it makes all singular values alike."""
 
 
 def train_network(
@@ -154,7 +153,7 @@ class _Training:
         self._parameters = list(network.parameters.values())
         for parameter in self._parameters:
             parameter.requires_grad_()
-        self._optimisers = _optimisers(self._parameters, recipe)
+        self._optimisers = optimisers(self._parameters, recipe)
         self._inputs = [
             torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
         ]
@@ -381,22 +380,3 @@ def _chosen(
     if most is None or most >= count:
         return None
     return np.sort(random.permutation(count)[:most])
-
-
-def _optimisers(parameters: Sequence[Tensor], recipe: TrainingRecipe) -> list[Any]:
-    """What takes a step together; learning rates are set at every one."""
-    rate = recipe.learning_rate
-    if recipe.optimiser == "sgd":
-        return [torch.optim.SGD(parameters, lr=rate)]
-
-    def adam(some: Sequence[Tensor]) -> Any:
-        return torch.optim.Adam(some, lr=rate, betas=(0.9, 0.99), fused=True)
-
-    matrices = [p for p in parameters if p.ndim == 2 and min(p.shape) >= _SMALLEST_MATRIX]
-    if recipe.optimiser == "adam" or not matrices:
-        return [adam(parameters)]
-    rest = [p for p in parameters if not any(p is m for m in matrices)]
-    muon = torch.optim.Muon(
-        matrices, lr=rate, weight_decay=0.0, momentum=0.95, adjust_lr_fn="match_rms_adamw"
-    )
-    return [muon, adam(rest)]

@@ -104,7 +104,7 @@ class UnifiedNetwork(TexelNetwork):
         layers = mlp_layers(self.parameters, "angular")
         if self.settings.pooling == "max":
             return run_mlp(directions, layers)
-        return run_mlp(directions, layers[:-1]).relu()
+        return run_mlp(directions, layers[:-1]).relu_()
 
     def encode(self, values: Tensor, prepared: Tensor) -> Tensor:
         """See :class:`TexelNetwork`."""
