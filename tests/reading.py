@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.files import HEAD, Format, FormatError, MissingExtraError
 from nacre.measured import ScatteredBrdf
 from tests.specimens import Specimen
@@ -64,21 +65,23 @@ def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) ->
     start = tracemalloc.get_traced_memory()[0]
     tracemalloc.reset_peak()
     try:
-        brdf: Brdf | None = entry.load(path)
+        material: Brdf | Btf | None = entry.load(path)
     except MissingExtraError:
-        brdf = None
+        material = None
     except FormatError as error:
-        brdf = None
+        material = None
         _check_message(str(error), path)
-    if brdf is not None:
-        check_values(brdf)
+    if isinstance(material, Btf):
+        check_texture(material)
+    elif material is not None:
+        check_values(material)
     peak = tracemalloc.get_traced_memory()[1] - start
     whole = len(data) + sum(map(len, specimen.companions.values()))
     assert peak <= 8 * whole + specimen.memory, f"{peak} bytes of memory for {whole} of file"
-    if brdf is not None and entry.save is not None:
-        _check_writing(entry, brdf, again)
+    if isinstance(material, Brdf) and entry.save is not None:
+        _check_writing(entry, material, again)
     assert _listing(path.parent) == before, "reading changed the folder"
-    return brdf is not None, peak
+    return material is not None, peak
 
 
 def check_values(brdf: Brdf) -> None:
@@ -97,6 +100,25 @@ def check_values(brdf: Brdf) -> None:
         assert valid.shape == (len(wi),)
         assert valid.dtype == np.bool_
         assert not valid[~above].any()
+
+
+def check_texture(btf: Btf) -> None:
+    """Values are finite, of the right shape and the same in texels as in images."""
+    assert isinstance(btf.name, str)
+    for directions in (btf.wi, btf.wo):
+        assert directions.shape == (btf.pair_count, 3)
+        assert directions.dtype == np.float32
+        assert (directions[:, 2] > 0.0).all()
+        np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-6)
+    last = np.array([btf.texel_count - 1])
+    texel, image = btf.texels(last), btf.images(slice(0, 1))
+    assert texel.shape == (1, btf.pair_count, 3)
+    assert image.shape == (1, btf.height, btf.width, 3)
+    assert texel.dtype == image.dtype == np.float32
+    for values in (texel, image):
+        assert np.isfinite(values).all(), "a value is not finite"
+        assert (values >= 0.0).all()
+    np.testing.assert_allclose(image[0, -1, -1], texel[0, 0], rtol=1e-3, atol=1e-5 * texel.max())
 
 
 def _check_message(message: str, path: Path) -> None:

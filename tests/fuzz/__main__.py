@@ -21,9 +21,8 @@ import time
 from pathlib import Path
 
 from nacre.files import Format
-from nacre.formats import formats
 from tests.fuzz.target import Figures, target, working_folder
-from tests.specimens import SPECIMENS
+from tests.specimens import SPECIMENS, every_format
 
 _STATISTIC = re.compile(r"^stat::(\w+):\s+(\d+)$", re.MULTILINE)
 _COVERAGE = re.compile(r"cov: (\d+) ft: (\d+)")
@@ -37,10 +36,10 @@ def chosen(words: list[str]) -> list[Format]:
         word = word.lower()
         return word in entry.name.lower() or f".{word.removeprefix('.')}" in entry.extensions
 
-    exact = [e for e in formats() if e.name.lower() in map(str.lower, words)]
+    exact = [e for e in every_format() if e.name.lower() in map(str.lower, words)]
     rest = [w for w in words if w.lower() not in {e.name.lower() for e in exact}]
-    found = [e for e in formats() if e in exact or any(fits(e, w) for w in rest) or not words]
-    unknown = [w for w in rest if not any(fits(e, w) for e in formats())]
+    found = [e for e in every_format() if e in exact or any(fits(e, w) for w in rest) or not words]
+    unknown = [w for w in rest if not any(fits(e, w) for e in every_format())]
     if unknown:
         raise SystemExit(f"no format is called {unknown[0]!r} (known: {', '.join(SPECIMENS)})")
     return found

@@ -24,16 +24,15 @@ def main() -> None:
     import atheris
 
     with atheris.instrument_imports(include=["nacre", "zipfile", "json", "numpy.lib"]):
-        from nacre.formats import formats
         from tests.fuzz.target import target
-        from tests.specimens import SPECIMENS, mutated
+        from tests.specimens import SPECIMENS, every_format, mutated
     parser = argparse.ArgumentParser()
     parser.add_argument("format")
     parser.add_argument("output", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("seconds", type=int)
     arguments = parser.parse_args()
-    entry = next(e for e in formats() if e.name == arguments.format)
+    entry = next(e for e in every_format() if e.name == arguments.format)
     specimen = SPECIMENS[entry.name]
     corpus = arguments.output / "corpus"
     corpus.mkdir(exist_ok=True)

@@ -48,7 +48,6 @@ def leading_directions(
     random = np.random.default_rng(seed)
     columns = min(width, count + _OVERSAMPLING)
     bases = [random.standard_normal((width, columns)) for _ in range(matrices)]
-    bases = [np.linalg.qr(basis)[0] for basis in bases]
     for _ in range(PASSES):
         narrow = [basis.astype(np.float32) for basis in bases]
         sums = np.zeros((matrices, width, columns))

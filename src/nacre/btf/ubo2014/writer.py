@@ -75,8 +75,8 @@ def save(
     Returns
     -------
     error
-        Root of the mean squared difference between values read back and those of `btf`, relative to
-        the root of the mean square of the latter.
+        Mean absolute difference between the values read back and those of `btf`, relative to the
+        mean of these; 0 for a black texture. Squares would tell of the highlights only.
 
     Raises
     ------
@@ -151,12 +151,12 @@ class _Source:
         return principal_colors(mean, products / count - np.outer(mean, mean))
 
     def difference(self, other: Btf) -> float:
-        """Relative root mean square error of another texture; one pass."""
+        """Mean absolute difference of another texture relative to the mean value; one pass."""
         wrong, whole = 0.0, 0.0
         for block, values in self.blocks():
-            whole += float(np.square(values).sum(dtype=np.float64))
-            wrong += float(np.square(other.texels(block) - values).sum(dtype=np.float64))
-        return float(np.sqrt(wrong / whole)) if whole else float(np.sqrt(wrong))
+            whole += float(values.sum(dtype=np.float64))
+            wrong += float(np.abs(other.texels(block) - values).sum(dtype=np.float64))
+        return wrong / whole if whole else 0.0
 
 
 def _write_factors(
