@@ -24,6 +24,7 @@ bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m benchmarks.evaluate
 	$(RUN) -m benchmarks.render --cooperative
 	$(RUN) -m benchmarks.fidelity
+	$(RUN) -m benchmarks.btf_file
 
 fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.
 	@$(RUN) -c 'import atheris' 2>/dev/null || .venv/bin/pip install -q 'atheris>=2.3'
