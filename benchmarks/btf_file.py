@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import resource
-import sys
+import statistics
 import tempfile
 import time
 from pathlib import Path
@@ -23,7 +23,8 @@ from nacre.btf.ubo2014.header import CHANNELS, SCALARS, Factors, Header, pack, p
 from nacre.geometry import split, to_spherical
 from nacre.parallel import core_count
 
-ROUNDS = 3
+BLOCK = 1 << 25
+"""Bytes of values; memory of larger ones comes from the system anew each time, page by page."""
 
 
 def write(path: Path, edge: int, components: int, model: ColorModel) -> None:
@@ -42,24 +43,22 @@ def write(path: Path, edge: int, components: int, model: ColorModel) -> None:
                 file.write((0.3 * numbers).astype(scalar).tobytes())
 
 
-def products(btf: Ubo2014Btf, blocks: list[slice]) -> float:
+def products(btf: Ubo2014Btf, block: slice) -> float:
     """Seconds of the matrix products alone, on factors that are float32 already."""
     factors = [btf.factors(channel) for channel in range(CHANNELS)]
     pairs = [pair.astype(np.float32) for pair, _ in factors]
-    texels = [[texel[b].astype(np.float32) for _, texel in factors] for b in blocks]
-    out = np.empty((len(texels[0][0]), btf.pair_count), np.float32)
+    texels = [texel[block].astype(np.float32) for _, texel in factors]
+    out = np.zeros((len(texels[0]), btf.pair_count), np.float32)
     start = time.perf_counter()
-    for block in texels:
-        for texel, pair in zip(block, pairs, strict=True):
-            np.matmul(texel, pair.T, out=out[: len(texel)])
+    for texel, pair in zip(texels, pairs, strict=True):
+        np.matmul(texel, pair.T, out=out)
     return time.perf_counter() - start
 
 
-def reading(btf: Ubo2014Btf, blocks: list[slice]) -> float:
-    """Seconds of decoding blocks of texels from the file."""
+def reading(btf: Ubo2014Btf, block: slice) -> float:
+    """Seconds of decoding a block of texels from the file."""
     start = time.perf_counter()
-    for block in blocks:
-        btf.texels(block)
+    btf.texels(block)
     return time.perf_counter() - start
 
 
@@ -68,7 +67,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--edge", type=int, default=256, help="texels of a row (default: 256)")
     parser.add_argument("--components", type=int, default=64, help="of a channel (default: 64)")
-    parser.add_argument("--blocks", type=int, default=8, help="of texels that are read")
+    parser.add_argument("--blocks", type=int, default=60, help="of texels that are read")
     options = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -79,25 +78,22 @@ def main() -> None:
             start = time.perf_counter()
             files[model] = btf = load(path)
             opened = time.perf_counter() - start
-        blocks = list(btf.blocks(1 << 27))[: options.blocks]
-        values = 3 * btf.pair_count * blocks[-1].stop
         plain: list[float] = []
         decoded: dict[ColorModel, list[float]] = {model: [] for model in files}
-        for _ in range(ROUNDS):
-            plain.append(products(btf, blocks))
+        for block in [*btf.blocks(BLOCK)][1 : options.blocks + 1]:  # in turns: others work here too
+            plain.append(products(btf, block))
             for model, one in files.items():
-                decoded[model].append(reading(one, blocks))
-                print(f"{model.name}: {decoded[model][-1]:.2f} s", file=sys.stderr, flush=True)
-        best = min(plain)
-        rows.append(("matrix products alone", f"{best:.2f}", f"{values / best / 1e6:.0f}", "1.00"))
-        for model, seconds in decoded.items():
-            taken = min(seconds)
-            label = f"read, color model {int(model)}"
+                decoded[model].append(reading(one, block))
+        values = 3 * btf.pair_count * (block.stop - block.start)
+        labels = ["matrix products alone", *(f"read, color model {int(m)}" for m in files)]
+        for label, seconds in zip(labels, (plain, *decoded.values()), strict=True):
+            taken = statistics.median(seconds)
+            share = statistics.median(np.divide(plain, seconds))
             rows.append(
-                (label, f"{taken:.2f}", f"{values / taken / 1e6:.0f}", f"{best / taken:.2f}")
+                (label, f"{1e3 * taken:.1f}", f"{values / taken / 1e6:.0f}", f"{share:.2f}")
             )
         size = path.stat().st_size / 2**20
-    print(markdown(("", "s", "million values/s", "of matrix products"), rows))
+    print(markdown(("", "ms a block", "million values/s", "of matrix products"), rows))
     whole = 12 * btf.pair_count * btf.texel_count / 2**30
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     print(

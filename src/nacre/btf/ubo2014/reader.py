@@ -6,6 +6,7 @@ import itertools
 import mmap
 import os
 import stat
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +59,12 @@ class Ubo2014Btf(Btf):
     def texels(self, chosen: Indices | slice) -> Floats:
         """See :meth:`Btf.texels`; computed in float32."""
         rows = [np.asarray(texels[chosen], np.float32) for _, texels in self._channels]
-        columns = [np.asarray(pairs, np.float32) for pairs, _ in self._channels]
-        return self._product(rows, columns, None, self._scale)
+        return self._product(rows, self._pairs, None, self._scale)
+
+    @cached_property
+    def _pairs(self) -> list[npt.NDArray[np.float32]]:
+        """What all texels share, kept: much less than one block of texels takes."""
+        return [pairs.astype(np.float32) for pairs, _ in self._channels]
 
     def images(self, chosen: Indices | slice) -> Floats:
         """See :meth:`Btf.images`; computed in float32."""
