@@ -101,7 +101,7 @@ def training_texels(
         for start in range(0, len(chosen), _BLOCK):
             texels = texture.texels(chosen[start : start + _BLOCK])
             for texel in texels:
-                texel[:] = texel[turns[random.integers(len(turns))]]
+                texel[:] = texel[turns[int(random.integers(len(turns)))]]
             grey, chroma = split_colors(texels)
             grey -= functions.mean
             for subset, (greys, chromas), found in zip(subsets, tables, moments, strict=True):

@@ -75,8 +75,8 @@ class Observation:
     @cached_property
     def _ridge(self) -> Double:
         deviations = np.maximum(self.prior.deviations.astype(np.float64), 1e-9)
-        inverse: Double = np.linalg.inv(self.gram + np.diag(self.prior.noise / deviations**2))
-        return inverse
+        inverse = np.linalg.inv(self.gram + np.diag(self.prior.noise / deviations**2))
+        return np.asarray(inverse, np.float64)
 
     @cached_property
     def known(self) -> Floats:

@@ -52,7 +52,7 @@ class SkipNetwork:
         """The network with the inputs that the linear map does not see held fixed."""
         first, *others = self.layers
         inputs = len(self.linear)
-        biases = first.biases + further @ first.weights[inputs:]
+        biases = np.asarray(first.biases + further @ first.weights[inputs:], np.float32)
         return SkipNetwork(self.linear, [Layer(first.weights[:inputs], biases), *others])
 
     def __call__(self, x: Floats) -> Floats:
