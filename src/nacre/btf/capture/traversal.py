@@ -10,10 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
-
-inner = numba.njit(error_model="numpy", forceinline=True)
-"""Compiled into its callers, so that the cache on disk depends on one function alone."""
+from nacre.compilation import inner
 
 _FAR = 1e30
 _PERIODS = 8

@@ -6,7 +6,9 @@ import click
 
 from nacre.cli.group import LazyGroup
 
-_COMMANDS: dict[str, str] = {}
+_COMMANDS: dict[str, str] = {
+    "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
+}
 
 
 @click.group("btf", cls=LazyGroup, package=__name__, commands_help=_COMMANDS, no_args_is_help=False)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +14,14 @@ from nacre.btf.capture.families.family import Family, choice, colours, cover, nu
 from nacre.btf.capture.mesostructure import Mesostructure
 from nacre.btf.capture.patterns import linear, noise, positions
 
-_WEAVES = {
-    "plain": lambda i, j: (i + j) % 2 == 0,
-    "twill": lambda i, j: (i + j) % 4 < 2,
-    "satin": lambda i, j: (2 * i + j) % 5 != 0,
-    "basket": lambda i, j: (i // 2 + j // 2) % 2 == 0,
-    "herringbone": lambda i, j: (np.where(i // 4 % 2 == 0, i, 7 - i) + j) % 4 < 2,
+_WEAVES: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
+    "plain": (2, lambda i, j: (i + j) % 2 == 0),
+    "twill": (4, lambda i, j: (i + j) % 4 < 2),
+    "satin": (5, lambda i, j: (2 * i + j) % 5 != 0),
+    "basket": (4, lambda i, j: (i // 2 + j // 2) % 2 == 0),
+    "herringbone": (8, lambda i, j: (np.where(i // 4 % 2 == 0, i, 7 - i) + j) % 4 < 2),
 }
-"""Where strand i, along y, lies above strand j, along x."""
+"""After how many strands it repeats, and where strand i, along y, lies above strand j, along x."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +48,18 @@ class Fabric(Family):
     along: float = number(0.5, 0.15, 1.0)
     across: float = number(0.25, 0.15, 1.0)
 
+    def __post_init__(self) -> None:
+        repeat = _WEAVES[self.weave][0]
+        for count, what in ((repeat, f"the {self.weave} weave repeats"),
+                            (len(self.warp), "colours of warp"), (len(self.weft), "colours of weft")):
+            if self.strands % count:
+                raise ValueError(f"strands: {self.strands} is no multiple of {count} ({what})")
+
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
         """See :class:`Family`."""
         x, y = positions(size)
         i, j = np.arange(self.strands), np.arange(self.strands)[:, None]
-        above = np.where(_WEAVES[self.weave](i, j), 1.0, -1.0)
+        above = np.where(_WEAVES[self.weave][1](i, j), 1.0, -1.0)
         lightness = 1.0 + self.variation * random.uniform(-0.5, 0.5, (2, self.strands))
         warp = self._strands(x, y, above.T)
         weft = self._strands(y, x, -above)
