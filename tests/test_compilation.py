@@ -13,7 +13,6 @@ import pytest
 
 from nacre.compilation import cache_folder, compiled
 
-
 HERE = Path(__file__).parent
 
 

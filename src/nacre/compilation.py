@@ -25,7 +25,6 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLoca
 
 from nacre.lock import exclusive
 
-
 # Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
 # code of other roundings than that which the next process loads from the disk.
 inner = numba.njit(error_model="numpy", forceinline=True)

@@ -2,123 +2,166 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-from nacre.btf.capture.gonioreflectometer import DEPTH, capture
-from nacre.btf.capture.mesostructure import Mesostructure
-from nacre.geometry import from_spherical, join
+import nacre.parallel
+from nacre.btf.capture import Mesostructure, capture
+from nacre.btf.domes import pairs
+from tests.btf.capture.mitsuba_reference import diffuse_under_ggx, reference
+from tests.btf.capture.surfaces import CELLS, bumps, directions
 from tests.variants import require_mitsuba
 
-CELLS = 64
 TEXELS = 8
-PERIODS = 5
-ANGLES_LIGHT = np.radians([(50.0, 200.0), (20.0, 70.0)])
-ANGLES_VIEW = np.radians([(40.0, 20.0), (55.0, 110.0)])
+LIGHTS = directions((50.0, 200.0), (20.0, 70.0))
+VIEWS = directions((40.0, 20.0), (55.0, 110.0))
+PATCHES = np.random.default_rng(1).uniform(0.1, 0.9, (CELLS, CELLS, 3))
+CASES = {
+    "diffuse": (
+        bumps(0.05, PATCHES),
+        {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "face_albedo"}},
+    ),
+    "mirror facets": (
+        bumps(0.05, 0.0, 1.0, (0.5, 0.25)),
+        {
+            "type": "roughconductor",
+            "material": "none",
+            "distribution": "ggx",
+            "alpha_u": 0.5,
+            "alpha_v": 0.25,
+        },
+    ),
+    "both": (
+        bumps(0.05, 0.6, 0.08, (0.2, 0.4)),
+        {
+            "type": "diffuse_under_ggx",
+            "albedo": 0.6,
+            "specular": 0.08,
+            "along": 0.2,
+            "across": 0.4,
+        },
+    ),
+}
 
 
-def bumps(
-    amplitude: float,
-    albedo: Any = 0.5,
-    specular: Any = 0.0,
-    roughness: tuple[float, float] = (0.3, 0.3),
-    size: int = CELLS,
-) -> Mesostructure:
-    """An egg carton, twice a period, of one colour or of one a cell."""
-    y, x = np.mgrid[:size, :size] * (4.0 * np.pi / size)
-    height = amplitude * (np.sin(x) * np.sin(y) + 0.4 * np.sin(2.0 * x + y))
-    shape = (size, size)
-    return Mesostructure(
-        height,
-        np.broadcast_to(albedo, (*shape, 3)).astype(float),
-        np.broadcast_to(specular, (*shape, 3)).astype(float),
-        np.broadcast_to(roughness, (*shape, 2)).astype(float),
-        np.zeros(shape),
-    )
-
-
-def directions(angles: np.ndarray) -> np.ndarray:
-    return join(from_spherical(angles[:, 0], angles[:, 1])).astype(np.float32)
-
-
-def every_pair() -> tuple[np.ndarray, np.ndarray]:
-    lights, views = directions(ANGLES_LIGHT), directions(ANGLES_VIEW)
-    return np.tile(lights, (len(views), 1)), np.repeat(views, len(lights), 0)
-
-
-def ours(surface: Mesostructure, repeats: int = 16) -> tuple[np.ndarray, np.ndarray]:
-    """Mean of several runs and its variance, shape (height, width, pairs, 3)."""
-    runs = [
-        capture(surface, *every_pair(), TEXELS, samples=128, seed=seed).values.astype(float)
-        for seed in range(repeats)
-    ]
-    return np.mean(runs, 0), np.var(runs, 0, ddof=1) / repeats
-
-
-def mitsuba_mesh(mi: Any, surface: Mesostructure, bsdf: dict[str, Any]) -> Any:
-    """The surface over several periods, the middle one of which covers the unit square."""
-    size, count = surface.size, surface.size * PERIODS
-    steps = np.arange(count + 1)
-    y, x = np.meshgrid(steps, steps, indexing="ij")
-    z = surface.height[y % size, x % size]
-    vertices = np.stack([x / size - PERIODS // 2, y / size - PERIODS // 2, z], -1).reshape(-1, 3)
-    corner = (y * (count + 1) + x)[:-1, :-1]
-    east, north, far = corner + 1, corner + count + 1, corner + count + 2
-    lower, upper = np.stack([corner, east, far], -1), np.stack([corner, far, north], -1)
-    faces = np.stack([lower, upper], 2).reshape(-1, 3)
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf)
-    properties["face_normals"] = True
-    mesh = mi.Mesh(
-        "surface", len(vertices), len(faces), properties, has_vertex_texcoords=True
-    )
-    cells_y, cells_x = y[:-1, :-1] % size, x[:-1, :-1] % size
-    albedo = np.repeat(surface.albedo[cells_y, cells_x][:, :, None], 2, 2)
-    mesh.add_attribute("face_albedo", 3, albedo.reshape(-1).astype(np.float32))
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = vertices.reshape(-1).astype(np.float32)
-    parameters["faces"] = faces.reshape(-1).astype(np.uint32)
-    parameters["vertex_texcoords"] = vertices[:, :2].reshape(-1).astype(np.float32)
-    parameters.update()
-    return mesh
-
-
-def mitsubas(
-    surface: Mesostructure, bsdf: dict[str, Any], samples: int = 2048
-) -> tuple[np.ndarray, np.ndarray]:
-    """What Mitsuba makes of the same, with the variance of the means."""
+@pytest.mark.parametrize("case", CASES)
+def test_values_are_those_of_mitsuba(case: str) -> None:
+    """Means agree within 1 %; differences of texels are as large as their noise makes them."""
     mi = require_mitsuba("llvm_ad_rgb")
-    lights = directions(ANGLES_LIGHT)
-    integrator = mi.load_dict({"type": "path", "max_depth": DEPTH + 1, "rr_depth": 100})
-    random = np.random.default_rng(5)
-    mesh = mitsuba_mesh(mi, surface, bsdf)
-    means, variances = [], []
-    for view in directions(ANGLES_VIEW):
-        for light in lights:
-            emitter = {"type": "directional", "direction": (-light).tolist(), "irradiance": 1.0}
-            scene = mi.load_dict({"type": "scene", "mesh": mesh, "emitter": emitter})
-            row, column, _ = np.indices((TEXELS, TEXELS, samples))
-            at = np.stack([column, TEXELS - 1 - row]) + random.uniform(size=(2, *row.shape))
-            start = np.stack([*at / TEXELS, np.zeros(row.shape)]) + 0.3 * view.reshape(3, 1, 1, 1)
-            ray = mi.RayDifferential3f(
-                mi.Point3f(start.reshape(3, -1).astype(np.float32)), mi.Vector3f(*(-view).tolist())
-            )
-            sampler = mi.load_dict({"type": "independent"})
-            sampler.seed(len(means), row.size)
-            radiance, _, _ = integrator.sample(scene, sampler, ray)
-            values = np.array(radiance).T.reshape(TEXELS, TEXELS, samples, 3)
-            values = np.pi * values / light[2]
-            means.append(values.mean(2))
-            variances.append(values.var(2, ddof=1) / samples)
-    return np.stack(means, 2), np.stack(variances, 2)
+    mi.register_bsdf("diffuse_under_ggx", diffuse_under_ggx(mi))
+    surface, bsdf = CASES[case]
+    wi, wo = pairs(LIGHTS, VIEWS)
+    runs = np.array(
+        [capture(surface, wi, wo, TEXELS, samples=128, seed=k).values for k in range(16)], float
+    )
+    ours, variance = runs.mean(0), runs.var(0, ddof=1) / len(runs)
+    theirs, noise = reference(mi, surface, bsdf, LIGHTS, VIEWS, TEXELS, 2048)
+    assert ours.mean((0, 1)) == pytest.approx(theirs.mean((0, 1)), rel=0.01)
+    chi_square = ((ours - theirs) ** 2 / (variance + noise + 1e-9)).mean()
+    assert 0.8 < chi_square < 1.3
 
 
-def compare(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]) -> None:
-    """Means within 1 %, and differences of texels no larger than their noise makes them."""
-    (mean_a, variance_a), (mean_b, variance_b) = a, b
-    assert mean_b.mean((0, 1)) == pytest.approx(mean_a.mean((0, 1)), rel=0.01)
-    chi_square = (mean_a - mean_b) ** 2 / (variance_a + variance_b + 1e-9)
-    print("ratio", mean_a.mean((0,1,3))/mean_b.mean((0,1,3)), "chi", chi_square.mean((0,1)).round(2).tolist())
-    assert 0.7 < chi_square.mean() < 1.4
+def test_a_flat_diffuse_surface_gives_its_albedo() -> None:
+    albedo = (0.25, 0.5, 0.75)
+    wi, wo = pairs(directions((0.0, 0.0), (80.0, 10.0)), directions((5.0, 0.0), (75.0, 300.0)))
+    values = capture(bumps(0.0, albedo), wi, wo, 3, 2, samples=4).values
+    assert values.shape == (2, 3, 4, 3)
+    assert values == pytest.approx(np.broadcast_to(albedo, values.shape), abs=2e-3)
+
+
+def cosine_weighted(count: int) -> np.ndarray:
+    """Directions whose density is the cosine, evenly spread (Vogel's spiral on the disc)."""
+    k = np.arange(count)
+    radius = np.sqrt((k + 0.5) / count)
+    phi = k * np.pi * (3.0 - np.sqrt(5.0))
+    z = np.sqrt(1.0 - radius**2)
+    return np.stack([radius * np.cos(phi), radius * np.sin(phi), z], -1).astype(np.float32)
+
+
+def test_a_white_surface_gives_back_all_light_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nacre.btf.capture.gonioreflectometer._SHADOW_RAYS", 1 << 15)
+    wi, wo = pairs(cosine_weighted(200), directions((0.0, 0.0), (60.0, 30.0)))
+    surface = bumps(0.06, 1.0)
+
+    def albedo(depth: int) -> np.ndarray:
+        values = capture(surface, wi, wo, 4, samples=512, depth=depth).values.astype(float)
+        return values.mean((0, 1, 3)).reshape(2, -1).mean(1)
+
+    assert (albedo(1) < 0.97).all()
+    assert albedo(60) == pytest.approx(np.ones(2), abs=0.01)
+
+
+def test_rough_facets_lose_light_but_make_none() -> None:
+    wi, wo = pairs(cosine_weighted(200), directions((10.0, 0.0), (60.0, 30.0)))
+    values = capture(bumps(0.0, 0.9, 0.04, (0.2, 0.6)), wi, wo, 1, samples=1).values.astype(float)
+    albedo = values.mean((0, 1, 3)).reshape(2, -1).mean(1)
+    assert ((albedo > 0.7) & (albedo < 1.0)).all()
+
+
+def test_height_displaces_what_is_seen() -> None:
+    """A raised flat surface is seen shifted away from the viewer by its height, at 45 degrees."""
+    black_and_white = np.zeros((CELLS, CELLS, 3))
+    black_and_white[: CELLS // 2, : CELLS // 2] = 1.0  # x and y below a half
+    raised = 0.25
+    flat = bumps(0.0, black_and_white)
+    surface = Mesostructure(
+        flat.height + raised, flat.albedo, flat.specular, flat.roughness, flat.direction
+    )
+    view = directions((45.0, 0.0))  # towards +x: a texel shows what lies at x + .25
+    seen = capture(surface, directions((0.0, 0.0)), view, 4, samples=1).values[..., 0, 0]
+    assert np.array_equal(seen, [[0, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 1], [1, 0, 0, 1]])
+
+
+def test_walls_shadow_and_hide() -> None:
+    """A ridge along y throws a shadow as long as it is high at 45 degrees."""
+    height = np.zeros((CELLS, CELLS))
+    height[:, :4] = 0.25
+    flat = bumps(0.0, 1.0)
+    surface = Mesostructure(height, flat.albedo, flat.specular, flat.roughness, flat.direction)
+    above = directions((0.0, 0.0))
+    values = capture(surface, directions((45.0, 180.0)), above, 16, samples=4, depth=1).values
+    row = values[3, :, 0, 0]  # the ridge is in the first texel, light comes from -x
+    assert (row[2:4] == 0.0).all()
+    assert row[6:14] == pytest.approx(np.ones(8))
+
+
+def test_the_seed_decides_and_the_number_of_threads_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wi, wo = pairs(LIGHTS, VIEWS)
+    surface = bumps(0.05, PATCHES, 0.05)
+
+    def values(seed: int, threads: int) -> np.ndarray:
+        monkeypatch.setattr(nacre.parallel, "core_count", lambda: threads)
+        return capture(surface, wi, wo, 5, samples=3, seed=seed).values
+
+    assert np.array_equal(values(1, 1), values(1, 3))
+    assert not np.array_equal(values(1, 3), values(2, 3))
+
+
+def test_pairs_need_not_be_all_lights_with_all_views() -> None:
+    surface = bumps(0.05, PATCHES, 0.05)
+    wi, wo = pairs(LIGHTS, VIEWS)
+    whole = capture(surface, wi, wo, 4, samples=3).values
+    chosen = np.array([3, 0, 1, 3])
+    assert np.array_equal(capture(surface, wi[chosen], wo[chosen], 4, samples=3).values,
+                          whole[:, :, chosen])  # fmt: skip
+
+
+def test_values_of_large_textures_lie_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    surface = bumps(0.05, PATCHES)
+    wi, wo = pairs(LIGHTS, VIEWS)
+    whole = capture(surface, wi, wo, 6, samples=2).values
+    monkeypatch.setattr("nacre.btf.capture.gonioreflectometer._IN_MEMORY", 0)
+    monkeypatch.setattr("nacre.btf.capture.gonioreflectometer._BAND", 1)
+    mapped = capture(surface, wi, wo, 6, samples=2).values
+    assert isinstance(mapped, np.memmap)
+    assert np.array_equal(mapped, whole)
+
+
+@pytest.mark.parametrize("height", [-1.0, 0.0])
+def test_directions_at_or_below_the_horizon_are_refused(height: float) -> None:
+    up = np.array([[0.0, 0.0, 1.0]], np.float32)
+    low = np.array([[np.sqrt(1.0 - height**2), 0.0, height]], np.float32)
+    with pytest.raises(ValueError, match="horizon"):
+        capture(bumps(0.0), low, up, 2)

@@ -19,7 +19,7 @@ Indices = npt.NDArray[np.int64]
 
 
 def positions(size: int) -> tuple[Floats, Floats]:
-    """x and y of each point of a grid, in periods from 0 to below 1."""
+    """Coordinates x and y of each point of a grid, in periods from 0 to below 1."""
     steps = np.arange(size) / size
     return np.broadcast_to(steps, (size, size)), np.broadcast_to(steps[:, None], (size, size))
 
@@ -132,7 +132,7 @@ def lay_fibres(
     nearest = np.floor(points[:, :2] * size).astype(int)
     for dy in steps:
         for dx in steps:
-            place = nearest + (dx, dy)
+            place = nearest + np.array((dx, dy))
             apart = (place / size - points[:, :2]) ** 2
             below = radius**2 - apart.sum(-1)
             hit = np.flatnonzero(below > 0.0)

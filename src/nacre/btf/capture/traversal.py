@@ -33,7 +33,16 @@ def slopes(heights: Any, row: Any, column: Any, upper: Any) -> Any:
 
 @inner  # type: ignore[untyped-decorator]
 def intersect(
-    heights: Any, tops: Any, floor: Any, peak: Any, x: Any, y: Any, z: Any, dx: Any, dy: Any, dz: Any
+    heights: Any,
+    tops: Any,
+    floor: Any,
+    peak: Any,
+    x: Any,
+    y: Any,
+    z: Any,
+    dx: Any,
+    dy: Any,
+    dz: Any,
 ) -> Any:
     """Where a ray meets the surface first (Amanatides and Woo 1987, in two dimensions).
 

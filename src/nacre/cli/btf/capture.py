@@ -10,6 +10,7 @@ import click
 from nacre.cli.console import Stages, check_outputs, console, file_path
 
 if TYPE_CHECKING:
+    from nacre.btf.capture.dataset import Settings
     from nacre.btf.capture.recipe import Recipe
     from nacre.progress import Progress
 
@@ -26,7 +27,9 @@ if TYPE_CHECKING:
     "--dome", default="bonn", metavar="bonn|utia|CSV", help="Directions; a CSV file has degrees."
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same values.")
-@click.option("--picture", type=file_path(), help="Also write a sheet of pictures (.png, .jpg, .exr).")
+@click.option(
+    "--picture", type=file_path(), help="Also write a sheet of pictures (.png, .jpg, .exr)."
+)
 def command(
     recipe: str | None,
     everything: bool,
@@ -69,7 +72,9 @@ def command(
     console.print(f"{output}: whole", markup=False)
 
 
-def _one(recipe: str, output: Path, settings: Settings, picture: Path | None, stages: Stages) -> None:
+def _one(
+    recipe: str, output: Path, settings: Settings, picture: Path | None, stages: Stages
+) -> None:
     """Capture one recipe into a file."""
     from nacre.btf.capture.picture import sheet
     from nacre.btf.capture.recipe import find

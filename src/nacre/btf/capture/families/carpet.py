@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.capture.families.family import Family, choice, colours, cover, number, whole
 from nacre.btf.capture.mesostructure import Mesostructure
-from nacre.btf.capture.patterns import Cells, cells, linear, noise, scattered
+from nacre.btf.capture.patterns import Cells, Indices, cells, linear, noise, scattered
 
 
 @dataclass(frozen=True)
@@ -75,14 +75,16 @@ class Carpet(Family):
         edge = np.clip(found.margin / 0.25, 0.0, 1.0) ** 0.5
         return falling * (0.3 + 0.7 * edge) + 0.4 * tilt, np.arctan2(slope[..., 1], slope[..., 0])
 
-    def _colour_of(self, centres: Floats, random: np.random.Generator) -> np.ndarray:
+    def _colour_of(self, centres: Floats, random: np.random.Generator) -> Indices:
         """Index of each tuft's colour."""
         kinds = len(self.palette)
+        if self.layout == "mixed":
+            return random.integers(kinds, size=len(centres))
         x, y = centres.T
-        if self.layout == "stripes":
-            return np.floor(x * 2 * kinds).astype(int) % kinds
-        if self.layout == "checks":
-            return (np.floor(x * 4) + np.floor(y * 4)).astype(int) % kinds
-        if self.layout == "rings":
-            return np.floor(np.hypot(x - 0.5, y - 0.5) * 3 * kinds).astype(int) % kinds
-        return random.integers(kinds, size=len(centres))
+        bands = {
+            "stripes": np.floor(x * 2 * kinds),
+            "checks": np.floor(x * 4) + np.floor(y * 4),
+            "rings": np.floor(np.hypot(x - 0.5, y - 0.5) * 3 * kinds),
+        }
+        chosen: Indices = bands[self.layout].astype(int) % kinds
+        return chosen

@@ -50,8 +50,11 @@ class Fabric(Family):
 
     def __post_init__(self) -> None:
         repeat = _WEAVES[self.weave][0]
-        for count, what in ((repeat, f"the {self.weave} weave repeats"),
-                            (len(self.warp), "colours of warp"), (len(self.weft), "colours of weft")):
+        for count, what in (
+            (repeat, f"the {self.weave} weave repeats"),
+            (len(self.warp), "colours of warp"),
+            (len(self.weft), "colours of weft"),
+        ):
             if self.strands % count:
                 raise ValueError(f"strands: {self.strands} is no multiple of {count} ({what})")
 
@@ -97,7 +100,10 @@ class Fabric(Family):
         before = np.floor(place).astype(int)
         share = place - before
         ease = share * share * (3.0 - 2.0 * share)
-        first, second = above[index, before % self.strands], above[index, (before + 1) % self.strands]
+        first, second = (
+            above[index, before % self.strands],
+            above[index, (before + 1) % self.strands],
+        )
         middle = 0.5 * self.crimp * (first + (second - first) * ease)
         turns = 2.0 * np.tan(np.radians(self.twist)) * along * self.strands
         groove = np.cos(2.0 * np.pi * (side + np.round(turns.max()) * along))

@@ -11,6 +11,7 @@ from nacre.array import Floats
 from nacre.btf.capture.families.family import Family, choice, colours, cover, number, whole
 from nacre.btf.capture.mesostructure import Mesostructure
 from nacre.btf.capture.patterns import (
+    Indices,
     cells,
     fractal,
     linear,
@@ -60,9 +61,7 @@ class Wallpaper(Family):
             tint=np.where(printed, self.ink_tint, 0.0),
         )
 
-    def _motif(
-        self, random: np.random.Generator, size: int
-    ) -> tuple[Floats, np.ndarray]:
+    def _motif(self, random: np.random.Generator, size: int) -> tuple[Floats, Indices]:
         """A field that is high where ink goes, and which of the inks goes there."""
         x, y = (2.0 * np.pi * self.repeats * v for v in positions(size))
         columns = np.floor(x / (2.0 * np.pi) + 0.5).astype(int) % self.repeats

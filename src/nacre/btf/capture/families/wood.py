@@ -34,7 +34,7 @@ class Wood(Family):
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
         """See :class:`Family`."""
-        x, y = positions(size)
+        x, _ = positions(size)
         plank = np.floor(x * self.planks).astype(int)
         shift = random.uniform(0.0, 1.0, (self.planks, 2))
         lightness = 1.0 + 0.15 * random.normal(size=self.planks) * (self.planks > 1)
