@@ -8,6 +8,7 @@ import pytest
 import nacre.parallel
 from nacre.btf.capture import Mesostructure, capture
 from nacre.btf.domes import pairs
+from nacre.files import NacreError
 from tests.btf.capture.mitsuba_reference import diffuse_under_ggx, reference
 from tests.btf.capture.surfaces import CELLS, bumps, directions
 from tests.variants import require_mitsuba
@@ -157,6 +158,12 @@ def test_values_of_large_textures_lie_in_a_file(monkeypatch: pytest.MonkeyPatch)
     mapped = capture(surface, wi, wo, 6, samples=2).values
     assert isinstance(mapped, np.memmap)
     assert np.array_equal(mapped, whole)
+
+
+def test_values_without_room_are_refused_before_work_begins() -> None:
+    up = np.array([[0.0, 0.0, 1.0]], np.float32)
+    with pytest.raises(NacreError, match="TMPDIR"):
+        capture(bumps(0.0), up, up, 1 << 24)
 
 
 @pytest.mark.parametrize("height", [-1.0, 0.0])

@@ -86,6 +86,7 @@ def test_a_file_is_a_recipe(tmp_path: Path) -> None:
     [
         ("{", "JSON"),
         ("[" * 9000, "JSON"),
+        ('{"family": "fabric", "seed": ' + "9" * 5000 + "}", "JSON"),
         ([], "object"),
         ({}, "family"),
         ({"family": "silk"}, "family"),

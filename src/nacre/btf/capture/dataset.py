@@ -137,8 +137,9 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         with atomic_path(path) as temporary:
             temporary.write_text(json.dumps(new, indent=1), "utf-8")
         return
+    data = read_bytes(path, _MANIFEST_LIMIT)
     try:
-        old = json.loads(read_bytes(path, _MANIFEST_LIMIT))
+        old = json.loads(data)
         check_json(old)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error

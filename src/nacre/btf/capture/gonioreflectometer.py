@@ -10,6 +10,8 @@ show as bright dots.
 
 from __future__ import annotations
 
+import math
+import shutil
 import tempfile
 
 import numpy as np
@@ -19,6 +21,7 @@ from nacre.array import Floats
 from nacre.btf.capture.mesostructure import Mesostructure
 from nacre.btf.capture.tracing import photograph, visibility
 from nacre.btf.texture import TableBtf
+from nacre.files import NacreError
 from nacre.parallel import thread_map
 from nacre.progress import Progress
 
@@ -79,6 +82,8 @@ def capture(
     ------
     ValueError
         If directions do not lie above the horizon, or a number is less than 1.
+    NacreError
+        If there is no room for the values.
     """
     height = width if height is None else height
     if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
@@ -91,8 +96,8 @@ def capture(
     views, view_of = np.unique(wo, axis=0, return_inverse=True)
     pairs_of = np.split(np.argsort(view_of, kind="stable"), np.cumsum(np.bincount(view_of))[:-1])
     seeds = np.random.SeedSequence(seed).generate_state(len(views), np.uint64)
-    scene = _Scene(surface, lights)
     values = _empty((height, width, len(wi), 3))
+    scene = _Scene(surface, lights)
     band = max(1, _BAND // (6 * width * len(wi)))
     parts = [(first, view) for first in range(0, height, band) for view in range(len(views))]
 
@@ -111,8 +116,15 @@ def capture(
 
 def _empty(shape: tuple[int, ...]) -> npt.NDArray[np.float16]:
     """Room for values, in memory or in a file that vanishes with the process."""
-    if 2 * np.prod(shape, dtype=np.int64) < _IN_MEMORY:
+    size = 2 * math.prod(shape)
+    if size < _IN_MEMORY:
         return np.empty(shape, np.float16)
+    folder = tempfile.gettempdir()
+    if size > (free := shutil.disk_usage(folder).free):
+        raise NacreError(
+            f"{folder}: values need {size / 1e9:,.0f} GB, {free / 1e9:,.0f} are free: ask for fewer "
+            "texels or directions, or set TMPDIR to another folder"
+        )
     with tempfile.TemporaryFile() as file:
         return np.memmap(file, np.float16, "w+", shape=shape)
 

@@ -71,9 +71,10 @@ def find(source: PathLike) -> Recipe:
     path = Path(source)
     if not path.suffix and not path.exists():
         raise FormatError(f"{source}: is no built-in recipe (fabric01 to wood12) and no file")
+    data = read_bytes(path, _LIMIT)
     try:
-        content = json.loads(read_bytes(path, _LIMIT))
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+        content = json.loads(data)
+    except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is no JSON: {reason(error)}") from error
     try:
         return _parse(path.stem, content)
