@@ -122,8 +122,8 @@ def _empty(shape: tuple[int, ...]) -> npt.NDArray[np.float16]:
     folder = tempfile.gettempdir()
     if size > (free := shutil.disk_usage(folder).free):
         raise NacreError(
-            f"{folder}: values need {size / 1e9:,.0f} GB, {free / 1e9:,.0f} are free: ask for fewer "
-            "texels or directions, or set TMPDIR to another folder"
+            f"{folder}: values need {size / 1e9:,.0f} GB, {free / 1e9:,.0f} are free; ask for "
+            "fewer texels or directions, or set TMPDIR to another folder"
         )
     with tempfile.TemporaryFile() as file:
         return np.memmap(file, np.float16, "w+", shape=shape)
