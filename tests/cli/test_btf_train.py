@@ -9,7 +9,8 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
-from nacre.btf.networks import CustomNetwork, UnifiedNetwork, load_network, training
+from nacre.btf.codec_file import load_codec
+from nacre.btf.networks import CustomNetwork, UnifiedNetwork, training
 from tests.btf.networks.conftest import one_thread
 from tests.btf.networks.made import OTHER, texture, write
 from tests.cli.support import run
@@ -27,7 +28,7 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
     options = "--steps", 12, "--latent", 5, "--pooling", "max", "--batch", 6, "--half"
     assert run("btf", "train", *files, "-o", output, *options, "--loss", "l2") == 0
     assert f"{output}: 12 steps, 5 values a code, loss on held-out" in capsys.readouterr().out
-    network = load_network(output)
+    network = load_codec(output)
     assert isinstance(network, UnifiedNetwork)
     assert network.settings.pooling == "max"
     assert network.metadata["training"]["loss"] == "l2"
@@ -44,7 +45,7 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
 def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
     output = tmp_path / "model.safetensors"
     assert run("btf", "train", files[0], "-o", output, "--model", "custom", "--steps", 2) == 0
-    network = load_network(output)
+    network = load_codec(output)
     assert isinstance(network, CustomNetwork)
     assert network.values == 8
     assert network.metadata["training"]["loss"] == "l2"
@@ -67,10 +68,10 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     assert "--resume" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0
     assert not state.exists()
-    whole = load_network(output).arrays()
+    whole = load_codec(output).arrays()
     output.unlink()
     assert run(*arguments) == 0
-    for name, array in load_network(output).arrays().items():
+    for name, array in load_codec(output).arrays().items():
         np.testing.assert_array_equal(array, whole[name])
 
 

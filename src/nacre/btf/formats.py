@@ -6,7 +6,7 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from nacre.btf import archive, photographs, utia_folder
+from nacre.btf import archive, latent_file, photographs, utia_folder
 from nacre.btf.image_folder import Quantity
 from nacre.btf.texture import Btf
 from nacre.files import Format, FormatError, PathLike, first_bytes, read_head
@@ -14,6 +14,7 @@ from nacre.files import Format, FormatError, PathLike, first_bytes, read_head
 _FOLDERS: tuple[Format, ...] = (utia_folder.FORMAT, photographs.FORMAT)
 FORMATS: tuple[Format, ...] = (
     archive.FORMAT,
+    latent_file.FORMAT,
     *_FOLDERS,
 )
 """Every format of textures, the most recognisable first."""

@@ -98,10 +98,10 @@ def command(
     """
     from functools import partial
 
+    from nacre.btf.codec_file import save_codec
     from nacre.btf.formats import load
     from nacre.btf.networks import CustomSettings, TrainingRecipe, UnifiedSettings
     from nacre.btf.networks.distributed import processes
-    from nacre.btf.networks.file import save_network
     from nacre.btf.networks.training import train_network
 
     if output.suffix.lower() != ".safetensors":
@@ -147,7 +147,7 @@ def command(
         )
     if members.rank:
         return
-    save_network(network, output, "half" if half else "single")
+    save_codec(network, output, "half" if half else "single")
     state.unlink(missing_ok=True)
     facts = [f"{network.metadata['steps']:,} steps", f"{network.values} values a code"]
     if network.metadata["held out"] is not None:
