@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.btf import Btf
+from nacre.btf import Btf, NeuralBtf
 from nacre.files import HEAD, Format, FormatError, MissingExtraError
 from nacre.measured import ScatteredBrdf
 from tests.specimens import Specimen
@@ -125,7 +125,10 @@ def check_texture(btf: Btf) -> None:
         assert np.isfinite(texels).all()
     last = btf.images(np.array([btf.pair_count - 1]))
     assert last.shape == (1, btf.height, btf.width, 3)
-    np.testing.assert_array_equal(last[0, -1, -1], texels[-1, -1])
+    if isinstance(btf, NeuralBtf):  # products of matrices of other shapes round differently
+        np.testing.assert_allclose(last[0, -1, -1], texels[-1, -1], rtol=1e-3, atol=1e-4)
+    else:
+        np.testing.assert_array_equal(last[0, -1, -1], texels[-1, -1])
 
 
 def _check_writing(entry: Format, loaded: Brdf | Btf, again: Path) -> None:

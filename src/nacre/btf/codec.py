@@ -52,15 +52,22 @@ class TexelCodec(abc.ABC):
 
 
 def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
-    """The same encoder or decoder of a codec, with texels shared among the cores."""
+    """The same encoder or decoder of a codec, with texels shared among the cores.
+
+    Numbers that overflow give no warning: results tell.
+    """
     if codec.uses_all_cores:
         return run
 
+    def quiet(texels: Floats) -> Floats:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return run(texels)
+
     def shared(texels: Floats) -> Floats:
         if len(texels) <= _PART:
-            return run(texels)
+            return quiet(texels)
         starts = range(0, len(texels), _PART)
-        parts = thread_map(lambda start: run(texels[start : start + _PART]), starts)
+        parts = thread_map(lambda start: quiet(texels[start : start + _PART]), starts)
         result: Floats | None = None
         for start, part in zip(starts, parts, strict=True):
             if result is None:

@@ -106,7 +106,8 @@ def encode(
     saved = time.monotonic()
     try:
         for block, texels in _read_ahead(btf, run.done, step):
-            codes = encoder(texels).astype(dtype)
+            with np.errstate(over="ignore"):
+                codes = encoder(texels).astype(dtype)
             if not np.isfinite(codes).all():
                 raise NacreError(f"{btf.name}: some texels have codes that are no numbers")
             chosen = _pairs(btf.pair_count, compared, block.start)

@@ -173,7 +173,7 @@ def _recognise(head: bytes) -> bool:
 
 
 def _load(path: PathLike) -> NeuralBtf:
-    return NeuralBtf(load_latent_map(path))
+    return NeuralBtf(load_latent_map(path), where=str(path))
 
 
 FORMAT = Format(

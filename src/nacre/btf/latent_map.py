@@ -12,6 +12,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf.codec import TexelCodec, TexelMap, on_all_cores
 from nacre.btf.texture import Btf, Indices
+from nacre.files import FormatError
 
 _BLOCK = 1 << 26
 """Bytes of values that are decoded at a time for pictures."""
@@ -86,16 +87,24 @@ class NeuralBtf(Btf):
         The codes and their codec.
     directions
         Pairs to be decoded at, each shape (n, 3); those of the source where None.
+    where
+        What error messages start with: a file's path.
     """
 
-    def __init__(self, latent: LatentMap, directions: tuple[Floats, Floats] | None = None) -> None:
+    def __init__(
+        self,
+        latent: LatentMap,
+        directions: tuple[Floats, Floats] | None = None,
+        where: str = "",
+    ) -> None:
         self.latent, self.name = latent, latent.name
+        self._where = where or latent.name
         self.height, self.width = latent.codes.shape[:2]
         self.wi, self.wo = directions or (latent.wi, latent.wo)
 
     def decoded(self, wi: Floats, wo: Floats) -> NeuralBtf:
         """The same texture at other pairs of unit directions, shapes (n, 3)."""
-        return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)))
+        return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)), self._where)
 
     def describe(self) -> dict[str, Any]:
         """See :meth:`Btf.describe`."""
@@ -110,19 +119,30 @@ class NeuralBtf(Btf):
         return facts | {key: errors[key] for key in ("MSE x 1e4", "relative RMSE") if key in errors}
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`."""
-        return self._decode(self._codes[chosen])
+        """See :meth:`Btf.texels`.
+
+        Raises
+        ------
+        FormatError
+            If a code decodes to what is no number.
+        """
+        return self._checked(self._decode(self._codes[chosen].astype(np.float32)))
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
+        """See :meth:`Btf.images` and :meth:`texels`."""
         wi, wo = self.wi[chosen], self.wo[chosen]
         decode = on_all_cores(self.latent.codec, self.latent.codec.decoder(wi, wo))
         pictures = np.empty((len(wi), self.texel_count, 3), np.float32)
         step = max(1, _BLOCK // (12 * max(len(wi), 1)))
         for start in range(0, self.texel_count, step):
             rows = slice(start, start + step)
-            pictures[:, rows] = decode(self._codes[rows]).swapaxes(0, 1)
-        return pictures.reshape(len(wi), self.height, self.width, 3)
+            pictures[:, rows] = decode(self._codes[rows].astype(np.float32)).swapaxes(0, 1)
+        return self._checked(pictures.reshape(len(wi), self.height, self.width, 3))
+
+    def _checked(self, values: Floats) -> Floats:
+        if not np.isfinite(values).all():
+            raise FormatError(f"{self._where}: some codes decode to values that are not finite")
+        return values
 
     @property
     def _codes(self) -> npt.NDArray[Any]:

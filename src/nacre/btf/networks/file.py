@@ -52,7 +52,7 @@ def unpack_network(header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
         return UnifiedNetwork(settings, whitening, arrays, metadata=metadata)
     wi, wo = tensors["wi"], tensors["wo"]
     for name, array in (("wi", wi), ("wo", wo)):
-        check_numbers({name: array}, 2.0)
+        check_numbers({name: array}, 1e6)
         if array.ndim != 2 or not np.allclose(np.square(array).sum(axis=-1), 1.0, atol=1e-3):
             raise ValueError(f"{name} are no unit directions")
     return CustomNetwork(wi, wo, settings, whitening, arrays, metadata=metadata)
