@@ -30,20 +30,20 @@ def codec(seed: int = 0, metadata: dict[str, Any] | None = None) -> BasisCodec:
     *hidden, wide, last = layers(random, INPUTS, 6, 6, 8, 1 + GREYS + CHROMAS)
     last.biases[0] = 1.0
     prior = Prior(
-        np.linspace(1.0, 0.5, GREYS + CHROMAS, dtype=np.float32),
+        np.linspace(1.0, 0.5, COEFFICIENTS, dtype=np.float32),
         0.01,
-        np.zeros(VALUES, np.float32),
-        np.eye(VALUES, dtype=np.float32),
+        np.eye(COEFFICIENTS, dtype=np.float32),
+        0.01,
     )
 
-    def network(inputs: int, outputs: int) -> SkipNetwork:
+    def network(inputs: int, outputs: int, seen: int) -> SkipNetwork:
         linear = random.normal(size=(inputs, outputs)).astype(np.float32)
-        return SkipNetwork(linear, layers(random, inputs, 5, 4, outputs))
+        return SkipNetwork(linear, layers(random, seen, 5, 4, outputs))
 
     return BasisCodec(
         AngularFunctions(hidden, wide, last, GREYS),
-        network(COEFFICIENTS, VALUES),
-        network(VALUES, COEFFICIENTS),
+        network(COEFFICIENTS, VALUES, 2 * COEFFICIENTS),
+        network(VALUES, COEFFICIENTS, VALUES),
         prior,
         metadata or {},
     )

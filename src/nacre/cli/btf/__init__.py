@@ -7,6 +7,7 @@ import click
 from nacre.cli.group import LazyGroup
 
 _COMMANDS: dict[str, str] = {
+    "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
     "compare": "Errors of one texture against another.",
     "convert": "Write a texture in another format.",
     "decode": "Write the texture that was encoded.",
