@@ -23,7 +23,9 @@ PRECISIONS: dict[str, np.dtype[Any]] = {
 }
 """Of numbers in files."""
 
-_LARGEST = {"single": 1e6, "half": 65504.0}
+HALF_LARGEST = 65504.0
+"""What a half float holds."""
+_LARGEST = 1e6
 _HEADER_LIMIT = 1 << 24
 
 
@@ -97,7 +99,7 @@ def check_numbers(tensors: Tensors, largest: float) -> None:
             raise ValueError(f"{name} holds numbers that are not finite or too large")
 
 
-def in_precision(tensors: Tensors, precision: str | None) -> Tensors:
+def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARGEST) -> Tensors:
     """The same numbers as they are written.
 
     Parameters
@@ -106,6 +108,8 @@ def in_precision(tensors: Tensors, precision: str | None) -> Tensors:
         Of single precision.
     precision
         One of :data:`PRECISIONS`; the half one where None, if it changes no number.
+    largest
+        See :func:`check_numbers`.
 
     Raises
     ------
@@ -117,13 +121,13 @@ def in_precision(tensors: Tensors, precision: str | None) -> Tensors:
             exact = all((a.astype(np.float16) == a).all() for a in tensors.values())
         precision = "half" if exact else "single"
     try:
-        check_numbers(tensors, _LARGEST[precision])
+        check_numbers(tensors, HALF_LARGEST if precision == "half" else largest)
     except ValueError as error:
         raise FormatError(str(error)) from error
     return {name: array.astype(PRECISIONS[precision]) for name, array in tensors.items()}
 
 
-def in_single(tensors: Tensors) -> Tensors:
+def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
     """What :func:`in_precision` gave, in single precision.
 
     Raises
@@ -135,7 +139,7 @@ def in_single(tensors: Tensors) -> Tensors:
     if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
         raise ValueError("weights are not float32 or float16 numbers, all alike")
     single = {name: array.astype(np.float32) for name, array in tensors.items()}
-    check_numbers(single, _LARGEST["single"])
+    check_numbers(single, largest)
     return single
 
 

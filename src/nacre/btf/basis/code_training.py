@@ -11,6 +11,7 @@ from nacre.btf.basis.network_training import SkipTraining, Tensor, descend, torc
 from nacre.btf.basis.posterior import Observation, Prior
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.skip_network import SkipNetwork
+from nacre.btf.basis.stages import Stages
 from nacre.channels import TURNS
 from nacre.progress import Progress
 
@@ -28,7 +29,11 @@ cannot express is alike at neighbouring directions."""
 
 
 def train_codes(
-    data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe, report: Progress
+    data: TrainingTexels,
+    functions: FunctionValues,
+    recipe: BasisRecipe,
+    report: Progress,
+    stages: Stages,
 ) -> tuple[SkipNetwork, SkipNetwork, Prior]:
     """The networks from coefficients to codes and back, and the prior.
 
@@ -40,8 +45,8 @@ def train_codes(
         At all directions, over which they are orthonormal.
     recipe
         Sizes and efforts.
-    report
-        Called as it goes on.
+    report, stages
+        Called as it goes on, and where steps are kept.
     """
     values, residuals = torch.from_numpy(data.values), torch.from_numpy(data.residuals)
     prior = _first_prior(data)
@@ -78,7 +83,7 @@ def train_codes(
         return total / (_WHOLE + _SUBSETS)
 
     parameters = [*encode.parameters, *decode.parameters]
-    descend(parameters, [], loss, recipe.code_steps, "codes", report)
+    descend(parameters, [], loss, recipe.code_steps, "codes", report, generator, stages)
     ones = np.ones(count, np.float32)
     encoder = encode.trained(input_scale=np.concatenate([prior.deviations, ones]))
     decoder = decode.trained(output_scale=prior.deviations)

@@ -16,13 +16,15 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.domes import pairs
-from nacre.tensors import Tensors, in_precision, in_single
+from nacre.tensors import HALF_LARGEST, Tensors, in_precision, in_single
 
 MODEL = "basis"
 """What files and commands call the codec."""
 VERSION = 1
 _EXACT = "prior."
-"""What is single in every file: its products and inverses magnify what rounding does."""
+"""What is single in every file, as is what half cannot hold: inverses magnify rounding."""
+_LARGEST = 1e9
+"""Weights of coefficients that hardly vary in the training data are large."""
 _WIDEST, _FUNCTIONS, _VALUES, _LAYERS = 1 << 13, 1 << 10, 1 << 10, 1 << 6
 _Part = TypeVar("_Part")
 
@@ -31,8 +33,11 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
     """Header and tensors of a codec; see :func:`nacre.btf.codec_file.pack_codec`."""
     numbers, tensors = pack_fields(codec)
     metadata = numbers.pop("metadata")
-    exact = {name: array for name, array in tensors.items() if name.startswith(_EXACT)}
-    weights = {name: array for name, array in tensors.items() if name not in exact}
+    written: Tensors = {}
+    for name, array in tensors.items():
+        exact = name.startswith(_EXACT) or np.abs(array).max() >= HALF_LARGEST
+        kind = "single" if exact else precision
+        written |= in_precision({name: array}, kind, _LARGEST)
     header = {
         "version": VERSION,
         "model": MODEL,
@@ -40,7 +45,7 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
         "values": "pi f_r, linear Rec. 709, as grey values and pairs of colours",
         "metadata": metadata,
     }
-    return header, in_precision(weights, precision) | in_precision(exact, "single")
+    return header, written
 
 
 def unpack_basis(header: dict[str, Any], tensors: Tensors) -> BasisCodec:
@@ -53,9 +58,9 @@ def unpack_basis(header: dict[str, Any], tensors: Tensors) -> BasisCodec:
     wide = [name for name, array in tensors.items() if max(array.shape, default=0) > _WIDEST]
     if wide:
         raise ValueError(f"{wide[0]} is {tensors[wide[0]].shape}, wider than {_WIDEST:,}")
-    exact = {name: array for name, array in tensors.items() if name.startswith(_EXACT)}
-    weights = {name: array for name, array in tensors.items() if name not in exact}
-    single = in_single(weights) | in_single(exact)
+    single: Tensors = {}
+    for name, array in tensors.items():
+        single |= in_single({name: array}, _LARGEST)
     codec = unpack_fields(BasisCodec, {**numbers, "metadata": metadata}, single)
     functions = len(codec.functions.last.biases)
     if not 1 <= codec.values <= _VALUES or functions > _FUNCTIONS:

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nacre.btf.basis.skip_network import SkipNetwork
+from nacre.btf.basis.stages import Stages
 from nacre.files import NacreError, require
 from nacre.layer import Layer
 from nacre.progress import Progress
@@ -26,6 +27,8 @@ def descend(
     steps: int,
     stage: str,
     report: Progress,
+    generator: Any,
+    stages: Stages,
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
@@ -39,6 +42,8 @@ def descend(
         Of a step.
     steps, stage, report
         How many, their name, and what is called as they go on.
+    generator, stages
+        What the loss draws from, and where steps are kept.
 
     Raises
     ------
@@ -50,7 +55,8 @@ def descend(
         muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
         optimisers.append((muon, _MATRIX_RATE))
     last = math.inf
-    for step in range(steps):
+    changed = [*vectors, *matrices]
+    for step in stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator):
         fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
         fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
         current = loss(step)
