@@ -10,11 +10,11 @@ import numpy as np
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.basis.functions import INPUTS, AngularFunctions
 from nacre.btf.basis.posterior import Prior
+from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.layer import Layer
 
-GREYS, CHROMAS, VALUES = 3, 2, 2
-COEFFICIENTS = GREYS + 2 * CHROMAS
+TINY = BasisRecipe(values=2, greys=3, chromas=2, width=6, depth=2, wide=8, hidden=5)
 
 
 def layers(random: Any, *sizes: int) -> list[Layer]:
@@ -24,26 +24,28 @@ def layers(random: Any, *sizes: int) -> list[Layer]:
     ]
 
 
-def codec(seed: int = 0, metadata: dict[str, Any] | None = None) -> BasisCodec:
-    """Of two values, five functions and seven coefficients."""
+def codec(
+    seed: int = 0, metadata: dict[str, Any] | None = None, sizes: BasisRecipe = TINY
+) -> BasisCodec:
+    """Of two values, five functions and seven coefficients, or of other sizes."""
     random = np.random.default_rng(seed)
-    *hidden, wide, last = layers(random, INPUTS, 6, 6, 8, 1 + GREYS + CHROMAS)
+    functions = sizes.greys + sizes.chromas
+    count = functions + sizes.chromas
+    widths = [sizes.width] * sizes.depth
+    *hidden, wide, last = layers(random, INPUTS, *widths, sizes.wide, 1 + functions)
     last.biases[0] = 1.0
     prior = Prior(
-        np.linspace(1.0, 0.5, COEFFICIENTS, dtype=np.float32),
-        0.01,
-        np.eye(COEFFICIENTS, dtype=np.float32),
-        0.01,
+        np.linspace(1.0, 0.5, count, dtype=np.float32), 0.01, np.eye(count, dtype=np.float32), 0.01
     )
 
     def network(inputs: int, outputs: int, seen: int) -> SkipNetwork:
         linear = random.normal(size=(inputs, outputs)).astype(np.float32)
-        return SkipNetwork(linear, layers(random, seen, 5, 4, outputs))
+        return SkipNetwork(linear, layers(random, seen, sizes.hidden, sizes.hidden, outputs))
 
     return BasisCodec(
-        AngularFunctions(hidden, wide, last, GREYS),
-        network(COEFFICIENTS, VALUES, 2 * COEFFICIENTS),
-        network(VALUES, COEFFICIENTS, VALUES),
+        AngularFunctions(hidden, wide, last, sizes.greys),
+        network(count, sizes.values, 2 * count),
+        network(sizes.values, count, sizes.values),
         prior,
         metadata or {},
     )
