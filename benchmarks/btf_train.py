@@ -2,7 +2,8 @@
 
 Everything takes turns on random texels at the directions of Bonn's dome: single-precision products
 of large square matrices, whose speed is the peak; steps of the unified network of Rainer et al.
-2020 in the paper's words, a texel at a time, and in the efficient form; encoding and decoding.
+2020 in the paper's words, a texel at a time, and in the efficient form; encoding and decoding by
+that network and by the default codec, whose weights are random here.
 `python -m benchmarks.btf_train --help`.
 """
 
@@ -19,10 +20,13 @@ import numpy as np
 
 from benchmarks.table import markdown
 from nacre.btf import BONN
+from nacre.btf.basis.recipe import BasisRecipe
+from nacre.btf.codec import on_all_cores
 from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.btf.networks.network import direction_inputs
 from nacre.files import require
 from nacre.parallel import core_count
+from tests.btf.basis.made import codec
 from tests.btf.networks.made import literal_codes, literal_values, literal_weights
 
 torch: Any = require("torch", "btf")
@@ -74,6 +78,16 @@ def multiply_adds(run: Callable[[], Any]) -> float:
     return float(counter.get_total_flops()) / 2.0
 
 
+def codec_multiply_adds(sizes: BasisRecipe, pairs: int) -> tuple[float, float]:
+    """Those of the default codec for a texel: encoding, decoding."""
+    count = sizes.greys + 2 * sizes.chromas
+    hidden = sizes.hidden * (sizes.hidden + count)
+    jacobian = sizes.values * hidden + sizes.values**2 * count
+    solve = (2 * count + sizes.values) * sizes.hidden + hidden + 4 * count**2
+    network = sizes.values * (sizes.hidden + count) + hidden
+    return pairs * count + 4 * jacobian + solve, pairs * count + network
+
+
 def main() -> None:
     """Print a Markdown table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -98,6 +112,12 @@ def main() -> None:
     values = torch.from_numpy(texels[: options.batch]).to(options.device)
     codes = random.normal(size=(options.decoded, 32)).astype(np.float32)
     encode, decode = network.encoder(wi, wo), network.decoder(wi, wo)
+    sizes = BasisRecipe()
+    basis = codec(sizes=sizes)
+    basis_encode, basis_decode = (
+        on_all_cores(basis, run) for run in (basis.encoder(wi, wo), basis.decoder(wi, wo))
+    )
+    many = random.normal(size=(options.texels, sizes.values)).astype(np.float32)
     square = torch.randn(2048, 2048, device=options.device)
 
     few, ten = values[: options.literal], values[:10]
@@ -116,6 +136,8 @@ def main() -> None:
         "encode, a product a channel alone": (len(values), lambda: torch.bmm(channels, weights)),
         "encode": (len(texels), lambda: encode(texels)),
         "decode": (len(codes), lambda: decode(codes)),
+        "encode, default codec": (len(texels), lambda: basis_encode(texels)),
+        "decode, default codec": (len(many), lambda: basis_decode(many)),
     }
     work = {name: multiply_adds(run) for name, (_, run) in subjects.items()}
     # What threads do is not counted, so it is counted once more without them.
@@ -124,6 +146,9 @@ def main() -> None:
     work["encode"] = multiply_adds(lambda: network.encode(few.mT, prepared[0]))
     work["encode"] *= len(texels) / len(few)
     work["decode"] = multiply_adds(lambda: network.decode(given[:1], prepared[1])) * len(codes)
+    by_basis = codec_multiply_adds(sizes, len(wi))
+    work["encode, default codec"] = by_basis[0] * len(texels)
+    work["decode, default codec"] = by_basis[1] * len(many)
     seconds: dict[str, list[float]] = {name: [] for name in subjects}
     for _ in range(options.rounds):
         for name, (_, run) in subjects.items():

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +16,17 @@ from safetensors import SafetensorError
 from nacre.files import FormatError, PathLike, check_json, read_bytes, reason
 
 Tensors = dict[str, npt.NDArray[Any]]
+
+PRECISIONS: dict[str, np.dtype[Any]] = {
+    "single": np.dtype(np.float32),
+    "half": np.dtype(np.float16),
+}
+"""Of numbers in files."""
+
+HALF_LARGEST = 65504.0
+"""What a half float holds."""
+_LARGEST = 1e6
+_HEADER_LIMIT = 1 << 24
 
 
 def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> bytes:
@@ -83,3 +97,76 @@ def check_numbers(tensors: Tensors, largest: float) -> None:
     for name, array in tensors.items():
         if not (np.abs(array) < largest).all():
             raise ValueError(f"{name} holds numbers that are not finite or too large")
+
+
+def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARGEST) -> Tensors:
+    """The same numbers as they are written.
+
+    Parameters
+    ----------
+    tensors
+        Of single precision.
+    precision
+        One of :data:`PRECISIONS`; the half one where None, if it changes no number.
+    largest
+        See :func:`check_numbers`.
+
+    Raises
+    ------
+    FormatError
+        If a number is not finite or too large.
+    """
+    if precision is None:
+        with np.errstate(over="ignore"):
+            exact = all((a.astype(np.float16) == a).all() for a in tensors.values())
+        precision = "half" if exact else "single"
+    try:
+        check_numbers(tensors, HALF_LARGEST if precision == "half" else largest)
+    except ValueError as error:
+        raise FormatError(str(error)) from error
+    return {name: array.astype(PRECISIONS[precision]) for name, array in tensors.items()}
+
+
+def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
+    """What :func:`in_precision` gave, in single precision.
+
+    Raises
+    ------
+    ValueError
+        If numbers are of other types, or of several, not finite, or too large.
+    """
+    kinds = {array.dtype for array in tensors.values()}
+    if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
+        raise ValueError("weights are not float32 or float16 numbers, all alike")
+    single = {name: array.astype(np.float32) for name, array in tensors.items()}
+    check_numbers(single, largest)
+    return single
+
+
+@contextmanager
+def damage_named(path: PathLike) -> Iterator[None]:
+    """A block that makes sense of the header and tensors of a file.
+
+    Raises
+    ------
+    FormatError
+        Naming the file, for whatever goes wrong as it does where a field is missing or bad.
+    """
+    try:
+        yield
+    except FormatError:
+        raise
+    except KeyError as error:
+        raise FormatError(f"{path}: field {reason(error)} is missing") from error
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise FormatError(f"{path}: {reason(error)}") from error
+
+
+def has_header(path: PathLike, key: str) -> bool:
+    """Whether a file is a safetensors file with such a header; does not raise."""
+    try:
+        with Path(path).open("rb") as file:
+            size = int.from_bytes(file.read(8), "little")
+            return size <= _HEADER_LIMIT and key in json.loads(file.read(size))["__metadata__"]
+    except (OSError, KeyError, TypeError, ValueError, RecursionError):
+        return False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,10 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
-from nacre.btf.networks import CustomNetwork, UnifiedNetwork, load_network, training
+from nacre.btf.basis import network_training
+from nacre.btf.basis.codec import BasisCodec
+from nacre.btf.codec_file import load_codec
+from nacre.btf.networks import CustomNetwork, UnifiedNetwork, training
 from tests.btf.networks.conftest import one_thread
 from tests.btf.networks.made import OTHER, texture, write
 from tests.cli.support import run
@@ -24,10 +29,22 @@ def files(tmp_path: Path) -> list[Path]:
 
 def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_path, capsys):
     output = tmp_path / "model.safetensors"
-    options = "--steps", 12, "--latent", 5, "--pooling", "max", "--batch", 6, "--half"
+    options = (
+        "--model",
+        "unified",
+        "--steps",
+        12,
+        "--latent",
+        5,
+        "--pooling",
+        "max",
+        "--batch",
+        6,
+        "--half",
+    )
     assert run("btf", "train", *files, "-o", output, *options, "--loss", "l2") == 0
     assert f"{output}: 12 steps, 5 values a code, loss on held-out" in capsys.readouterr().out
-    network = load_network(output)
+    network = load_codec(output)
     assert isinstance(network, UnifiedNetwork)
     assert network.settings.pooling == "max"
     assert network.metadata["training"]["loss"] == "l2"
@@ -44,7 +61,7 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
 def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
     output = tmp_path / "model.safetensors"
     assert run("btf", "train", files[0], "-o", output, "--model", "custom", "--steps", 2) == 0
-    network = load_network(output)
+    network = load_codec(output)
     assert isinstance(network, CustomNetwork)
     assert network.values == 8
     assert network.metadata["training"]["loss"] == "l2"
@@ -53,7 +70,8 @@ def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
 
 def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, monkeypatch):
     output, state = tmp_path / "model.safetensors", tmp_path / "model.safetensors.state"
-    arguments = "btf", "train", *files, "-o", output, "--steps", 12, "--latent", 4, "--batch", 6
+    arguments = "btf", "train", *files, "-o", output, "--model", "unified"
+    arguments += "--steps", 12, "--latent", 4, "--batch", 6
 
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -67,10 +85,10 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     assert "--resume" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0
     assert not state.exists()
-    whole = load_network(output).arrays()
+    whole = load_codec(output).arrays()
     output.unlink()
     assert run(*arguments) == 0
-    for name, array in load_network(output).arrays().items():
+    for name, array in load_codec(output).arrays().items():
         np.testing.assert_array_equal(array, whole[name])
 
 
@@ -80,8 +98,13 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         (["-o", "model.npz"], "a model is a .safetensors file"),
         (["--steps", "3", "--minutes", "1"], "give one of them"),
         (["--model", "custom", "--pooling", "max"], "--pooling is for --model unified"),
-        (["--device", "cuda:99"], "device 'cuda:99' cannot be used"),
+        (["--model", "unified", "--device", "cuda:99"], "device 'cuda:99' cannot be used"),
         (["--batch", "0"], "--batch"),
+        (["--batch", "8"], "--batch is for --model unified and custom"),
+        (["--recipe", "efficient"], "--recipe is for --model unified and custom"),
+        (["--minutes", "1"], "--minutes is for --model unified and custom"),
+        (["--device", "cpu"], "--device is for --model unified and custom"),
+        (["--latent", "200"], "basis has up to 128 values"),
     ],
 )
 def test_wrong_options_are_errors_of_one_line(files, tmp_path, capsys, options, message):
@@ -101,10 +124,71 @@ def test_bad_files_are_errors_of_one_line(files, tmp_path, capsys):
     assert "bad.npz" in error
     assert error.count("\n") == 1
     assert (
-        run("btf", "train", *files, "-o", files[0].with_suffix(".safetensors"), "--steps", 1) == 0
+        run(
+            *("btf", "train", *files, "-o", files[0].with_suffix(".safetensors")),
+            *("--model", "unified", "--steps", 1),
+        )
+        == 0
     )
     (tmp_path / "other").mkdir()
     (other,) = write(tmp_path / "other", 1, directions=OTHER)
     custom = "--model", "custom", "--steps", 1
     assert run("btf", "train", files[1], other, "-o", output, *custom) == 2
     assert "2 sets of directions" in capsys.readouterr().err
+
+
+BASIS = "--steps", 20, "--latent", 5, "--seed", 3
+
+
+def test_the_default_model_is_trained_and_encodes_another_texture(files, tmp_path, capsys):
+    output = tmp_path / "model.safetensors"
+    assert run("btf", "train", *files, "-o", output, *BASIS, "--half") == 0
+    assert f"{output}: 20 steps, 5 values a code" in capsys.readouterr().out
+    codec = load_codec(output)
+    assert isinstance(codec, BasisCodec)
+    assert codec.metadata["materials"] == ["0", "1"]
+    assert codec.metadata["training"]["seed"] == 3
+    assert codec.metadata["training"]["function_steps"] == 8
+    made = texture(7, directions=OTHER)
+    codes = codec.encoder(made.wi, made.wo)(made.texels(slice(None)))
+    assert codes.shape == (36, 5)
+    assert np.isfinite(codes).all()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "0.npz",
+        "1.npz",
+        "model.safetensors",
+    ]
+
+
+@pytest.mark.parametrize("where", ["functions", "codes"])
+def test_the_default_model_goes_on_to_the_same_bytes(files, tmp_path, capsys, monkeypatch, where):
+    output = tmp_path / "model.safetensors"
+    arguments = "btf", "train", *files, "-o", output, *BASIS
+    descend = network_training.descend
+
+    def interrupted(vectors, matrices, loss, steps, stage, *rest):
+        def stopping(step):
+            if stage == where and step == 5:
+                os.kill(os.getpid(), signal.SIGINT)
+            return loss(step)
+
+        descend(vectors, matrices, stopping, steps, stage, *rest)
+
+    with monkeypatch.context() as patch:
+        for module in ("function_training", "code_training"):
+            patch.setattr(f"nacre.btf.basis.{module}.descend", interrupted)
+        assert run(*arguments) == 130
+    names = {path.name for path in tmp_path.iterdir()}
+    assert f"model.safetensors.state.{where}-steps.stage" in names
+    assert not output.exists()
+    capsys.readouterr()
+    assert run(*arguments) == 2
+    assert "add --resume to go on" in capsys.readouterr().err
+    assert run(*arguments[:-1], 4, "--resume") == 2
+    assert "is of another training" in capsys.readouterr().err
+    assert run(*arguments, "--resume") == 0
+    assert not list(tmp_path.glob("*.stage"))
+    content = output.read_bytes()
+    output.unlink()
+    assert run(*arguments) == 0
+    assert output.read_bytes() == content

@@ -7,7 +7,17 @@ by an entry in a module here. Nothing is a real measurement.
 from nacre.btf.formats import FORMATS as TEXTURES
 from nacre.files import Format
 from nacre.formats import formats
-from tests.specimens import analytic, images, networks, rgl, scans, tables, textures, ubo2014
+from tests.specimens import (
+    analytic,
+    encoded,
+    images,
+    networks,
+    rgl,
+    scans,
+    tables,
+    textures,
+    ubo2014,
+)
 from tests.specimens.specimen import Specimen, mutated
 
 SPECIMENS: dict[str, Specimen] = {
@@ -19,6 +29,7 @@ SPECIMENS: dict[str, Specimen] = {
     **analytic.SPECIMENS,
     **textures.SPECIMENS,
     **ubo2014.SPECIMENS,
+    **encoded.SPECIMENS,
 }
 """One entry for every format of the registries, by its name."""
 

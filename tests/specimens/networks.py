@@ -60,10 +60,13 @@ def _material_header(sizes: tuple[int, ...] = (6, 4, 3)) -> dict[str, Any]:
 
 
 def safetensors_bytes(
-    tensors: Mapping[str, Array], header: Any, entries: Mapping[str, Any] | None = None
+    tensors: Mapping[str, Array],
+    header: Any,
+    entries: Mapping[str, Any] | None = None,
+    key: str = "nacre",
 ) -> bytes:
     """A tensor container; `entries` replaces what it says about single tensors."""
-    described: dict[str, Any] = {"__metadata__": {"nacre": json.dumps(header)}}
+    described: dict[str, Any] = {"__metadata__": {key: json.dumps(header)}}
     body = b""
     for name, array in tensors.items():
         offsets = [len(body), len(body) + array.nbytes]

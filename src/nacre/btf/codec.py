@@ -6,9 +6,15 @@ import abc
 from collections.abc import Callable
 from typing import TypeAlias
 
+import numpy as np
+
 from nacre.array import Floats
+from nacre.parallel import thread_map
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
+
+_PART = 128
+"""Texels that one core takes at a time."""
 
 
 class TexelCodec(abc.ABC):
@@ -19,6 +25,8 @@ class TexelCodec(abc.ABC):
 
     values: int
     """Values of a code."""
+    uses_all_cores: bool = False
+    """Whether its maps share their work among the cores by themselves."""
 
     @abc.abstractmethod
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
@@ -41,3 +49,31 @@ class TexelCodec(abc.ABC):
         wi, wo
             Unit directions, shape (n, 3).
         """
+
+
+def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
+    """The same encoder or decoder of a codec, with texels shared among the cores.
+
+    Numbers that overflow give no warning: results tell.
+    """
+    if codec.uses_all_cores:
+        return run
+
+    def quiet(texels: Floats) -> Floats:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return run(texels)
+
+    def shared(texels: Floats) -> Floats:
+        if len(texels) <= _PART:
+            return quiet(texels)
+        starts = range(0, len(texels), _PART)
+        parts = thread_map(lambda start: quiet(texels[start : start + _PART]), starts)
+        result: Floats | None = None
+        for start, part in zip(starts, parts, strict=True):
+            if result is None:
+                result = np.empty((len(texels), *part.shape[1:]), part.dtype)
+            result[start : start + _PART] = part
+        assert result is not None
+        return result
+
+    return shared

@@ -6,7 +6,7 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from nacre.btf import archive, photographs, ubo2014, utia_folder
+from nacre.btf import archive, latent_file, photographs, ubo2014, utia_folder
 from nacre.btf.image_folder import Quantity
 from nacre.btf.texture import Btf
 from nacre.files import Format, FormatError, PathLike, first_bytes, read_head
@@ -15,6 +15,7 @@ _FOLDERS: tuple[Format, ...] = (utia_folder.FORMAT, photographs.FORMAT)
 FORMATS: tuple[Format, ...] = (
     ubo2014.FORMAT,
     archive.FORMAT,
+    latent_file.FORMAT,
     *_FOLDERS,
 )
 """Every format of textures, the most recognisable first."""

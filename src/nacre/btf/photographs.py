@@ -16,6 +16,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.btf.directions import PAIR_LIMIT, check_directions, check_distinct, from_degrees
 from nacre.btf.image_folder import QUANTITIES, ImageFolderBtf, Quantity
 from nacre.files import Format, FormatError, PathLike
@@ -59,18 +60,10 @@ def load_photographs(
     folder = Path(folder)
     path = Path(directions) if directions is not None else folder / LIST
     lines = read_lines(path, _SIZE_LIMIT)
-    rows = _read_rows(path, lines)
-    columns = rows[0][1].keys()
-    if "quantity" in columns and quantity is not None:
+    rows = _read_rows(path, lines, ("file",))
+    if "quantity" in rows[0][1] and quantity is not None:
         raise FormatError(f"{path}: column quantity says what pixels hold; do not state it again")
-    names = _VECTORS if "lx" in columns else _ANGLES
-    values = np.array([[_number(path, line, row, name) for name in names] for line, row in rows])
-    places = [f"line {line}" for line, _ in rows]
-    wi, wo = (
-        check_directions(_unit(half), f"{path}: {what}")
-        for half, what in zip(np.split(values, 2, axis=1), ("lights", "views"), strict=True)
-    )
-    check_distinct(wi, wo, places, str(path))
+    wi, wo = _pairs(path, rows)
     return ImageFolderBtf(
         [_image(path, folder, line, row["file"]) for line, row in rows],
         wi,
@@ -83,7 +76,32 @@ def load_photographs(
     )
 
 
-def _read_rows(path: Path, lines: _Lines) -> _Rows:
+def read_pairs(path: PathLike) -> tuple[Floats, Floats]:
+    """Pairs of directions of a list, with or without names of images; `wi`, `wo`, shape (n, 3).
+
+    Raises
+    ------
+    FormatError
+        As of :func:`load_photographs`.
+    """
+    path = Path(path)
+    return _pairs(path, _read_rows(path, read_lines(path, _SIZE_LIMIT), ()))
+
+
+def _pairs(path: Path, rows: _Rows) -> tuple[Floats, Floats]:
+    """Directions of all rows, checked."""
+    names = _VECTORS if "lx" in rows[0][1] else _ANGLES
+    values = np.array([[_number(path, line, row, name) for name in names] for line, row in rows])
+    places = [f"line {line}" for line, _ in rows]
+    wi, wo = (
+        check_directions(_unit(half), f"{path}: {what}")
+        for half, what in zip(np.split(values, 2, axis=1), ("lights", "views"), strict=True)
+    )
+    check_distinct(wi, wo, places, str(path))
+    return wi, wo
+
+
+def _read_rows(path: Path, lines: _Lines, needed: tuple[str, ...]) -> _Rows:
     """Number and cells by column of each line after that which names the columns."""
     columns: list[str] = []
     rows: _Rows = []
@@ -94,7 +112,7 @@ def _read_rows(path: Path, lines: _Lines) -> _Rows:
         if not columns:
             separator = next((mark for mark in ";\t" if mark in line), ",")
             columns = [cell.lower() for cell in _cells(path, number, line, separator)]
-            _check_columns(path, columns)
+            _check_columns(path, columns, needed)
             continue
         cells = _cells(path, number, line, separator)
         if len(cells) != len(columns):
@@ -103,7 +121,7 @@ def _read_rows(path: Path, lines: _Lines) -> _Rows:
             raise FormatError(f"{path}: lists more than {PAIR_LIMIT} images")
         rows.append((number, dict(zip(columns, cells, strict=True))))
     if not rows:
-        raise FormatError(f"{path}: lists no images")
+        raise FormatError(f"{path}: lists {'no images' if needed else 'no directions'}")
     return rows
 
 
@@ -115,14 +133,14 @@ def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _check_columns(path: Path, columns: list[str]) -> None:
+def _check_columns(path: Path, columns: list[str], needed: tuple[str, ...]) -> None:
     """Refuse other columns than one of the two sets, with or without `quantity`."""
     form = _VECTORS if set(_VECTORS) & set(columns) else _ANGLES
     unknown = [name for name in columns if name not in ("file", "quantity", *form)]
     if unknown:
         known = ", ".join(("file", *form, "quantity"))
         raise FormatError(f"{path}: column {unknown[0][:40]!r} is not one of {known}")
-    missing = [name for name in ("file", *form) if name not in columns]
+    missing = [name for name in (*needed, *form) if name not in columns]
     if missing:
         raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
     if len(set(columns)) < len(columns):

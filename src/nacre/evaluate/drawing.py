@@ -24,10 +24,10 @@ _HEADER = 118
 _ROW_LABEL = 46
 _FOOTER = 96
 
-_PAPER = (237, 237, 235)
-_INK = (32, 33, 36)
-_FAINT = (112, 114, 118)
-_RULE = (208, 208, 205)
+PAPER = (237, 237, 235)
+INK = (32, 33, 36)
+FAINT = (112, 114, 118)
+RULE = (208, 208, 205)
 
 _SCALES = (0.05, 0.1, 0.2, 0.5, 1.0)
 """Ends of the colour scale; the smallest that holds nearly all errors is taken."""
@@ -86,23 +86,23 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     width = 2 * _MARGIN + 3 * _CELL + 2 * _GAP
     row_count = len(comparison.lights) + (views is not None)
     height = _HEADER + row_count * (_ROW_LABEL + _CELL) + _FOOTER
-    image = canvas.new("RGB", (width, height), _PAPER)
+    image = canvas.new("RGB", (width, height), PAPER)
     draw = drawing.Draw(image)
     columns = [_MARGIN + i * (_CELL + _GAP) for i in range(3)]
     right = width - _MARGIN
 
-    _text(draw, (_MARGIN, 46), comparison.other, 30, limit=right - _MARGIN)
-    _text(draw, (_MARGIN, 78), f"against {comparison.truth}", 17, _FAINT, limit=right - _MARGIN)
+    draw_text(draw, (_MARGIN, 46), comparison.other, 30, limit=right - _MARGIN)
+    draw_text(draw, (_MARGIN, 78), f"against {comparison.truth}", 17, FAINT, limit=right - _MARGIN)
     for x, title in zip(columns, ("Reference", "Model", "Difference (FLIP)"), strict=True):
-        _text(draw, (x + _CELL / 2, _HEADER - 6), title, 17, anchor="ms")
+        draw_text(draw, (x + _CELL / 2, _HEADER - 6), title, 17, anchor="ms")
 
     peak = max(float(np.percentile(i.flip_map[comparison.mask], 99.5)) for i in comparison.lights)
     scale = next((end for end in _SCALES if end >= peak), 1.0)
     y = _HEADER
     for item in comparison.lights:
-        draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=_RULE)
-        _text(draw, (_MARGIN, y + 32), _NAMES.get(item.light, item.light), 17)
-        _text(draw, (right, y + 32), _figures(item), 17, _FAINT, anchor="rs")
+        draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=RULE)
+        draw_text(draw, (_MARGIN, y + 32), _NAMES.get(item.light, item.light), 17)
+        draw_text(draw, (right, y + 32), _figures(item), 17, FAINT, anchor="rs")
         y += _ROW_LABEL
         parts = tone_map(item.truth), tone_map(item.other), magma(item.flip_map / scale)
         for x, part in zip(columns, parts, strict=True):
@@ -111,29 +111,36 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         y += _CELL
 
     if views is not None:
-        draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=_RULE)
-        _text(draw, (_MARGIN, y + 32), "Path traced", 17)
+        draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=RULE)
+        draw_text(draw, (_MARGIN, y + 32), "Path traced", 17)
         y += _ROW_LABEL
         mapped = [tone_map(view) for view in views]
         for x, part in zip(columns, [*mapped, magma(flip(*mapped) / scale)], strict=True):
-            view = canvas.fromarray(_bytes(part)).resize((_CELL, _CELL), canvas.Resampling.LANCZOS)
+            view = canvas.fromarray(display_bytes(part)).resize(
+                (_CELL, _CELL), canvas.Resampling.LANCZOS
+            )
             image.paste(view, (x, y))
         y += _CELL
 
     angles = comparison.angles
-    draw.line([(_MARGIN, y + 16), (right, y + 16)], fill=_RULE)
-    _text(draw, (_MARGIN, y + 46), f"Over {angles.count:,} pairs of directions", 17)
+    draw.line([(_MARGIN, y + 16), (right, y + 16)], fill=RULE)
+    draw_text(draw, (_MARGIN, y + 46), f"Over {angles.count:,} pairs of directions", 17)
     summary = (
         f"log-cosine error {angles.log_cosine:.4f}     "
         f"relative error, median {angles.relative_median:.1%}"
     )
-    _text(draw, (_MARGIN, y + 72), summary, 17, _FAINT)
-    bar = np.broadcast_to(magma(np.linspace(0.0, 1.0, _CELL)), (14, _CELL, 3))
-    image.paste(canvas.fromarray(_bytes(bar)), (columns[2], y + 34))
-    for tick, anchor in ((0.0, "ls"), (0.5, "ms"), (1.0, "rs")):
-        at = (columns[2] + tick * _CELL, y + 72)
-        _text(draw, at, f"{tick * scale:g}", 15, _FAINT, anchor=anchor)
+    draw_text(draw, (_MARGIN, y + 72), summary, 17, FAINT)
+    draw_scale(image, draw, (columns[2], y + 34), _CELL, scale)
     return np.array(image)
+
+
+def draw_scale(image: Any, draw: Any, at: tuple[int, int], width: int, end: float) -> None:
+    """The colours of errors from 0 to `end`, with numbers below."""
+    bar = np.broadcast_to(magma(np.linspace(0.0, 1.0, width)), (14, width, 3))
+    image.paste(require("PIL.Image", "render").fromarray(display_bytes(bar)), at)
+    for tick, anchor in ((0.0, "ls"), (0.5, "ms"), (1.0, "rs")):
+        place = (at[0] + tick * width, at[1] + 38)
+        draw_text(draw, place, f"{tick * end:g}", 15, FAINT, anchor=anchor)
 
 
 def _figures(item: LightComparison) -> str:
@@ -142,7 +149,8 @@ def _figures(item: LightComparison) -> str:
     return f"SSIM {errors.ssim:.4f}     PSNR {psnr}     FLIP {errors.flip:.4f}"
 
 
-def _bytes(values: Floats) -> Bytes:
+def display_bytes(values: Floats) -> Bytes:
+    """Bytes of values of display, which are clipped to [0, 1]."""
     quantised: Bytes = np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
     return quantised
 
@@ -159,20 +167,20 @@ def _disk(values: Floats, mask: npt.NDArray[np.bool_]) -> tuple[Bytes, Bytes]:
     rows, columns = (
         np.floor(a * shrink + size / 2.0).astype(int) for a in (axis[:, None], axis[None, :])
     )
-    extended = canvas.fromarray(_bytes(values[rows, columns]))
+    extended = canvas.fromarray(display_bytes(values[rows, columns]))
     enlarged = extended.resize((_CELL, _CELL), canvas.Resampling.BICUBIC)
     axis = np.arange(_CELL) + 0.5 - _CELL / 2.0
     distance = np.hypot(axis, axis[:, None])
     alpha = np.clip(_CELL / 2.0 * (1.0 - MARGIN) - distance, 0.0, 1.0)
-    return np.array(enlarged), _bytes(alpha)
+    return np.array(enlarged), display_bytes(alpha)
 
 
-def _text(
+def draw_text(
     draw: Any,
     at: tuple[float, float],
     text: str,
     size: int,
-    fill: tuple[int, int, int] = _INK,
+    fill: tuple[int, int, int] = INK,
     *,
     anchor: str = "ls",
     limit: float = math.inf,

@@ -12,14 +12,13 @@ import safetensors.numpy
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
+from nacre.btf.codec_file import load_codec, save_codec
 from nacre.btf.networks import (
     CustomNetwork,
     CustomSettings,
     UnifiedNetwork,
     UnifiedSettings,
     Whitening,
-    load_network,
-    save_network,
 )
 from nacre.files import FormatError
 from tests.btf.networks.made import COARSE, texture
@@ -46,8 +45,8 @@ def network(request):
 
 def test_a_network_comes_back_as_it_was(network, tmp_path):
     path, again = tmp_path / "a.safetensors", tmp_path / "b.safetensors"
-    save_network(network, path)
-    after = load_network(path)
+    save_codec(network, path)
+    after = load_codec(path)
     assert type(after) is type(network)
     assert (after.settings, after.whitening) == (network.settings, network.whitening)
     assert (after.metadata, after.values) == (FACTS, network.values)
@@ -57,18 +56,18 @@ def test_a_network_comes_back_as_it_was(network, tmp_path):
     codes = network.encoder(*COARSE)(texels)
     np.testing.assert_array_equal(after.encoder(*COARSE)(texels), codes)
     np.testing.assert_array_equal(after.decoder(*COARSE)(codes), network.decoder(*COARSE)(codes))
-    save_network(after, again)
+    save_codec(after, again)
     assert again.read_bytes() == path.read_bytes()
 
 
 def test_half_precision_takes_half_the_bytes_and_decodes_alike(tmp_path):
     network = UnifiedNetwork(UnifiedSettings(), WHITENING, seed=1)
     whole, half = tmp_path / "whole.safetensors", tmp_path / "half.safetensors"
-    save_network(network, whole)
-    save_network(network, half, "half")
+    save_codec(network, whole)
+    save_codec(network, half, "half")
     assert whole.stat().st_size == pytest.approx(2 * half.stat().st_size, rel=0.01)
     assert half.stat().st_size < 3e6
-    rounded, texels = load_network(half), texture(0).texels(slice(0, 4))
+    rounded, texels = load_codec(half), texture(0).texels(slice(0, 4))
     codes = network.encoder(*COARSE)(texels)
     np.testing.assert_allclose(rounded.encoder(*COARSE)(texels), codes, atol=1e-3)
     decoded = rounded.decoder(*COARSE)(codes)
@@ -107,7 +106,7 @@ def rewrite(path: Path, header, tensors) -> None:
 )
 def test_a_damaged_header_is_an_error_that_names_the_field(tmp_path, place, value, message):
     path = tmp_path / "x.safetensors"
-    save_network(unified(), path)
+    save_codec(unified(), path)
     header, tensors = header_and_tensors(path)
     inside = header
     for key in place[:-1]:
@@ -115,78 +114,78 @@ def test_a_damaged_header_is_an_error_that_names_the_field(tmp_path, place, valu
     inside[place[-1]] = value
     rewrite(path, header, tensors)
     with pytest.raises(FormatError, match=message) as caught:
-        load_network(path)
+        load_codec(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
 
 
 def test_missing_fields_and_tensors_are_named(tmp_path):
     path = tmp_path / "x.safetensors"
-    save_network(unified(), path)
+    save_codec(unified(), path)
     header, tensors = header_and_tensors(path)
     for key in header:
         if key != "values":  # for people
             rewrite(path, {k: v for k, v in header.items() if k != key}, tensors)
             with pytest.raises(FormatError, match=f"'{key}' is missing"):
-                load_network(path)
+                load_codec(path)
     for name in tensors:
         rewrite(path, header, {k: v for k, v in tensors.items() if k != name})
         with pytest.raises(FormatError, match=f"'{name}' is missing"):
-            load_network(path)
+            load_codec(path)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e9])
 def test_numbers_that_are_not_finite_or_too_large_are_refused(tmp_path, wrong):
     path = tmp_path / "x.safetensors"
-    save_network(unified(), path)
+    save_codec(unified(), path)
     header, tensors = header_and_tensors(path)
     tensors["encoder.0.weight"] = tensors["encoder.0.weight"].copy()
     tensors["encoder.0.weight"][0, 0] = wrong
     rewrite(path, header, tensors)
     with pytest.raises(FormatError, match=r"encoder\.0\.weight holds numbers"):
-        load_network(path)
+        load_codec(path)
 
 
 def test_other_types_and_directions_are_refused(tmp_path):
     path = tmp_path / "x.safetensors"
-    save_network(custom(), path)
+    save_codec(custom(), path)
     header, tensors = header_and_tensors(path)
     rewrite(path, header, {k: v.astype(np.float64) for k, v in tensors.items()})
     with pytest.raises(FormatError, match="not float32 or float16"):
-        load_network(path)
+        load_codec(path)
     rewrite(path, header, {**tensors, "wi": 2.0 * tensors["wi"]})
     with pytest.raises(FormatError, match="wi are no unit directions"):
-        load_network(path)
+        load_codec(path)
     rewrite(path, header, {**tensors, "wo": tensors["wo"][:-1]})
     with pytest.raises(FormatError, match="directions have shapes"):
-        load_network(path)
+        load_codec(path)
 
 
 def test_weights_too_large_for_half_precision_are_not_written(tmp_path):
     network, path = unified(), tmp_path / "x.safetensors"
     network.parameters["encoder.0.bias"][0] = 1e5
     with pytest.raises(FormatError, match=r"encoder\.0\.bias"):
-        save_network(network, path, "half")
+        save_codec(network, path, "half")
     assert not path.exists()
 
 
 def test_damaged_files_are_format_errors(network, tmp_path):
     path = tmp_path / "x.safetensors"
-    save_network(network, path)
+    save_codec(network, path)
     whole = path.read_bytes()
     for data in (b"", whole[:100], whole[:-1], whole + b"x"):
         path.write_bytes(data)
         with pytest.raises(FormatError):
-            load_network(path)
+            load_codec(path)
     random, errors = Random(5), []
     for _ in range(60):
         path.write_bytes(mutated(whole, random))
         try:
-            load_network(path)
+            load_codec(path)
         except FormatError as error:
             errors.append(str(error))
     assert len(errors) > 20
     assert not any("\n" in error for error in errors)
     safetensors.numpy.save_file({"x": np.zeros(1, np.float32)}, path, {"nacre": "{}"})
-    with pytest.raises(FormatError, match="not a network of texels"):
-        load_network(path)
+    with pytest.raises(FormatError, match="not a model of textures"):
+        load_codec(path)

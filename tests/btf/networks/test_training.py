@@ -16,11 +16,11 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
+from nacre.btf.codec_file import load_codec
 from nacre.btf.networks import (
     CustomSettings,
     TrainingRecipe,
     UnifiedSettings,
-    load_network,
     train_network,
 )
 from nacre.files import NacreError
@@ -232,7 +232,8 @@ def test_events_for_tensorboard_hold_the_losses(tmp_path):
 SCRIPT = """
 import json, sys
 from pathlib import Path
-from nacre.btf.networks import save_network, train_network
+from nacre.btf.codec_file import save_codec
+from nacre.btf.networks import train_network
 from nacre.btf.networks.distributed import processes
 from tests.btf.networks.test_training import FILES, RECIPE, SMALL
 settings = json.loads(sys.argv[2])
@@ -243,7 +244,7 @@ with processes("cpu") as (members, device):
     network = train_network(
         list(range(4)), FILES.__getitem__, SMALL, RECIPE, device=device, members=members, **settings
     )
-    save_network(network, folder / f"{members.rank} of {members.size}.safetensors")
+    save_codec(network, folder / f"{members.rank} of {members.size}.safetensors")
 """
 
 
@@ -259,7 +260,7 @@ def start(folder: Path, *launcher: str, **settings) -> subprocess.Popen[bytes]:
 def test_two_processes_train_one_network_and_it_is_that_of_one_process(tmp_path):
     launcher = "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"
     assert start(tmp_path, *launcher, steps=5).wait(120) == 0
-    first, second = (load_network(tmp_path / f"{rank} of 2.safetensors") for rank in (0, 1))
+    first, second = (load_codec(tmp_path / f"{rank} of 2.safetensors") for rank in (0, 1))
     assert same(first, second)
     alone = train(steps=5).arrays()
     for name, array in first.arrays().items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from nacre.btf.basis.network_training import SkipTraining, Tensor, descend, torc
 from nacre.btf.basis.posterior import Observation, Prior
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.skip_network import SkipNetwork
+from nacre.btf.basis.stages import Stages
 from nacre.channels import TURNS
 from nacre.progress import Progress
 
@@ -38,7 +40,11 @@ class Networks(NamedTuple):
 
 
 def train_codes(
-    data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe, report: Progress
+    data: TrainingTexels,
+    functions: FunctionValues,
+    recipe: BasisRecipe,
+    report: Progress,
+    stages: Stages,
 ) -> Networks:
     """The networks between coefficients and codes, the one that completes coefficients, the prior.
 
@@ -50,12 +56,12 @@ def train_codes(
         At all directions, over which they are orthonormal.
     recipe
         Sizes and efforts.
-    report
-        Called as it goes on.
+    report, stages
+        Called as it goes on, and where steps are kept.
     """
-    training = _Training(data, functions, recipe)
-    encode, decode = training.autoencoder(report)
-    complete = training.completion(report)
+    training = _Training(data, functions, recipe, report, stages)
+    encode, decode = training.autoencoder()
+    complete = training.completion()
     return Networks(complete, encode, decode, training.prior(complete))
 
 
@@ -63,9 +69,14 @@ class _Training:
     """Texels to train on, and what is found on the way."""
 
     def __init__(
-        self, data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe
+        self,
+        data: TrainingTexels,
+        functions: FunctionValues,
+        recipe: BasisRecipe,
+        report: Progress,
+        stages: Stages,
     ) -> None:
-        self._data, self._recipe = data, recipe
+        self._data, self._recipe, self._report, self._stages = data, recipe, report, stages
         self._first = _first_prior(data)
         self._estimates, self._known = _estimates(data, functions, self._first)
         self._generator = torch.Generator().manual_seed(recipe.seed)
@@ -74,7 +85,7 @@ class _Training:
         self._values = torch.from_numpy(data.values)
         self._residuals = torch.from_numpy(data.residuals)
 
-    def autoencoder(self, report: Progress) -> tuple[SkipNetwork, SkipNetwork]:
+    def autoencoder(self) -> tuple[SkipNetwork, SkipNetwork]:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.values)
@@ -88,10 +99,10 @@ class _Training:
             return self._error(found - seen, parts)
 
         parameters = [*encode.parameters, *decode.parameters]
-        descend(parameters, [], loss, self._recipe.code_steps, "codes", report)
+        self._descend(parameters, loss, "codes")
         return encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
 
-    def completion(self, report: Progress) -> SkipNetwork:
+    def completion(self) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
         deviations, count = self._first.deviations, self._values.shape[1]
         identity = np.eye(count, dtype=np.float32)
@@ -108,7 +119,7 @@ class _Training:
             found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        descend(complete.parameters, [], loss, self._recipe.code_steps, "completion", report)
+        self._descend(complete.parameters, loss, "completion")
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -124,6 +135,10 @@ class _Training:
         covariance /= len(self._estimates) * len(values)
         noise = _CAUTION * 3.0 * float(np.exp(np.log(residuals / energy).mean()))
         return replace(self._first, covariance=covariance.astype(np.float32), relative_noise=noise)
+
+    def _descend(self, parameters: list[Tensor], loss: Callable[[int], Tensor], stage: str) -> None:
+        steps = self._recipe.code_steps
+        descend(parameters, [], loss, steps, stage, self._report, self._generator, self._stages)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from nacre.btf.basis.components import principal_functions
 from nacre.btf.basis.functions import INPUTS, AngularFunctions, direction_inputs
 from nacre.btf.basis.network_training import Tensor, dense, descend, to_layer, torch
 from nacre.btf.basis.recipe import BasisRecipe
+from nacre.btf.basis.stages import Stages
 from nacre.channels import split_colors
 from nacre.layer import Layer
 from nacre.progress import Progress
@@ -23,14 +25,32 @@ _DARK = 0.02
 """Added to the brightness of texels, so that black ones do not weigh endlessly."""
 
 
-def train_functions(
+@dataclass(frozen=True, eq=False)
+class Components:
+    """Principal components of texels at pairs of directions.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions, shape (n, 3).
+    table
+        The mean, then components of grey values, then those of pairs, each of the size that it has
+        in texels, shape (n, 1 + greys + chromas).
+    """
+
+    wi: Floats
+    wo: Floats
+    table: Floats
+
+
+def principal_components(
     texels: Floats,
     wi: Floats,
     wo: Floats,
     orders: list[npt.NDArray[Any]],
     recipe: BasisRecipe,
     report: Progress,
-) -> AngularFunctions:
+) -> Components:
     """Functions whose sums are closest to texels, with weights by one over their brightness.
 
     Parameters
@@ -73,13 +93,24 @@ def train_functions(
         ],
         axis=1,
     )
-    return _regressed(table, direction_inputs(wi, wo), recipe, report)
+    return Components(wi, wo, table)
 
 
-def _regressed(
-    table: Floats, inputs: Floats, recipe: BasisRecipe, report: Progress
+def train_functions(
+    components: Components, recipe: BasisRecipe, report: Progress, stages: Stages
 ) -> AngularFunctions:
-    """A network of the columns of a table; all but the first become orthonormal there."""
+    """A network of components; all but the mean become orthonormal at their directions.
+
+    Parameters
+    ----------
+    components
+        What it learns.
+    recipe
+        Sizes and efforts.
+    report, stages
+        Called as it goes on, and where steps are kept.
+    """
+    table, inputs = components.table, direction_inputs(components.wi, components.wo)
     generator = torch.Generator().manual_seed(recipe.seed)
     sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
     layers = [dense(a, b, generator) for a, b in itertools.pairwise(sizes)]
@@ -105,7 +136,7 @@ def _regressed(
 
     matrices = [weights for weights, _ in layers[1:-2]]
     vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
-    descend(vectors, matrices, loss, recipe.function_steps, "functions", report)
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, stages)
     first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
     first = Layer(first.weights / spread[:, None], first.biases - (shift / spread) @ first.weights)
     with torch.no_grad():

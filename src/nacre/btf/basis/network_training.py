@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.btf.basis.skip_network import SkipNetwork
+from nacre.btf.basis.stages import Stages
 from nacre.device import one_thread
 from nacre.files import NacreError, require
 from nacre.layer import Layer
@@ -28,6 +28,8 @@ def descend(
     steps: int,
     stage: str,
     report: Progress,
+    generator: Any,
+    stages: Stages,
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
@@ -41,6 +43,8 @@ def descend(
         Of a step.
     steps, stage, report
         How many, their name, and what is called as they go on.
+    generator, stages
+        What the loss draws from, and where steps are kept.
 
     Raises
     ------
@@ -51,33 +55,24 @@ def descend(
     if matrices:
         muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
         optimisers.append((muon, _MATRIX_RATE))
+    last = math.inf
+    changed = [*vectors, *matrices]
     with one_thread():
-        last = _steps(optimisers, loss, steps, partial(report, stage))
+        for step in stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator):
+            fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
+            fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
+            current = loss(step)
+            for optimiser, _ in optimisers:
+                optimiser.zero_grad()
+            current.backward()
+            for optimiser, rate in optimisers:
+                optimiser.param_groups[0]["lr"] = rate * fraction
+                optimiser.step()
+            if (step + 1) % 50 == 0 or step + 1 == steps:
+                last = float(current.item())
+                report(stage, step + 1, steps, f"loss {last:.4g}")
     if not math.isfinite(last):
         raise NacreError(f"{stage} diverged; take another seed")
-
-
-def _steps(
-    optimisers: list[tuple[Any, float]],
-    loss: Callable[[int], Tensor],
-    steps: int,
-    report: Callable[[int, int, str], None],
-) -> float:
-    last = math.inf
-    for step in range(steps):
-        fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
-        fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
-        current = loss(step)
-        for optimiser, _ in optimisers:
-            optimiser.zero_grad()
-        current.backward()
-        for optimiser, rate in optimisers:
-            optimiser.param_groups[0]["lr"] = rate * fraction
-            optimiser.step()
-        if (step + 1) % 50 == 0 or step + 1 == steps:
-            last = float(current.item())
-            report(step + 1, steps, f"loss {last:.4g}")
-    return last
 
 
 def dense(inputs: int, outputs: int, generator: Any, gain: float = 1.0) -> tuple[Tensor, Tensor]:

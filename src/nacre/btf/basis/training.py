@@ -9,9 +9,20 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.basis.code_training import train_codes
 from nacre.btf.basis.codec import BasisCodec
-from nacre.btf.basis.coefficients import partial_measurements, random_texels, training_texels
-from nacre.btf.basis.function_training import train_functions
+from nacre.btf.basis.coefficients import (
+    TrainingTexels,
+    partial_measurements,
+    random_texels,
+    training_texels,
+)
+from nacre.btf.basis.function_training import (
+    Components,
+    principal_components,
+    train_functions,
+)
+from nacre.btf.basis.functions import AngularFunctions
 from nacre.btf.basis.recipe import BasisRecipe
+from nacre.btf.basis.stages import Stages
 from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.texture import Btf
 from nacre.files import NacreError
@@ -19,7 +30,10 @@ from nacre.progress import Progress, silent
 
 
 def train_basis(
-    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress = silent
+    textures: Sequence[Callable[[], Btf]],
+    recipe: BasisRecipe,
+    progress: Progress = silent,
+    stages: Stages | None = None,
 ) -> BasisCodec:
     """The default codec, learned from textures of the same pairs of directions.
 
@@ -34,21 +48,35 @@ def train_basis(
         Sizes and efforts.
     progress
         Called as it goes on.
+    stages
+        Where results are kept, from which a later call goes on.
 
     Raises
     ------
     NacreError
         If there are too few texels, or directions differ.
     """
-    wi, wo, texels = _gathered(textures, recipe, progress)
-    orders = symmetric_turns(wi, wo)
-    functions = train_functions(texels, wi, wo, orders, recipe, progress)
-    del texels
+    kept = stages or Stages()
+
+    def found_components() -> Components:
+        wi, wo, texels = _gathered(textures, recipe, progress)
+        return principal_components(texels, wi, wo, symmetric_turns(wi, wo), recipe, progress)
+
+    components = kept.result("components", Components, found_components)
+    functions = kept.result(
+        "functions", AngularFunctions, lambda: train_functions(components, recipe, progress, kept)
+    )
+    wi, wo = components.wi, components.wo
     values = functions(wi, wo)
-    random = np.random.default_rng(recipe.seed)
-    subsets = partial_measurements(wi, wo, random)
-    data = training_texels(textures, values, orders, subsets, recipe.coded_texels, random, progress)
-    return BasisCodec(functions, *train_codes(data, values, recipe, progress))
+
+    def found_texels() -> TrainingTexels:
+        random = np.random.default_rng(recipe.seed)
+        subsets = partial_measurements(wi, wo, random)
+        orders, count = symmetric_turns(wi, wo), recipe.coded_texels
+        return training_texels(textures, values, orders, subsets, count, random, progress)
+
+    data = kept.result("coefficients", TrainingTexels, found_texels)
+    return BasisCodec(functions, *train_codes(data, values, recipe, progress, kept))
 
 
 def _gathered(

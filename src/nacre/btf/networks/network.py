@@ -52,6 +52,7 @@ class TexelNetwork(TexelCodec):
 
     model: ClassVar[str]
     """What files and commands call the network."""
+    uses_all_cores = True
     fixed_directions: bool = False
     """Whether texels are encoded at one set of pairs of directions only."""
 

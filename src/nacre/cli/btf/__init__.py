@@ -8,10 +8,13 @@ from nacre.cli.group import LazyGroup
 
 _COMMANDS: dict[str, str] = {
     "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
+    "compare": "Errors of one texture against another.",
     "convert": "Write a texture in another format.",
+    "decode": "Write the texture that was encoded.",
+    "encode": "Make the texels of a texture into a few values each.",
     "info": "Show what is in a texture.",
     "picture": "Show a texture under some lights from some views.",
-    "train": "Train a network that encodes textures.",
+    "train": "Train a model that encodes textures.",
 }
 
 

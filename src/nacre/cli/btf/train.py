@@ -6,10 +6,25 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import Stages, check_outputs, console, file_path
 from nacre.files import NacreError
+
+_NETWORKS_ONLY = (
+    "recipe_name",
+    "minutes",
+    "pooling",
+    "decoder",
+    "loss",
+    "batch",
+    "learning_rate",
+    "patience",
+    "bfloat16",
+    "device",
+    "events",
+)
 
 
 @click.command("train")
@@ -17,20 +32,21 @@ from nacre.files import NacreError
 @click.option("-o", "--output", required=True, type=file_path(), help="Model (.safetensors).")
 @click.option(
     "--model",
-    type=click.Choice(["unified", "custom"]),
-    default="unified",
-    help="unified: encodes textures of any directions (Rainer et al. 2020). custom: those of one "
-    "set of directions, made for one texture (Rainer et al. 2019).",
+    type=click.Choice(["basis", "unified", "custom"]),
+    default="basis",
+    help="basis: ours, encodes textures of any directions, trained on those of one set in minutes. "
+    "unified: of any directions (Rainer et al. 2020). custom: of one set of directions, made for "
+    "one texture (Rainer et al. 2019).",
 )
 @click.option(
     "--recipe",
     "recipe_name",
     type=click.Choice(["reference", "efficient"]),
     default="efficient",
-    help="reference: as the paper trains, which takes days. efficient: ours.",
+    help="Of networks. reference: as the paper trains, which takes days. efficient: ours.",
 )
 @click.option("--minutes", type=click.FloatRange(0.0, min_open=True), help="Length, about.")
-@click.option("--steps", type=click.IntRange(1), help="Length.  [default: the recipe's epochs]")
+@click.option("--steps", type=click.IntRange(1), help="Length; of basis, steps of both its stages.")
 @click.option(
     "--latent",
     type=click.IntRange(1, 1024),
@@ -68,7 +84,9 @@ from nacre.files import NacreError
 )
 @click.option("--resume", is_flag=True, help="Go on where the same command was stopped.")
 @pixels_option
+@click.pass_context
 def command(
+    context: click.Context,
     files: tuple[Path, ...],
     output: Path,
     model: str,
@@ -90,31 +108,36 @@ def command(
     resume: bool,
     pixels: Any,
 ) -> None:
-    """Train a network that makes texels of the textures in FILES into a few values, and back.
+    """Train a model that makes texels of the textures in FILES into a few values, and back.
 
-    Beside the output it keeps a table of the losses (.csv) and, until it is done, its state: after
-    Ctrl-C nothing is lost, and a minute at most when it is killed. Several processes train
-    together where torchrun starts them: torchrun --nproc-per-node 2 -m nacre btf train ...
+    Beside the output it keeps its state until it is done, from which --resume goes on: after Ctrl-C
+    nothing is lost, and a minute at most when it is killed. Of unified and custom there is a table
+    of the losses too (.csv), and several processes train together where torchrun starts them:
+    torchrun --nproc-per-node 2 -m nacre btf train ...
     """
-    from functools import partial
-
-    from nacre.btf.formats import load
-    from nacre.btf.networks import CustomSettings, TrainingRecipe, UnifiedSettings
-    from nacre.btf.networks.distributed import processes
-    from nacre.btf.networks.file import save_network
-    from nacre.btf.networks.training import train_network
-
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: a model is a .safetensors file")
     if steps is not None and minutes is not None:
         raise click.BadParameter("--steps and --minutes: give one of them")
+    if model == "basis":
+        for name in _NETWORKS_ONLY:
+            if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+                option = "--recipe" if name == "recipe_name" else f"--{name.replace('_', '-')}"
+                raise click.BadParameter(f"{option} is for --model unified and custom")
+        _train_basis(files, output, pixels, steps, latent, seed, half, resume)
+        return
     if model == "custom" and pooling is not None:
         raise click.BadParameter("--pooling is for --model unified")
+    from functools import partial
+
+    from nacre.btf.codec_file import save_codec
+    from nacre.btf.formats import load
+    from nacre.btf.networks import CustomSettings, TrainingRecipe, UnifiedSettings
+    from nacre.btf.networks.distributed import processes
+    from nacre.btf.networks.training import train_network
+
     state, journal = output.with_name(f"{output.name}.state"), output.with_suffix(".csv")
-    if state.exists() and not resume:
-        raise NacreError(
-            f"{state}: a training was stopped here; add --resume to go on, or remove the file"
-        )
+    _check_begun([state] if state.exists() else [], resume)
     check_outputs([output, state, journal], files)
     sizes = {"latent": latent, "pooling": pooling, "decoder": decoder}
     given = {key: value for key, value in sizes.items() if value is not None}
@@ -147,10 +170,64 @@ def command(
         )
     if members.rank:
         return
-    save_network(network, output, "half" if half else "single")
+    save_codec(network, output, "half" if half else "single")
     state.unlink(missing_ok=True)
     facts = [f"{network.metadata['steps']:,} steps", f"{network.values} values a code"]
     if network.metadata["held out"] is not None:
         facts.append(f"loss on held-out texels {network.metadata['held out']:.4f}")
     facts.append(f"{output.stat().st_size:,} bytes")
     console.print(f"{output}: {', '.join(facts)}", markup=False)
+
+
+def _train_basis(
+    files: tuple[Path, ...],
+    output: Path,
+    pixels: Any,
+    steps: int | None,
+    latent: int | None,
+    seed: int,
+    half: bool,
+    resume: bool,
+) -> None:
+    """Train the default codec."""
+    from dataclasses import asdict, replace
+    from functools import partial
+
+    from nacre.btf.basis.recipe import BasisRecipe
+    from nacre.btf.basis.stages import Stages as KeptStages
+    from nacre.btf.basis.training import train_basis
+    from nacre.btf.codec_file import save_codec
+    from nacre.btf.formats import load
+
+    recipe = BasisRecipe(seed=seed)
+    if latent is not None:
+        most = recipe.greys + 2 * recipe.chromas
+        if latent > most:
+            raise click.BadParameter(f"--latent: basis has up to {most} values a code")
+        recipe = replace(recipe, values=latent)
+    if steps is not None:
+        share = recipe.function_steps / (recipe.function_steps + recipe.code_steps)
+        first = max(1, round(share * steps))
+        recipe = replace(recipe, function_steps=first, code_steps=max(1, steps - first))
+    sources = [(path.resolve().name, path.stat().st_size) for path in files if path.exists()]
+    kept = KeptStages(output.with_name(f"{output.name}.state"), f"{recipe} {sources} {pixels}")
+    _check_begun(kept.files, resume)
+    check_outputs([output], files)
+    textures = [partial(load, path, pixels) for path in files]
+    with Stages() as stages:
+        codec = train_basis(textures, recipe, stages.add(output.stem), kept)
+    facts = {"materials": [path.stem for path in files], "training": asdict(recipe)}
+    save_codec(replace(codec, metadata=facts), output, "half" if half else "single")
+    kept.remove()
+    console.print(
+        f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, {codec.values} values a "
+        f"code, {output.stat().st_size:,} bytes",
+        markup=False,
+    )
+
+
+def _check_begun(files: list[Path], resume: bool) -> None:
+    if files and not resume:
+        raise NacreError(
+            f"{files[0]}: a training was stopped here; add --resume to go on, or remove the file"
+        )

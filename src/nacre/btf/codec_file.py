@@ -1,0 +1,102 @@
+"""Codecs of every kind as `.safetensors` files: tensors, and what they mean as JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nacre.btf.basis.codec import BasisCodec
+from nacre.btf.basis.file import MODEL, pack_basis, unpack_basis
+from nacre.btf.codec import TexelCodec
+from nacre.files import FormatError, PathLike, check_json, write_encoded
+from nacre.tensors import Tensors, damage_named, from_file, to_bytes
+
+KEY = "nacre texel network"
+"""Name of the header in a file."""
+LIMIT = 1 << 28
+"""Bytes of a file."""
+_NETWORKS = "unified", "custom"
+
+
+def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "single") -> None:
+    """Write a codec; the same codec gives the same bytes.
+
+    Parameters
+    ----------
+    codec, path
+        What to write, and where.
+    precision
+        Of the weights; see :func:`pack_codec`.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written, or a weight is too large.
+    """
+
+    def encode(content: TexelCodec) -> bytes:
+        return to_bytes(KEY, *pack_codec(content, precision), LIMIT)
+
+    write_encoded(path, encode, codec)
+
+
+def load_codec(path: PathLike) -> TexelCodec:
+    """Read a codec.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a whole codec of a kind and version we know.
+    MissingExtraError
+        If the codec is a network of the papers and PyTorch is not installed.
+    """
+    header, tensors = from_file(path, KEY, LIMIT, "a model of textures")
+    with damage_named(path):
+        return unpack_codec(header, tensors)
+
+
+def pack_codec(
+    codec: TexelCodec, precision: str | None = "single"
+) -> tuple[dict[str, Any], Tensors]:
+    """Header and tensors of a codec.
+
+    Parameters
+    ----------
+    codec
+        To pack.
+    precision
+        Of the weights, one of :data:`nacre.tensors.PRECISIONS`; the least that changes no weight
+        where None.
+
+    Raises
+    ------
+    FormatError
+        If a weight is not finite or too large.
+    """
+    if isinstance(codec, BasisCodec):
+        return pack_basis(codec, precision)
+    from nacre.btf.networks.file import pack_network
+    from nacre.btf.networks.network import TexelNetwork
+
+    if not isinstance(codec, TexelNetwork):
+        raise FormatError(f"a {type(codec).__name__} is of no kind that files hold")
+    return pack_network(codec, precision)
+
+
+def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
+    """The codec that :func:`pack_codec` packed.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError, AttributeError, OverflowError
+        If a field is missing or bad.
+    MissingExtraError
+        See :func:`load_codec`.
+    """
+    check_json(header)  # so that what was read can be written again
+    if header["model"] == MODEL:
+        return unpack_basis(header, tensors)
+    if header["model"] not in _NETWORKS:
+        raise ValueError(f"unknown model {header['model']!r}; update nacre")
+    from nacre.btf.networks.file import unpack_network
+
+    return unpack_network(header, tensors)

@@ -1,0 +1,113 @@
+"""How far values of one texture are from those of another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+
+BIN = 15.0
+"""Degrees of polar angle of the view that are told apart."""
+_BINS = round(90.0 / BIN)
+_EDGE = 0.05
+"""Degrees that a ring on an edge may be off."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of reflectance factors over texels, pairs of directions and channels.
+
+    Parameters
+    ----------
+    count
+        Values that were compared.
+    mse
+        Mean squared error.
+    mae
+        Mean absolute error.
+    relative
+        Root of the mean squared error over that of the mean square of the truth; NaN where the
+        truth is black.
+    by_elevation
+        Of each range of polar angles of the view that has pairs: its ends in degrees, and the mean
+        squared error.
+    """
+
+    count: int
+    mse: float
+    mae: float
+    relative: float
+    by_elevation: tuple[tuple[float, float, float], ...]
+
+    @property
+    def psnr(self) -> float:
+        """Peak signal-to-noise ratio in dB, for a peak of 1, perfect white."""
+        return math.inf if self.mse == 0.0 else -10.0 * math.log10(self.mse)
+
+    def facts(self) -> dict[str, Any]:
+        """JSON-able, mean squares times 10,000 as papers print them."""
+        return {
+            "values compared": self.count,
+            "MSE x 1e4": 1e4 * self.mse,
+            "MAE": self.mae,
+            "PSNR": self.psnr if math.isfinite(self.psnr) else None,
+            "relative RMSE": self.relative if math.isfinite(self.relative) else None,
+            "MSE x 1e4 by view": {
+                f"{low:g}-{high:g} degrees": 1e4 * mse for low, high, mse in self.by_elevation
+            },
+        }
+
+
+class ErrorSums:
+    """Adds up errors of parts of a texture.
+
+    Parameters
+    ----------
+    sums
+        Those of an earlier one, to go on from.
+    """
+
+    def __init__(self, sums: npt.NDArray[np.float64] | None = None) -> None:
+        self.sums = np.zeros((_BINS, 4)) if sums is None else sums.copy()
+        """Of each range of views: values, squared errors, absolute errors, squared truth."""
+        if self.sums.shape != (_BINS, 4):
+            raise ValueError(f"sums are {self.sums.shape}, expected {(_BINS, 4)}")
+
+    def add(self, truth: Floats, other: Floats, wo: Floats) -> Floats:
+        """Count texels, shape (b, n, 3) each, seen from `wo` of shape (n, 3).
+
+        Returns the mean squared error of every texel, shape (b,).
+        """
+        difference = other - truth
+        texels = np.einsum("bnc,bnc->b", difference, difference) / difference[0].size
+        squares = np.einsum("bnc,bnc->n", difference, difference)
+        absolute = np.abs(difference, out=difference).sum((0, 2))
+        truths = np.einsum("bnc,bnc->n", truth, truth)
+        polar = np.degrees(np.arccos(np.clip(wo[:, 2], -1.0, 1.0)))
+        bins = np.clip((polar + _EDGE) / BIN, 0, _BINS - 1).astype(int)
+        for column, values in enumerate((squares, absolute, truths), 1):
+            self.sums[:, column] += np.bincount(bins, values, _BINS)
+        self.sums[:, 0] += np.bincount(bins, minlength=_BINS) * (3 * len(truth))
+        return np.asarray(texels)
+
+    def result(self) -> Errors:
+        """The errors of all that was counted; NaN where there is none."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            count, squares, absolute, truths = self.sums.sum(0)
+            means = self.sums[:, 1] / self.sums[:, 0]
+            return Errors(
+                int(count),
+                float(np.float64(squares) / count),
+                float(np.float64(absolute) / count),
+                float(np.sqrt(np.float64(squares) / truths)) if truths else math.nan,
+                tuple(
+                    (BIN * index, BIN * (index + 1), float(mean))
+                    for index, mean in enumerate(means)
+                    if self.sums[index, 0]
+                ),
+            )

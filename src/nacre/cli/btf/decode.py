@@ -1,0 +1,57 @@
+"""`nacre btf decode`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from nacre.cli.console import Stages, check_outputs, console, file_path
+
+if TYPE_CHECKING:
+    from nacre.array import Floats
+
+
+@click.command("decode")
+@click.argument("source", type=file_path())
+@click.option("-o", "--output", required=True, type=file_path(), help="File to write.")
+@click.option(
+    "--directions",
+    metavar="bonn|utia|PATH",
+    help="Pairs of directions: every light with every view of a dome; those of another texture; or "
+    "a list (.csv) with columns as of photographs. Default: those of the texture that was encoded.",
+)
+def command(source: Path, output: Path, directions: str | None) -> None:
+    """Write the texture that was encoded in SOURCE to a file, in the format of its name."""
+    from nacre.btf.formats import save, target
+    from nacre.btf.latent_file import load_latent_map
+    from nacre.btf.latent_map import NeuralBtf
+
+    target(output)
+    check_outputs([output], [source])
+    btf = NeuralBtf(load_latent_map(source))
+    if directions is not None:
+        btf = btf.decoded(*_pairs(directions))
+    with Stages() as stages:
+        save(btf, output, progress=stages.add(output.stem))
+    size = output.stat().st_size
+    console.print(
+        f"{output}: {btf.width} x {btf.height} texels, {btf.pair_count:,} pairs, {size:,} bytes",
+        markup=False,
+    )
+
+
+def _pairs(directions: str) -> tuple[Floats, Floats]:
+    from nacre.btf.domes import BONN, UTIA
+    from nacre.btf.formats import load
+    from nacre.btf.photographs import read_pairs
+
+    domes = {"bonn": BONN, "utia": UTIA}
+    if directions.lower() in domes:
+        return domes[directions.lower()].pairs()
+    path = Path(directions)
+    if path.suffix.lower() == ".csv":
+        return read_pairs(path)
+    btf = load(path)
+    return btf.wi, btf.wo

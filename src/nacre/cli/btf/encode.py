@@ -1,0 +1,137 @@
+"""`nacre btf encode`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from nacre.cli.btf.options import pixels_option
+from nacre.cli.console import Stages, check_outputs, console, file_path, print_facts
+from nacre.files import FormatError, NacreError, digest
+
+if TYPE_CHECKING:
+    from nacre.btf.image_folder import Quantity
+    from nacre.btf.latent_map import CodecFile
+
+
+@click.command("encode")
+@click.argument("source", type=file_path())
+@click.option("-o", "--output", required=True, type=file_path(), help="File (.safetensors).")
+@click.option(
+    "--model", required=True, type=file_path(), help="What encodes it; see nacre btf train."
+)
+@click.option(
+    "--embed/--reference",
+    default=True,
+    help="Whether the model is written into the file, or named in it: it must then stay beside it. "
+    "Default: embed.",
+)
+@click.option("--half", is_flag=True, help="Write codes in half precision.")
+@click.option(
+    "--texels-per-block",
+    type=click.IntRange(1),
+    help="Texels in memory at a time.  [default: 256 MB of values]",
+)
+@click.option("--resume", is_flag=True, help="Go on where the same command was stopped.")
+@pixels_option
+def command(
+    source: Path,
+    output: Path,
+    model: Path,
+    embed: bool,
+    half: bool,
+    texels_per_block: int | None,
+    resume: bool,
+    pixels: Quantity | None,
+) -> None:
+    """Make the texels of the texture at SOURCE into a few values each, and tell the error.
+
+    SOURCE is a file, a folder of images, or a list of photographs (.csv). What is written is a
+    texture to all commands: it is decoded at the directions of SOURCE as it is used, or by nacre
+    btf decode at any others. Until all is done, a state beside the output keeps the codes: after
+    Ctrl-C nothing is lost, and a minute at most when it is killed. Images are read first, into a
+    temporary file; that much is done again.
+    """
+    from nacre.btf.codec_file import load_codec
+    from nacre.btf.encoding import encode
+    from nacre.btf.formats import load
+    from nacre.btf.latent_file import save_latent_map
+    from nacre.btf.latent_map import LatentMap
+    from nacre.btf.transposition import by_texel
+
+    if output.suffix.lower() != ".safetensors":
+        raise click.BadParameter(f"{output}: an encoded texture is a .safetensors file")
+    reference = None if embed else _reference(model, output)
+    state = output.with_name(f"{output.name}.state")
+    if state.exists() and not resume:
+        raise NacreError(
+            f"{state}: an encoding was stopped here; add --resume to go on, or remove the file"
+        )
+    check_outputs([output, state], [source, model])
+    codec = load_codec(model)
+    btf = load(source, pixels)
+    began = time.monotonic()
+    with Stages() as stages:
+        progress = stages.add(output.stem)
+        with by_texel(btf, output.parent, progress=progress) as texels:
+            found = encode(
+                texels,
+                codec,
+                half=half,
+                texels_per_block=texels_per_block,
+                state=state,
+                mark=f"{_identity(source)} {digest(model)}",
+                progress=progress,
+            )
+    seconds = time.monotonic() - began
+    errors = found.errors.facts() | {"pairs compared a texel": found.compared}
+    facts: dict[str, Any] = {"source": _source(source), "model": model.name, "errors": errors}
+    latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
+    save_latent_map(latent, output)
+    state.unlink(missing_ok=True)
+    before, after = _size(source), output.stat().st_size
+    by_view = errors.pop("MSE x 1e4 by view")
+    rows = [
+        ("texels", f"{btf.width} x {btf.height}, {codec.values} values each"),
+        *errors.items(),
+        *((f"MSE x 1e4, views {name}", mse) for name, mse in by_view.items()),
+        ("seconds", seconds),
+        ("bytes of codes", found.codes.nbytes),
+        ("bytes", after),
+        ("bytes of the source", before),
+        ("ratio", before / after),
+    ]
+    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
+    print_facts(output.name, rows, units)
+    if not embed:
+        console.print(f"{output}: keep {model.name} beside it", markup=False)
+
+
+def _reference(model: Path, output: Path) -> CodecFile:
+    from nacre.btf.latent_map import CodecFile
+
+    if model.resolve().parent != output.resolve().parent:
+        raise FormatError(
+            f"{model}: --reference names a model in the folder of {output}; copy it there, or embed"
+        )
+    return CodecFile(model.name, digest(model))
+
+
+def _identity(source: Path) -> str:
+    """What tells a source from another, or from itself changed, without reading it."""
+    facts = source.stat()
+    return f"{source.resolve()} {facts.st_size} {facts.st_mtime_ns}"
+
+
+def _source(source: Path) -> dict[str, Any]:
+    return {"file": source.resolve().name, "sha256": digest(source) if source.is_file() else None}
+
+
+def _size(source: Path) -> int:
+    """Bytes of a file, or of the files in a folder."""
+    if source.is_file():
+        return source.stat().st_size
+    return sum(path.stat().st_size for path in source.rglob("*") if path.is_file())

@@ -1,0 +1,191 @@
+"""`nacre btf encode`, `decode` and `compare`, from a texture to a report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nacre import btf
+from nacre.btf import UTIA, NeuralBtf, TableBtf, encoding, save_codec
+from tests.btf.basis.made import codec
+from tests.cli.support import run
+from tests.specimens.images import png_bytes
+
+
+@pytest.fixture
+def felt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TableBtf:
+    """`felt.npz`, which the codec in `model.safetensors` can express."""
+    monkeypatch.chdir(tmp_path)
+    save_codec(codec(), "model.safetensors")
+    codes = np.random.default_rng(8).normal(size=(12, 2)).astype(np.float32)
+    values = codec().decoder(*UTIA.pairs())(codes).reshape(3, 4, -1, 3)
+    made = TableBtf(values, *UTIA.pairs(), "felt")
+    btf.save(made, "felt.npz")
+    return made
+
+
+ENCODE = "btf", "encode", "felt.npz", "-o", "felt.safetensors", "--model", "model.safetensors"
+
+
+def test_the_way_from_a_texture_to_a_report(felt, capsys):
+    assert run(*ENCODE) == 0
+    shown = capsys.readouterr().out
+    assert "4 x 3, 2 values each" in shown
+    assert "pairs compared a texel" in shown
+    found = btf.load("felt.safetensors")
+    assert isinstance(found, NeuralBtf)
+    metadata = found.latent.metadata
+    assert metadata["source"]["file"] == "felt.npz"
+    assert len(metadata["source"]["sha256"]) == 64
+    assert metadata["errors"]["pairs compared a texel"] == 6561
+    assert not Path("felt.safetensors.state").exists()
+
+    assert run("btf", "decode", "felt.safetensors", "-o", "again.npz") == 0
+    assert "again.npz: 4 x 3 texels, 6,561 pairs" in capsys.readouterr().out
+    report = "btf", "compare", "felt.npz", "again.npz"
+    assert run(*report, "--json", "--picture", "sheet.png") == 0
+    figures = json.loads(capsys.readouterr().out)
+    difference = btf.load("again.npz").texels(slice(None)) - felt.texels(slice(None))
+    mse = 1e4 * np.mean(difference.astype(float) ** 2)
+    assert figures["errors"]["MSE x 1e4"] == pytest.approx(mse, rel=1e-4)
+    assert metadata["errors"]["MSE x 1e4"] == pytest.approx(mse, rel=0.05)
+    assert figures["pairs"] == 6561
+    assert len(figures["worst texels"]) == 5
+    image = pytest.importorskip("PIL.Image")
+    with image.open("sheet.png") as picture:
+        assert picture.size == (880, 1634)
+        assert len(picture.getcolors(1 << 20)) > 50
+    assert run("btf", "compare", "felt.npz", "felt.safetensors", "--pairs", 50) == 0
+    shown = capsys.readouterr().out
+    for words in ("felt.safetensors against felt.npz", "PSNR", "75-90 degrees", "worst texels"):
+        assert words in shown
+
+
+def test_other_directions(felt, capsys):
+    assert run(*ENCODE, "--half") == 0
+    Path("list.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,10\n45,90,0,0\n")
+    for directions, count in (("bonn", 22801), ("utia", 6561), ("list.csv", 2), ("felt.npz", 6561)):
+        options = "-o", "x.npz", "--directions", directions
+        assert run("btf", "decode", "felt.safetensors", *options) == 0
+        assert btf.load("x.npz").pair_count == count
+    capsys.readouterr()
+    for content, message in (
+        ("theta_l,phi_l,theta_v\n0,0,30\n", "columns: phi_v missing"),
+        ("theta_l,phi_l,theta_v,phi_v\n", "lists no directions"),
+        ("theta_l,phi_l,theta_v,phi_v\n95,0,0,0\n", "not above the horizon"),
+    ):
+        Path("list.csv").write_text(content)
+        options = "-o", "x.npz", "--directions", "list.csv"
+        assert run("btf", "decode", "felt.safetensors", *options) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_other_commands_take_an_encoded_texture(felt, capsys):
+    assert run(*ENCODE, "--half") == 0
+    capsys.readouterr()
+    assert run("btf", "info", "felt.safetensors", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)["facts"]
+    assert facts["format"] == "nacre encoded texture"
+    assert facts["codes"] == "float16"
+    assert run("btf", "convert", "felt.safetensors", "-o", "x.npz") == 0
+    assert run("btf", "picture", "felt.safetensors", "-o", "x.png") == 0
+    assert run("info", "felt.safetensors") == 2
+    assert "is a texture (BTF), not one material" in capsys.readouterr().err
+
+
+def test_the_model_may_stay_in_a_file_of_its_own(felt, capsys, tmp_path):
+    assert run(*ENCODE) == 0
+    whole = Path("felt.safetensors").stat().st_size
+    assert run(*ENCODE, "--reference") == 0
+    assert "keep model.safetensors beside it" in capsys.readouterr().out
+    assert Path("felt.safetensors").stat().st_size < whole / 1.5
+    assert run("btf", "info", "felt.safetensors") == 0
+    (tmp_path / "sub").mkdir()
+    elsewhere = "btf", "encode", "felt.npz", "-o", "sub/felt.safetensors"
+    assert run(*elsewhere, "--model", "model.safetensors", "--reference") == 2
+    assert "copy it there, or embed" in capsys.readouterr().err
+
+
+def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch):
+    assert run(*ENCODE, "--texels-per-block", 3) == 0
+    whole = Path("felt.safetensors").read_bytes()
+    Path("felt.safetensors").unlink()
+    read = encoding._read_ahead
+
+    def interrupted(*arguments):
+        for index, block in enumerate(read(*arguments)):
+            if index == 2:
+                raise KeyboardInterrupt
+            yield block
+
+    with monkeypatch.context() as patch:
+        patch.setattr(encoding, "_read_ahead", interrupted)
+        assert run(*ENCODE, "--texels-per-block", 3) == 130
+    assert Path("felt.safetensors.state").exists()
+    assert not Path("felt.safetensors").exists()
+    capsys.readouterr()
+    assert run(*ENCODE, "--texels-per-block", 3) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert run(*ENCODE, "--texels-per-block", 4, "--resume") == 2
+    assert "is of another encoding" in capsys.readouterr().err
+    assert run(*ENCODE, "--texels-per-block", 3, "--resume") == 0
+    assert Path("felt.safetensors").read_bytes() == whole
+    assert not Path("felt.safetensors.state").exists()
+
+
+def test_a_folder_of_images_is_encoded(felt, tmp_path, capsys):
+    pytest.importorskip("mitsuba")
+    folder = tmp_path / "cloth"
+    folder.mkdir()
+    for theta in (0, 30, 60):
+        image = np.full((4, 5, 3), 128 + theta, np.uint8)
+        (folder / f"tl{theta:03}_pl000_tv000_pv000.png").write_bytes(png_bytes(image, 5, 4))
+    options = "-o", "cloth.safetensors", "--model", "model.safetensors"
+    assert run("btf", "encode", folder, *options) == 0
+    assert "5 x 4, 2 values each" in capsys.readouterr().out
+    assert btf.load("cloth.safetensors").pair_count == 3
+    assert run("btf", "compare", folder, "cloth.safetensors") == 0
+
+
+def test_a_network_for_other_directions_is_an_error_of_one_line(felt, capsys):
+    pytest.importorskip("torch", reason="needs the extra 'btf'")
+    from nacre.btf.networks import CustomNetwork, CustomSettings, Whitening
+
+    settings = CustomSettings(latent=3, channels=(4, 5), hidden=(6,), decoder_hidden=(7,))
+    wi, wo = (w[:100] for w in UTIA.pairs())
+    save_codec(CustomNetwork(wi, wo, settings, Whitening(-1.0, 1.0)), "model.safetensors")
+    assert run(*ENCODE) == 2
+    error = capsys.readouterr().err
+    assert "its own 100 pairs of directions only" in error
+    assert error.count("\n") == 1
+    save_codec(CustomNetwork(*UTIA.pairs(), settings, Whitening(-1.0, 1.0)), "model.safetensors")
+    assert run(*ENCODE) == 0
+    assert run("btf", "decode", "felt.safetensors", "-o", "x.npz", "--directions", "bonn") == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("encode", "felt.npz", "-o", "x.npz", "--model", "model.safetensors"), "a .safetensors"),
+        (("encode", "felt.npz", "-o", "x.safetensors", "--model", "no"), "no: cannot be read"),
+        (("encode", "felt.npz", "-o", "x.safetensors"), "--model"),
+        (
+            ("encode", "felt.npz", "-o", "model.safetensors", "--model", "model.safetensors"),
+            "is the input as well",
+        ),
+        (("decode", "felt.npz", "-o", "x.npz"), "not a whole safetensors file"),
+        (("decode", "model.safetensors", "-o", "x.npz"), "not a texture encoded by nacre"),
+        (("decode", "model.safetensors", "-o", "x.foo"), "no format of textures ends in"),
+        (("compare", "felt.npz", "small.npz"), "4 x 3 and 2 x 2 texels"),
+        (("compare", "felt.npz", "felt.npz", "--picture", "x.foo"), "a picture ends in"),
+    ],
+)
+def test_mistakes_are_errors_of_one_line(felt, capsys, arguments, message):
+    btf.save(TableBtf(felt.values[:2, :2], felt.wi, felt.wo), "small.npz")
+    assert run("btf", *arguments) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
