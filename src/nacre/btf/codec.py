@@ -13,7 +13,7 @@ from nacre.parallel import thread_map
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
 
-_PART = 128
+_PART = 64
 """Texels that one core takes at a time."""
 
 

@@ -18,6 +18,8 @@ _STEPS = 4
 """Gauss-Newton steps of a code; more change the error in the fourth digit."""
 _CHUNK = 512
 """Texels at a time whose codes are found."""
+_PAIRS = 1 << 9
+"""Pairs of directions at a time that are decoded: few enough for the cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +105,13 @@ class BasisCodec(TexelCodec):
 
         def decode(codes: Floats) -> Floats:
             coefficients = self.decode(codes)
-            grey = coefficients[:, :greys] @ functions.grey.T + functions.mean
-            pairs = coefficients[:, greys:].reshape(-1, chromas) @ functions.chroma.T
-            chroma = pairs.reshape(len(codes), 2, len(wi)).swapaxes(0, 1)
-            return np.asarray(np.maximum(join_colors(grey, chroma), 0.0))
+            values = np.empty((len(codes), len(wi), 3), np.float32)
+            for start in range(0, len(wi), _PAIRS):
+                part = slice(start, start + _PAIRS)
+                grey = coefficients[:, :greys] @ functions.grey[part].T + functions.mean[part]
+                pairs = coefficients[:, greys:].reshape(-1, chromas) @ functions.chroma[part].T
+                chroma = pairs.reshape(len(codes), 2, -1).swapaxes(0, 1)
+                np.maximum(join_colors(grey, chroma), 0.0, out=values[:, part])
+            return values
 
         return decode
