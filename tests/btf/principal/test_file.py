@@ -74,12 +74,15 @@ def test_damage_is_an_error_that_names_the_field(path, change, message):
 
 def test_damaged_files_are_format_errors(path):
     whole, random = path.read_bytes(), Random(5)
-    for data in (b"", whole[:100], whole[:-1], *(mutated(whole, random) for _ in range(60))):
+    errors = []
+    for data in (b"", whole[:100], *(mutated(whole, random) for _ in range(60))):
         path.write_bytes(data)
         try:
             load_components(path)
         except FormatError as error:
-            assert "\n" not in str(error)
+            errors.append(str(error))
+    assert len(errors) > 20
+    assert not any("\n" in error for error in errors)
     path.write_bytes(whole[:-1])
     with pytest.raises(FormatError, match="not a whole safetensors file"):
         load_components(path)
