@@ -20,7 +20,7 @@ METHODS = {
     "btf-fig6": "unified-4,pca-4,pca-own-4",
     "btf-fig7": "custom-4,unified-4,pca-4",
     "btf-fig8": "custom-4,pca-4",
-    "btf-tsne": "unified-4,pca-4",
+    "btf-tsne": "pca-4",
 }
 
 
@@ -88,7 +88,7 @@ def test_fig7_has_a_curve_and_ratios(study, tmp_path):
     found = {
         (r["method"], r["pairs seen"]): float(r["mse"]) for r in rows if r["material"] == "all"
     }
-    assert len(found) == 3 + 2 * 10 - 1  # the network of 2019 sees all pairs or none
+    assert len(found) == 3 + 2 * 10  # the network of 2019 sees all pairs; here no view is steep
     assert found["pca-4", "1 %"] > found["pca-4", "100 %"]
     ratio = found["pca-4", "views below 50 degrees"] / found["pca-4", "100 %"]
     assert f"| {ratio:.3f} |" in text
@@ -118,7 +118,7 @@ def test_the_map_is_the_same_again(study, tmp_path):
     rows, text, _ = made(study, "btf-tsne", tmp_path)
     again, _, _ = made(study, "btf-tsne", tmp_path)
     assert rows == again
-    assert len(rows) == 2 * 6 * 36
+    assert len(rows) == 6 * 36
     assert {r["family"] for r in rows} == {"felt", "wood"}
     places = np.array([[float(r["x"]), float(r["y"])] for r in rows])
     assert np.isfinite(places).all()
@@ -162,5 +162,6 @@ def test_bad_requests_are_one_line(folder, tmp_path, monkeypatch, capsys, argume
 
 def test_a_geometric_mean_of_nothing_is_not_a_number():
     assert geometric_mean([1.0, 100.0]) == pytest.approx(10.0)
+    assert geometric_mean([0.0, 1.0]) == 0.0
     assert math.isnan(geometric_mean([]))
     assert scaled(math.nan) == scaled(None) == "–"

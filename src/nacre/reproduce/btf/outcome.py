@@ -81,5 +81,6 @@ def scaled(mse: float | None) -> str:
 
 
 def geometric_mean(values: Sequence[float]) -> float:
-    """Of numbers above zero; NaN of none."""
-    return float(np.exp(np.mean(np.log(values)))) if len(values) else math.nan
+    """Of numbers, none below zero; NaN of none."""
+    with np.errstate(divide="ignore"):
+        return float(np.exp(np.mean(np.log(values)))) if len(values) else math.nan
