@@ -46,7 +46,8 @@ class TrainingSettings:
     @classmethod
     def quick(cls, seed: int = 0) -> TrainingSettings:
         """Small efforts: figures to look at."""
-        return cls(0.5, 20, replace(BasisRecipe(), function_steps=400, code_steps=600), seed)
+        basis = BasisRecipe(texels=20, coded_texels=100, function_steps=400, code_steps=600)
+        return cls(0.5, 20, basis, seed)
 
 
 Make = Callable[["Method", Sequence[Material], TrainingSettings, Path, Progress], TexelCodec]
@@ -110,7 +111,7 @@ class Method:
     def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
         """All that decides what comes of it, JSON-able."""
         kind = KINDS[self.kind]
-        modules = [p for of in kind.sources for p in (SOURCES / "btf").glob(of)]
+        modules = [p for of in kind.sources for p in (SOURCES / "btf").glob(of) if p.stem != "file"]
         return {
             "kind": self.kind,
             "textures": [material.mark for material in training],
