@@ -24,6 +24,7 @@ bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m benchmarks.evaluate
 	$(RUN) -m benchmarks.render --cooperative
 	$(RUN) -m benchmarks.fidelity
+	$(RUN) -m benchmarks.btf_file
 	$(RUN) -m benchmarks.btf_train
 
 fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.

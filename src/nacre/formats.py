@@ -134,7 +134,9 @@ def loses_bands(brdf: Brdf, path: PathLike) -> bool:
     return brdf.wavelengths is not None and not target(path).keeps_bands(brdf)
 
 
-def writer(path: PathLike, resolution: Sequence[int] | None = None) -> Callable[[Brdf, Path], None]:
+def writer(
+    path: PathLike, resolution: Sequence[int] | None = None
+) -> Callable[[Brdf, Path], object]:
     """The function that writes what a file name ends in.
 
     Parameters

@@ -7,7 +7,7 @@ by an entry in a module here. Nothing is a real measurement.
 from nacre.btf.formats import FORMATS as TEXTURES
 from nacre.files import Format
 from nacre.formats import formats
-from tests.specimens import analytic, images, networks, rgl, scans, tables, textures
+from tests.specimens import analytic, images, networks, rgl, scans, tables, textures, ubo2014
 from tests.specimens.specimen import Specimen, mutated
 
 SPECIMENS: dict[str, Specimen] = {
@@ -18,6 +18,7 @@ SPECIMENS: dict[str, Specimen] = {
     **images.SPECIMENS,
     **analytic.SPECIMENS,
     **textures.SPECIMENS,
+    **ubo2014.SPECIMENS,
 }
 """One entry for every format of the registries, by its name."""
 

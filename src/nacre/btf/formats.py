@@ -6,13 +6,14 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from nacre.btf import archive, photographs, utia_folder
+from nacre.btf import archive, photographs, ubo2014, utia_folder
 from nacre.btf.image_folder import Quantity
 from nacre.btf.texture import Btf
 from nacre.files import Format, FormatError, PathLike, first_bytes, read_head
 
 _FOLDERS: tuple[Format, ...] = (utia_folder.FORMAT, photographs.FORMAT)
 FORMATS: tuple[Format, ...] = (
+    ubo2014.FORMAT,
     archive.FORMAT,
     *_FOLDERS,
 )
@@ -57,7 +58,7 @@ def save(btf: Btf, path: PathLike, **options: Any) -> None:
     path
         File to write; replaced only by a whole new one.
     options
-        As its writer has them: `progress`, and `precision` of an archive.
+        As its writer has them: `progress`, `precision` of an archive, `components` of a `.btf`.
 
     Raises
     ------

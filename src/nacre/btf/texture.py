@@ -68,7 +68,7 @@ class Btf(abc.ABC):
             "bytes as half floats": 6 * self.texel_count * self.pair_count,
         }
 
-    def blocks(self, size_limit: int = 1 << 28) -> Iterator[slice]:
+    def blocks(self, size_limit: int = 1 << 25) -> Iterator[slice]:
         """Runs of texels, in order, whose values take at most `size_limit` bytes each."""
         step = max(1, size_limit // (12 * self.pair_count))
         for start in range(0, self.texel_count, step):

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nacre.binary import BinaryReader
 from nacre.files import FormatError, PathLike, atomic_path, read_bytes
 
 MAGIC = b"tensor_file\0"
@@ -65,7 +66,7 @@ def read_tensors(path: PathLike) -> Tensors:
     data = read_bytes(path, SIZE_LIMIT)
     if not data.startswith(MAGIC):
         raise FormatError(f"{path}: does not start with 'tensor_file', not an RGL material")
-    reader = _Reader(data, len(MAGIC), str(path))
+    reader = _Reader(data, path, len(MAGIC))
     version = reader.take("<2B", "version")
     if version != _VERSION:
         raise FormatError(f"{path}: tensor file version {version[0]}.{version[1]}, expected 1.0")
@@ -111,40 +112,23 @@ def write_tensors(tensors: Tensors, path: PathLike) -> None:
             file.write(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
 
 
-class _Reader:
-    """A position in a file held in memory; every step is checked against the file's length."""
-
-    def __init__(self, data: bytes, position: int, path: str) -> None:
-        self._data = data
-        self._position = position
-        self._path = path
-
-    def take(self, layout: str, what: str) -> tuple[int, ...]:
-        """Unpack the next numbers."""
-        size = struct.calcsize(layout)
-        if self._position + size > len(self._data):
-            raise FormatError(f"{self._path}: ends within {what}; the file is cut short")
-        values = struct.unpack_from(layout, self._data, self._position)
-        self._position += size
-        return values
+class _Reader(BinaryReader):
+    """The entries of a file one after another."""
 
     def name(self, number: int) -> str:
         """The name that starts an entry."""
         what = f"the name of field {number}"
         (length,) = self.take("<H", what)
-        if self._position + length > len(self._data):
-            raise FormatError(f"{self._path}: ends within {what}; the file is cut short")
+        raw = self.bytes(length, what)
         if length > _NAME_LIMIT:
-            raise FormatError(f"{self._path}: {what} has {length} characters; the file is damaged")
-        raw = self._data[self._position : self._position + length]
-        self._position += length
+            raise FormatError(f"{self.path}: {what} has {length} characters; the file is damaged")
         if not raw.isascii() or not raw.decode("ascii").isidentifier():
-            raise FormatError(f"{self._path}: {what} is not an identifier")
+            raise FormatError(f"{self.path}: {what} is not an identifier")
         return raw.decode("ascii")
 
     def array(self, name: str) -> npt.NDArray[Any]:
         """The rest of an entry, and the array it points to."""
-        where = f"{self._path}: field '{name}'"
+        where = f"{self.path}: field '{name}'"
         rank, code, offset = self.take("<HBQ", f"field '{name}'")
         if rank > _RANK_LIMIT:
             raise FormatError(f"{where}: {rank} dimensions, at most {_RANK_LIMIT} are read")
@@ -155,9 +139,9 @@ class _Reader:
         size = math.prod(shape) * dtype.itemsize  # Python integers: cannot overflow
         if size == 0:
             raise FormatError(f"{where}: is empty, shape {shape}")
-        if offset + size > len(self._data):
+        if offset + size > len(self.data):
             raise FormatError(
                 f"{where}: {size} bytes at offset {offset} reach past the end of the file "
-                f"({len(self._data)} bytes); the file is cut short or damaged"
+                f"({len(self.data)} bytes); the file is cut short or damaged"
             )
-        return np.frombuffer(self._data, dtype, math.prod(shape), offset).reshape(shape)
+        return np.frombuffer(self.data, dtype, math.prod(shape), offset).reshape(shape)

@@ -16,8 +16,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from nacre.compilation import compiled, inner, inner_fast
 from nacre.layer import Layer
-from nacre.neural.compilation import compiled
 from nacre.neural.samples import BLOCK, Samples, aligned
 from nacre.neural.simd import (
     DENSE_ROWS,
@@ -37,11 +37,6 @@ from nacre.neural.simd import (
 _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1
 """Rows after the inputs in a block of samples: three targets and the cosine."""
-
-# Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
-# code of other roundings than that which the next process loads from the disk.
-_inner = numba.njit(error_model="numpy", forceinline=True)
-_inner_fast = numba.njit(error_model="numpy", fastmath=True, forceinline=True)
 
 Vector = npt.NDArray[np.float32]
 
@@ -82,7 +77,7 @@ def _log(x: Any) -> Any:
     return np.float32(n) * np.float32(0.6931471805599453) + tail
 
 
-@_inner_fast  # type: ignore[untyped-decorator]
+@inner_fast  # type: ignore[untyped-decorator]
 def _loss(x: Any, target: Any, weight: Any) -> Any:
     """Sum of |log(1 + (e^x - 1) weight) - log(1 + target)|.
 
@@ -99,7 +94,7 @@ def _loss(x: Any, target: Any, weight: Any) -> Any:
     return total
 
 
-@_inner_fast  # type: ignore[untyped-decorator]
+@inner_fast  # type: ignore[untyped-decorator]
 def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
     """Gradient of :func:`_loss` times `scale`, which needs no logarithm; returns its sum."""
     total = np.float32(0.0)
@@ -114,7 +109,7 @@ def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) 
     return total
 
 
-@_inner_fast  # type: ignore[untyped-decorator]
+@inner_fast  # type: ignore[untyped-decorator]
 def _adam(weights: Any, gradient: Any, mean: Any, square: Any, rate: Any, unbias: Any) -> None:
     """One Adam step (Kingma and Ba 2015) with betas .9 and .999.
 
@@ -131,7 +126,7 @@ def _adam(weights: Any, gradient: Any, mean: Any, square: Any, rate: Any, unbias
         weights[i] -= rate * m / (math.sqrt(v * unbias) + np.float32(1e-8))
 
 
-@_inner  # type: ignore[untyped-decorator]
+@inner  # type: ignore[untyped-decorator]
 def _gather(blocks: Any, order: Any, inputs: Any, stride: Any, x: Any, targets: Any) -> None:
     """Lay the chosen blocks side by side, feature by feature."""
     block_size = (inputs + _TARGETS) * BLOCK
@@ -143,7 +138,7 @@ def _gather(blocks: Any, order: Any, inputs: Any, stride: Any, x: Any, targets: 
             copy_block(blocks, start + (inputs + f) * BLOCK, targets, f * stride + k * BLOCK)
 
 
-@_inner  # type: ignore[untyped-decorator]
+@inner  # type: ignore[untyped-decorator]
 def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
     """Fetch the chosen blocks while there is other work: they lie all over the memory."""
     rows = inputs + _TARGETS
@@ -152,7 +147,7 @@ def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
             prefetch_block(blocks, (order[k] * rows + f) * BLOCK)
 
 
-@_inner  # type: ignore[untyped-decorator]
+@inner  # type: ignore[untyped-decorator]
 def _forward(panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any) -> None:
     """Activations of a panel of samples."""
     layers = widths.size - 1
@@ -173,7 +168,7 @@ def _forward(panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x:
                 )  # fmt: skip
 
 
-@_inner  # type: ignore[untyped-decorator]
+@inner  # type: ignore[untyped-decorator]
 def _output_gradient(
     panel: Any, count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any, sums: Any
 ) -> None:
@@ -190,7 +185,7 @@ def _output_gradient(
         g[row + end : row + panel + PANEL] = np.float32(0.0)
 
 
-@_inner  # type: ignore[untyped-decorator]
+@inner  # type: ignore[untyped-decorator]
 def _backward(
     panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any, sums: Any
 ) -> None:
@@ -209,7 +204,7 @@ def _backward(
         at += rows * LANES
 
 
-@_inner  # type: ignore[untyped-decorator]
+@inner  # type: ignore[untyped-decorator]
 def _weight_gradient(
     count: Any, stride: Any, rows: Any, factors: Any, sums: Any, parts: Any, places: Any,
     gradient: Any,

@@ -1,139 +1,146 @@
-"""Codes of the default codec: an autoencoder over coefficients, and what codes are like."""
+"""Codes of the default codec: an autoencoder over coefficients, and what it errs by."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.basis.coefficients import TrainingTexels
 from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.network_training import SkipTraining, Tensor, descend, torch
-from nacre.btf.basis.posterior import Prior
+from nacre.btf.basis.posterior import Observation, Prior
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.channels import TURNS
 from nacre.progress import Progress
 
-_BATCH = 512
-_SYMMETRIES = 8
-"""Symmetries in a batch."""
+_BATCH = 256
+"""Texels of each subset of directions in a step."""
+_SUBSETS = 3
+"""In a step, beside all directions."""
+_WHOLE = 3.0
+"""Weight of errors of codes from all directions; 1 of those from a subset."""
 _MIXED = 0.5
 """Share of texels that are mixed with another."""
-
-
-@dataclass(frozen=True, eq=False)
-class Coefficients:
-    """Training texels in the functions.
-
-    Parameters
-    ----------
-    values
-        Shape (t, K): of grey values, then the first of the pairs, then the second.
-    residuals
-        Mean square of what the functions leave of reflectance factors, shape (t,).
-    """
-
-    values: Floats
-    residuals: Floats
+_CAUTION = 20.0
+"""Times that noise counts where coefficients override a guess: unlike noise, what the functions
+cannot express is alike at neighbouring directions."""
 
 
 def train_codes(
-    data: Coefficients, turns: Floats, recipe: BasisRecipe, report: Progress
+    data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe, report: Progress
 ) -> tuple[SkipNetwork, SkipNetwork, Prior]:
     """The networks from coefficients to codes and back, and the prior.
 
     Parameters
     ----------
     data
-        Of the functions, which are orthonormal over the pairs of directions.
-    turns
-        What turns about the normal do to coefficients, shape (k, K, K).
+        Coefficients of texels, from all directions and from subsets.
+    functions
+        At all directions, over which they are orthonormal.
     recipe
         Sizes and efforts.
     report
         Called as it goes on.
     """
-    values = torch.from_numpy(data.values)
-    residuals = torch.from_numpy(data.residuals)
-    symmetries = torch.from_numpy(_symmetries(turns, recipe))
+    values, residuals = torch.from_numpy(data.values), torch.from_numpy(data.residuals)
+    prior = _first_prior(data)
+    estimates, known = _estimates(data, functions, prior)
+    seen = torch.from_numpy(estimates / prior.deviations)
+    shares = torch.from_numpy(known)
+    orders = torch.from_numpy(_orders_of_channels(functions))
+    scale = torch.from_numpy(prior.deviations)
     generator = torch.Generator().manual_seed(recipe.seed)
-    deviations = np.sqrt(np.square(data.values).mean(0)) + 1e-6
-    scale = torch.from_numpy(deviations)
-    to_codes, to_coefficients = _linear_start(data, symmetries.numpy(), deviations, recipe.values)
-    encode = SkipTraining(to_codes, recipe.hidden, generator)
-    decode = SkipTraining(to_coefficients, recipe.hidden, generator)
+    forward, back = _linear_start(data, prior.deviations, recipe.values)
+    count = values.shape[1]
+    encode = SkipTraining(forward, recipe.hidden, generator, inputs=2 * count)
+    decode = SkipTraining(back, recipe.hidden, generator)
+
+    def draw(limit: int, shape: tuple[int, ...]) -> Tensor:
+        return torch.randint(limit, shape, generator=generator)
 
     def loss(_step: int) -> Tensor:
         """Mean over texels of root mean square errors of reflectance factors."""
-        chosen, mates = torch.randint(len(values), (2, _BATCH), generator=generator)
-        share = torch.rand(_BATCH, 1, generator=generator)
-        share *= torch.rand(_BATCH, 1, generator=generator) < _MIXED
-        mixed = torch.lerp(values[chosen], values[mates], share)
-        # What the functions leave of two texels is taken to be independent.
-        left = residuals[chosen] * (1 - share[:, 0]) ** 2 + residuals[mates] * share[:, 0] ** 2
-        picked = torch.randint(len(symmetries), (_SYMMETRIES,), generator=generator)
-        parts = zip(mixed.chunk(_SYMMETRIES), symmetries[picked], strict=True)
-        seen = torch.cat([part @ symmetry for part, symmetry in parts])
-        found = decode(encode(seen / scale)) * scale
-        return ((found - seen).square().sum(1) / 3.0 + left + 1e-7).sqrt().mean()
+        total = 0.0
+        subsets = [0, *draw(len(seen), (_SUBSETS,)).tolist()]
+        for subset, order in zip(subsets, orders[draw(len(orders), (4,))], strict=True):
+            one, other = draw(len(values), (2, _BATCH))
+            share = torch.rand(_BATCH, 1, generator=generator)
+            share *= torch.rand(_BATCH, 1, generator=generator) < _MIXED
+            wanted = torch.lerp(values[one], values[other], share) @ order
+            given = torch.lerp(seen[subset, one], seen[subset, other], share) * scale @ order
+            # What the functions leave of two texels is taken to be independent.
+            left = residuals[one] * (1 - share[:, 0]) ** 2 + residuals[other] * share[:, 0] ** 2
+            inputs = torch.cat([given / scale, shares[subset].expand(_BATCH, -1)], 1)
+            found = decode(encode(inputs)) * scale
+            error = ((found - wanted).square().sum(1) / 3.0 + left + 1e-7).sqrt().mean()
+            total = total + (error if subset else _WHOLE * error)
+        return total / (_WHOLE + _SUBSETS)
 
-    descend([*encode.parameters, *decode.parameters], [], loss, recipe.code_steps, "codes", report)
-    encoder = encode.trained(input_scale=deviations)
-    decoder = decode.trained(output_scale=deviations)
-    codes = encoder(data.values).astype(np.float64)
-    spread = np.cov(codes.T) + 1e-4 * np.eye(recipe.values)
-    _, shared = _split(deviations, recipe)
-    prior = Prior(
-        np.concatenate([deviations[: recipe.greys], shared]).astype(np.float32),
-        float(np.exp(np.log(data.residuals + 1e-7).mean())),
-        codes.mean(0).astype(np.float32),
-        np.linalg.inv(spread).astype(np.float32),
-    )
-    return encoder, decoder, prior
+    parameters = [*encode.parameters, *decode.parameters]
+    descend(parameters, [], loss, recipe.code_steps, "codes", report)
+    ones = np.ones(count, np.float32)
+    encoder = encode.trained(input_scale=np.concatenate([prior.deviations, ones]))
+    decoder = decode.trained(output_scale=prior.deviations)
+    return encoder, decoder, _prior(data, estimates, known, encoder, decoder, prior)
 
 
-def turn_coefficients(functions: FunctionValues, orders: list[npt.NDArray[Any]]) -> Floats:
-    """What turns about the normal do to coefficients: shape (k, K, K), to be multiplied from the
-    right.
-    """
-    count, greys, chromas = len(functions.mean), functions.grey.shape[1], functions.chroma.shape[1]
-    turns = np.zeros((len(orders), *[greys + 2 * chromas] * 2), np.float32)
-    for turned, order in zip(turns, orders, strict=True):
-        turned[:greys, :greys] = functions.grey[order].T @ functions.grey / count
-        chroma = functions.chroma[order].T @ functions.chroma / count
-        for start in (greys, greys + chromas):
-            turned[start : start + chromas, start : start + chromas] = chroma
-    return turns
+def _first_prior(data: TrainingTexels) -> Prior:
+    """Variances of coefficients, alike for both values of a pair, and of noise."""
+    deviations = np.sqrt(np.square(data.values).mean(0)) + 1e-6
+    noise = float(np.exp(np.log(data.residuals + 1e-7).mean()))
+    return Prior(deviations.astype(np.float32), noise, np.zeros((0, 0), np.float32), 0.0)
 
 
-def _symmetries(turns: Floats, recipe: BasisRecipe) -> Floats:
-    """Every turn with every order of the channels."""
-    orders = []
-    for turn in TURNS:
-        change = np.eye(turns.shape[1], dtype=np.float32)
-        change[recipe.greys :, recipe.greys :] = np.kron(turn, np.eye(recipe.chromas))
-        orders.append(change)
-    return np.concatenate([turns @ order for order in orders])
-
-
-def _linear_start(
-    data: Coefficients, symmetries: Floats, deviations: Floats, count: int
+def _estimates(
+    data: TrainingTexels, functions: FunctionValues, prior: Prior
 ) -> tuple[Floats, Floats]:
-    """Principal components of coefficients: codes of scaled coefficients, and the way back."""
+    """Of every subset: ridge estimates of coefficients (s, t, K), and what is known (s, K)."""
+    estimates = np.empty_like(data.moments)
+    known = np.empty((len(estimates), estimates.shape[2]), np.float32)
+    for index, subset in enumerate(data.subsets):
+        observation = Observation(functions.at(subset), prior)
+        estimates[index] = observation.ridge(data.moments[index])
+        known[index] = observation.known
+    return estimates, known
+
+
+def _prior(
+    data: TrainingTexels,
+    estimates: Floats,
+    known: Floats,
+    encode: SkipNetwork,
+    decode: SkipNetwork,
+    first: Prior,
+) -> Prior:
+    """With the covariance of errors of first guesses, a mean over the subsets."""
+    energy = np.square(data.values).sum(1) / 3.0 + data.residuals + 1e-7
+    covariance = np.zeros((data.values.shape[1],) * 2)
+    for estimate, share in zip(estimates, known, strict=True):
+        error = data.values - decode(encode.given(share)(estimate))
+        error /= np.sqrt(energy)[:, None]
+        covariance += error.T @ error
+    covariance /= len(estimates) * len(data.values)
+    relative = np.exp(np.log((data.residuals + 1e-7) / energy).mean())
+    noise = _CAUTION * 3.0 * float(relative)
+    return Prior(first.deviations, first.noise, covariance.astype(np.float32), noise)
+
+
+def _orders_of_channels(functions: FunctionValues) -> Floats:
+    """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
+    greys, chromas = functions.grey.shape[1], functions.chroma.shape[1]
+    changes = np.tile(np.eye(greys + 2 * chromas, dtype=np.float32), (len(TURNS), 1, 1))
+    for change, turn in zip(changes, TURNS, strict=True):
+        change[greys:, greys:] = np.kron(turn, np.eye(chromas))
+    return changes
+
+
+def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple[Floats, Floats]:
+    """Principal components: from coefficients over their deviations to codes, and back."""
     energy = np.square(data.values).sum(1) / 3.0 + data.residuals
     weighted = data.values / (energy[:, None] ** 0.25 + 1e-6)
-    covariance = weighted.T @ weighted
-    covariance = np.mean([s.T @ covariance @ s for s in symmetries], axis=0)
-    vectors = np.linalg.eigh(covariance.astype(np.float64))[1][:, ::-1][:, :count]
+    vectors = np.linalg.eigh((weighted.T @ weighted).astype(np.float64))[1][:, ::-1][:, :count]
     spread = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
     forward = vectors / spread * deviations[:, None]
     back = (vectors * spread / deviations[:, None]).T
     return forward.astype(np.float32), back.astype(np.float32)
-
-
-def _split(deviations: Floats, recipe: BasisRecipe) -> tuple[Floats, Floats]:
-    pairs = deviations[recipe.greys :].reshape(2, recipe.chromas)
-    return deviations[: recipe.greys], np.sqrt(np.square(pairs).mean(0))

@@ -9,12 +9,12 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf.basis.functions import AngularFunctions
-from nacre.btf.basis.posterior import Observation, Prior
+from nacre.btf.basis.posterior import Observation, Prior, project
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.btf.codec import TexelCodec, TexelMap
 from nacre.channels import join_colors
 
-_REFINEMENTS = 4
+_STEPS = 4
 """Gauss-Newton steps of a code; more change the error in the fourth digit."""
 _CHUNK = 512
 """Texels at a time whose codes are found."""
@@ -26,15 +26,18 @@ class BasisCodec(TexelCodec):
 
     An apparent BRDF is a mean plus a sum of functions that a network has learned
     (:class:`AngularFunctions`). Its coefficients are what a second, small network makes of a code,
-    once a texel; after that, a pair of directions costs one multiplication a coefficient. A code is
-    the most likely one given all that is known of a texel, at whatever directions that is.
+    once a texel; after that, a pair of directions costs one multiplication a coefficient.
+
+    Encoding takes any directions. Least squares give coefficients, a network a guess of the code
+    from these and from what share of each the directions determine; where they determine much, the
+    coefficients override the guess; and Gauss-Newton steps bring the code closest to the outcome.
 
     Parameters
     ----------
     functions
         Of light and view.
     encode
-        From coefficients to a first guess of the code.
+        From coefficients, and from what share of each is known, to a first guess of the code.
     decode
         From a code to coefficients.
     prior
@@ -55,12 +58,14 @@ class BasisCodec(TexelCodec):
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        coefficients = self.functions.greys + 2 * self.functions.chromas
+        count = self.functions.greys + 2 * self.functions.chromas
         shapes = [self.encode.linear.shape, self.decode.linear.shape[::-1]]
-        if shapes != [(coefficients, self.values)] * 2:
-            raise ValueError(f"networks of shapes {shapes} for {coefficients} coefficients")
-        if len(self.prior.deviations) != self.functions.greys + self.functions.chromas:
-            raise ValueError("deviations are not of as many coefficients")
+        if shapes != [(count, self.values)] * 2:
+            raise ValueError(f"networks of shapes {shapes} for {count} coefficients")
+        if len(self.encode.layers[0].weights) != 2 * count:
+            raise ValueError("the encoder does not see what is known of coefficients")
+        if self.prior.deviations.shape != (count,) or self.prior.covariance.shape != (count, count):
+            raise ValueError(f"the prior is not of {count} coefficients")
 
     @property
     def values(self) -> int:  # type: ignore[override]
@@ -69,22 +74,20 @@ class BasisCodec(TexelCodec):
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.encoder`."""
-        observation = Observation(self.functions(wi, wo))
+        observation = Observation(self.functions(wi, wo), self.prior)
+        guess = self.encode.given(observation.known)
 
         def encode(texels: Floats) -> Floats:
-            return self._codes(observation, observation.moments(texels))
+            moments = observation.moments(texels)
+            codes = np.empty((len(texels), self.values), np.float32)
+            for start in range(0, len(moments), _CHUNK):
+                part = moments[start : start + _CHUNK]
+                first = guess(observation.ridge(part))
+                wanted = observation.expected(self.decode(first), part)
+                codes[start : start + _CHUNK] = project(first, wanted, self.decode, _STEPS)
+            return codes
 
         return encode
-
-    def _codes(self, observation: Observation, moments: Floats) -> Floats:
-        codes = np.empty((len(moments), self.values), np.float32)
-        for start in range(0, len(moments), _CHUNK):
-            part = moments[start : start + _CHUNK]
-            guess = self.encode(observation.ridge(part, self.prior))
-            codes[start : start + _CHUNK] = observation.refine(
-                guess, part, self.decode, self.prior, _REFINEMENTS
-            )
-        return codes
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.decoder`."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.geometry import join, normalize, split, stereographic
@@ -29,6 +30,10 @@ class FunctionValues(NamedTuple):
     """Shape (n, greys)."""
     chroma: Floats
     """Shape (n, chromas)."""
+
+    def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
+        """The values at some of the pairs."""
+        return FunctionValues(self.mean[chosen], self.grey[chosen], self.chroma[chosen])
 
 
 @dataclass(frozen=True, eq=False)

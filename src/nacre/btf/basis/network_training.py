@@ -82,11 +82,11 @@ def to_layer(pair: tuple[Tensor, Tensor]) -> Layer:
 class SkipTraining:
     """A :class:`SkipNetwork` that begins as its linear map."""
 
-    def __init__(self, linear: Any, hidden: int, generator: Any) -> None:
-        inputs, outputs = linear.shape
+    def __init__(self, linear: Any, hidden: int, generator: Any, inputs: int = 0) -> None:
+        seen, outputs = linear.shape
         self.linear = torch.from_numpy(np.ascontiguousarray(linear)).requires_grad_()
         self.layers = [
-            dense(inputs, hidden, generator),
+            dense(inputs or seen, hidden, generator),
             dense(hidden, hidden, generator),
             dense(hidden, outputs, generator, gain=0.0),
         ]
@@ -102,7 +102,7 @@ class SkipTraining:
         state = x
         for matrix, bias in hidden:
             state = torch.nn.functional.silu(torch.addmm(bias, state, matrix))
-        return x @ self.linear + torch.addmm(biases, state, weights)
+        return x[:, : len(self.linear)] @ self.linear + torch.addmm(biases, state, weights)
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
         """The network for inputs and outputs in other units: divided and multiplied by scales."""
@@ -111,5 +111,6 @@ class SkipTraining:
         scale_in = np.broadcast_to(np.float32(input_scale), len(first.weights))[:, None]
         layers[0] = Layer(first.weights / scale_in, first.biases)
         layers[-1] = Layer(last.weights * output_scale, last.biases * output_scale)
-        linear = self.linear.detach().numpy() / scale_in * output_scale
+        linear = self.linear.detach().numpy()
+        linear = linear / scale_in[: len(linear)] * output_scale
         return SkipNetwork(np.ascontiguousarray(linear, np.float32), layers)

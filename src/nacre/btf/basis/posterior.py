@@ -1,61 +1,69 @@
-"""The code that is most likely, given reflectance at any directions."""
+"""Coefficients and codes that are to be expected, given reflectance at any directions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.channels import split_colors
 
-_FIRST_DAMPING = 1e-2
-_LEAST_DAMPING, _MOST_DAMPING = 1e-6, 1e6
+Double = npt.NDArray[np.float64]
+
+_FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What texels are like, from those of the training.
+    """What coefficients are like, from texels of the training.
 
     Parameters
     ----------
     deviations
-        Of coefficients from zero: those of grey values, then of one value of the pairs.
+        Root mean squares of coefficients, shape (K,).
     noise
-        Variance of reflectance factors about the sums of functions: what sums cannot express, and
+        Variance of reflectance factors about sums of the functions: what these cannot express, and
         noise of the measurement.
-    code_mean, code_precision
-        Of codes, shapes (values,) and (values, values).
+    covariance
+        Of coefficients about those that a first guess of the code gives, relative to the mean
+        square of a texel, shape (K, K).
+    relative_noise
+        The noise in the units of `covariance`.
     """
 
     deviations: Floats
     noise: float
-    code_mean: Floats
-    code_precision: Floats
+    covariance: Floats
+    relative_noise: float
 
 
 class Observation:
-    """The normal equations of coefficients for a set of directions.
+    """What a set of directions tells about coefficients.
 
     Parameters
     ----------
     functions
         Their values at the directions.
+    prior
+        Of coefficients.
     """
 
-    def __init__(self, functions: FunctionValues) -> None:
-        self.functions = functions
-        blocks = [np.asarray(f, np.float64) for f in (functions.grey, functions.chroma)]
-        self.grams = [block.T @ block for block in blocks]
-        chroma = self.grams[1]
-        size = [len(gram) for gram in self.grams]
-        whole = np.zeros((size[0] + 2 * size[1],) * 2)
-        whole[: size[0], : size[0]] = self.grams[0]
-        for start in (size[0], size[0] + size[1]):
-            whole[start : start + size[1], start : start + size[1]] = chroma
-        self.gram = whole.astype(np.float32)
+    def __init__(self, functions: FunctionValues, prior: Prior) -> None:
+        self.functions, self.prior = functions, prior
+        grey, chroma = (
+            block.astype(np.float64).T @ block for block in (functions.grey, functions.chroma)
+        )
+        self.sizes = [len(grey), len(chroma), len(chroma)]
+        self.gram = np.zeros((sum(self.sizes),) * 2)
+        start = 0
+        for block in (grey, chroma, chroma):
+            self.gram[start : start + len(block), start : start + len(block)] = block
+            start += len(block)
 
     def moments(self, texels: Floats) -> Floats:
         """Products of the functions with reflectance (b, n, 3) less the mean, shape (b, K)."""
@@ -64,55 +72,58 @@ class Observation:
         parts = [grey @ self.functions.grey, *(c @ self.functions.chroma for c in chroma)]
         return np.concatenate(parts, axis=1)
 
-    def ridge(self, moments: Floats, prior: Prior) -> Floats:
-        """Coefficients of least squares with the prior's variances, shape (b, K)."""
-        penalty = prior.noise / np.maximum(prior.deviations.astype(np.float64), 1e-9) ** 2
-        sizes = [len(self.grams[0]), len(self.grams[1])]
-        grey = np.linalg.inv(self.grams[0] + np.diag(penalty[: sizes[0]]))
-        chroma = np.linalg.inv(self.grams[1] + np.diag(penalty[sizes[0] :]))
-        parts = np.split(moments, [sizes[0], sum(sizes)], axis=1)
-        inverses = (grey, chroma, chroma)
-        found = [p @ i.astype(np.float32) for p, i in zip(parts, inverses, strict=True)]
-        return np.concatenate(found, axis=1)
+    @cached_property
+    def _ridge(self) -> Double:
+        deviations = np.maximum(self.prior.deviations.astype(np.float64), 1e-9)
+        inverse = np.linalg.inv(self.gram + np.diag(self.prior.noise / deviations**2))
+        return np.asarray(inverse, np.float64)
 
-    def refine(
-        self, codes: Floats, moments: Floats, decode: SkipNetwork, prior: Prior, steps: int
-    ) -> Floats:
-        """Codes (b, values) nearer to the most likely ones, by damped Gauss-Newton steps.
+    @cached_property
+    def known(self) -> Floats:
+        """What share of each coefficient the directions determine, 0 to 1, shape (K,)."""
+        return np.diag(self._ridge @ self.gram).astype(np.float32)
 
-        The likelihood is of the reflectance itself at the directions that are known; all of it is
-        in the moments. The prior is a normal distribution of codes.
+    def ridge(self, moments: Floats) -> Floats:
+        """Coefficients (b, K) of least squares with the prior's variances."""
+        return moments @ self._ridge.astype(np.float32)
+
+    @cached_property
+    def _gain(self) -> Floats:
+        covariance = self.prior.covariance.astype(np.float64)
+        noise = self.prior.relative_noise * np.eye(len(covariance))
+        return (np.linalg.inv(noise + self.gram @ covariance).T @ covariance).astype(np.float32)
+
+    def expected(self, guess: Floats, moments: Floats) -> Floats:
+        """Coefficients (b, K) to be expected where a guess errs as it did in the training.
+
+        Where much is known they are those of least squares, elsewhere those of the guess.
         """
-        damping = np.full(len(codes), _FIRST_DAMPING, np.float32)
-        best = np.full(len(codes), np.inf, np.float32)
-        trial, value, slopes = codes, *decode.jacobian(codes)
-        codes = codes.copy()
-        state: tuple[Floats, Floats] | None = None
-        for _ in range(steps + 1):
-            away = trial - prior.code_mean
-            pulled = value @ self.gram
-            error = ((pulled - 2.0 * moments) * value).sum(1) / prior.noise
-            error += ((away @ prior.code_precision) * away).sum(1)
-            better = error < best
-            best = np.where(better, error, best)
-            codes[better] = trial[better]
-            damping = np.clip(
-                np.where(better, damping * 0.3, damping * 5.0), _LEAST_DAMPING, _MOST_DAMPING
-            ).astype(np.float32)
-            gradient = (slopes @ (moments - pulled)[..., None])[..., 0] / prior.noise
-            gradient -= away @ prior.code_precision
-            curvature = (slopes @ self.gram) @ slopes.swapaxes(1, 2) / prior.noise
-            curvature += prior.code_precision
-            if state is not None:
-                gradient = np.where(better[:, None], gradient, state[0])
-                curvature = np.where(better[:, None, None], curvature, state[1])
-            state = gradient, curvature
-            diagonal = np.einsum("bii->bi", curvature)
-            damped = curvature + np.einsum("bi,ij->bij", diagonal * damping[:, None], _eye(codes))
-            trial = codes + np.linalg.solve(damped, gradient[..., None])[..., 0]
-            value, slopes = decode.jacobian(trial)
-        return codes
+        return guess + (moments - guess @ self.gram.astype(np.float32)) @ self._gain
 
 
-def _eye(codes: Floats) -> Floats:
-    return np.eye(codes.shape[1], dtype=np.float32)
+def project(codes: Floats, wanted: Floats, decode: SkipNetwork, steps: int) -> Floats:
+    """Codes (b, values) whose coefficients are closest to those wanted, shape (b, K).
+
+    Damped Gauss-Newton steps from given codes; a step that makes matters worse is not taken.
+    """
+    damping = np.full((len(codes), 1), _FIRST_DAMPING, np.float32)
+    value, slopes = decode.jacobian(codes)
+    error = np.square(wanted - value).sum(1)
+    diagonal = np.arange(codes.shape[1])
+    for step in range(steps):
+        curvature = slopes @ slopes.swapaxes(1, 2)
+        curvature[:, diagonal, diagonal] *= 1.0 + damping
+        curvature[:, diagonal, diagonal] += np.float32(1e-12)
+        gradient = slopes @ (wanted - value)[..., None]
+        trial = codes + np.linalg.solve(curvature, gradient)[..., 0]
+        last = step + 1 == steps
+        trial_value, trial_slopes = (decode(trial), slopes) if last else decode.jacobian(trial)
+        trial_error = np.square(wanted - trial_value).sum(1)
+        better = trial_error < error
+        codes = np.where(better[:, None], trial, codes)
+        error = np.where(better, trial_error, error)
+        value = np.where(better[:, None], trial_value, value)
+        slopes = np.where(better[:, None, None], trial_slopes, slopes)
+        damping = np.maximum(np.where(better[:, None], damping * 0.3, damping * 5), _LEAST_DAMPING)
+        damping = damping.astype(np.float32)
+    return codes

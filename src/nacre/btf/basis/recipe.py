@@ -39,11 +39,11 @@ class BasisRecipe:
     greys: int = 96
     chromas: int = 16
     texels: int = 100
-    coded_texels: int = 512
+    coded_texels: int = 256
     width: int = 192
     depth: int = 4
     wide: int = 512
     hidden: int = 256
     function_steps: int = 4000
-    code_steps: int = 10000
+    code_steps: int = 6000
     seed: int = 0

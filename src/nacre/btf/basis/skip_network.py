@@ -21,7 +21,8 @@ class SkipNetwork:
     linear
         Shape (inputs, outputs).
     layers
-        Of the network; all but the last are followed by x / (1 + exp(-x)).
+        Of the network; all but the last are followed by x / (1 + exp(-x)). It may see more inputs
+        than the linear map, see :meth:`given`.
 
     Raises
     ------
@@ -33,7 +34,8 @@ class SkipNetwork:
     layers: Sequence[Layer]
 
     def __post_init__(self) -> None:
-        width, outputs = self.linear.shape
+        inputs, outputs = self.linear.shape
+        width = max(inputs, len(self.layers[0].weights)) if self.layers else inputs
         for layer in self.layers:
             if layer.weights.shape != (width, len(layer.biases)):
                 raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
@@ -45,6 +47,13 @@ class SkipNetwork:
     def multiply_adds(self) -> int:
         """For one input."""
         return int(self.linear.size) + sum(int(layer.weights.size) for layer in self.layers)
+
+    def given(self, further: Floats) -> SkipNetwork:
+        """The network with the inputs that the linear map does not see held fixed."""
+        first, *others = self.layers
+        inputs = len(self.linear)
+        biases = np.asarray(first.biases + further @ first.weights[inputs:], np.float32)
+        return SkipNetwork(self.linear, [Layer(first.weights[:inputs], biases), *others])
 
     def __call__(self, x: Floats) -> Floats:
         """Outputs (b, outputs) of inputs (b, inputs)."""

@@ -7,6 +7,7 @@ import click
 from nacre.cli.group import LazyGroup
 
 _COMMANDS: dict[str, str] = {
+    "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
     "convert": "Write a texture in another format.",
     "info": "Show what is in a texture.",
     "picture": "Show a texture under some lights from some views.",

@@ -25,11 +25,18 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLoca
 
 from nacre.lock import exclusive
 
+# Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
+# code of other roundings than that which the next process loads from the disk.
+inner = numba.njit(error_model="numpy", forceinline=True)
+"""A function that becomes part of the compiled functions that call it."""
+inner_fast = numba.njit(error_model="numpy", fastmath=True, forceinline=True)
+"""One that may also reorder sums and takes all numbers to be finite."""
+
 
 def compiled(function: Callable[..., Any]) -> Any:
     """A function that Numba compiles without the interpreter lock, once a machine.
 
-    Compiled functions that it calls become part of it.
+    Compiled functions that it calls become part of it; they must lie in the same folder.
     """
     dispatcher = numba.njit(nogil=True, error_model="numpy", forceinline=True)(function)
     dispatcher._cache = _Cache(function)
@@ -37,8 +44,8 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 @cache
-def cache_folder() -> Path:
-    """Where this code's compiled functions for this processor are kept.
+def cache_folder(source: Path) -> Path:
+    """Where compiled functions of the modules in a folder are kept for this processor.
 
     In the user's folder for caches, or in `NUMBA_CACHE_DIR`.
     """
@@ -48,7 +55,7 @@ def cache_folder() -> Path:
         llvmlite.binding.get_host_cpu_features().flatten(),
     )
     digest = hashlib.sha256(repr((libraries, processor)).encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in (Path(__file__), *sorted(source.glob("*.py"))):
         digest.update(path.read_bytes())
     root = config.CACHE_DIR or platformdirs.user_cache_dir("nacre", appauthor=False)
     return Path(root) / f"kernel-{digest.hexdigest()[:16]}"
@@ -60,16 +67,17 @@ class _Locator(_CacheLocator):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any]) -> None:
         self._lineno = function.__code__.co_firstlineno
         self._py_file = function.__code__.co_filename
+        self.folder = cache_folder(Path(self._py_file).parent)
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], _py_file: str) -> _Locator:
         return cls(py_func)
 
     def get_cache_path(self) -> str:
-        return str(cache_folder())
+        return str(self.folder)
 
     def get_source_stamp(self) -> str:
-        return cache_folder().name
+        return self.folder.name
 
     def get_disambiguator(self) -> str:
         return str(self._lineno)
@@ -94,7 +102,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
     def save_overload(self, sig: Any, data: Any) -> None:
         with contextlib.suppress(OSError):
-            cache_folder().mkdir(parents=True, exist_ok=True)
+            folder = self._impl.locator.folder
+            folder.mkdir(parents=True, exist_ok=True)
             # Two processes that add to the index at once would give two files the same name.
-            with exclusive(cache_folder() / ".lock"):
+            with exclusive(folder / ".lock"):
                 super().save_overload(sig, data)

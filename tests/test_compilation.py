@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import llvmlite.binding
 import numba
 import pytest
 
-from nacre.neural import compilation
-from nacre.neural.compilation import cache_folder, compiled
+from nacre.compilation import cache_folder, compiled
+
+HERE = Path(__file__).parent
 
 
 def double(x):
@@ -22,7 +24,7 @@ def double(x):
 def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
     cache_folder.cache_clear()
-    yield cache_folder()
+    yield cache_folder(HERE)
     cache_folder.cache_clear()
 
 
@@ -56,18 +58,17 @@ def test_every_processor_has_a_folder(folder, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(llvmlite.binding, name, lambda value=value: value)
             cache_folder.cache_clear()
-            assert cache_folder() != folder
+            assert cache_folder(HERE) != folder
     cache_folder.cache_clear()
-    assert cache_folder() == folder
+    assert cache_folder(HERE) == folder
 
 
-def test_every_state_of_the_source_has_a_folder(folder, tmp_path, monkeypatch):
+def test_every_state_of_the_source_has_a_folder(folder, tmp_path):
     folders = []
-    monkeypatch.setattr(compilation, "__file__", str(tmp_path / "compilation.py"))
     for text in ("", "a = 1", "a = 2"):
         (tmp_path / "simd.py").write_text(text)
         cache_folder.cache_clear()
-        folders.append(cache_folder())
+        folders.append(cache_folder(tmp_path))
     assert len({folder, *folders}) == 4
 
 
@@ -88,7 +89,7 @@ import sys
 import time
 import numpy as np
 from numba.core.caching import IndexDataCacheFile
-from nacre.neural.compilation import compiled
+from nacre.compilation import compiled
 
 load = IndexDataCacheFile._load_index
 

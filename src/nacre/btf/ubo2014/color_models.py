@@ -1,0 +1,153 @@
+"""How the three channels that are factored become linear RGB, and back.
+
+The formulas and constants are those of the `undecorrelate` function in btflib, the reader of the
+University of Bonn (github.com/cgbonn/btflib).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+
+
+class ColorModel(IntEnum):
+    """Number that a file gives for its color model; 2, 5 to 8 are not read."""
+
+    RGB = 0
+    YUV = 1
+    PCA = 3
+    YCOCG = 4
+    YLOG_UV = 9
+    YLOG_ULOG_VLOG = 10
+    YLOG_UDIVY_VDIVY = 11
+    LOG_RGB = 12
+
+
+EPSILON = 1e-5
+"""Added before a logarithm is taken."""
+
+LARGEST_LOGARITHM = 20.0
+"""Logarithms are taken to be at most this, so that no value overflows; e^20 is 5e8."""
+
+_YUV = np.array([[1.0, 0.0, 1.13983], [1.0, -0.39465, -0.5806], [1.0, 2.03211, 0.0]])
+_YCOCG = np.array([[1.0, 1.0, -1.0], [1.0, 0.0, 1.0], [1.0, -1.0, -1.0]])
+_IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Decorrelation:
+    """A color model with its parameters.
+
+    Parameters
+    ----------
+    model
+        Which one.
+    mean, matrix
+        Of :attr:`ColorModel.PCA`: a color is `channels @ matrix + mean`. Unused by the others.
+    """
+
+    model: ColorModel
+    mean: npt.ArrayLike = (0.0, 0.0, 0.0)
+    matrix: npt.ArrayLike = _IDENTITY
+
+    def to_rgb(self, channels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Linear RGB, finite where channels are.
+
+        Parameters
+        ----------
+        channels
+            Shape (3, ...), contiguous; may be overwritten.
+        """
+        model = self.model
+        if model is ColorModel.LOG_RGB:
+            _exp(channels)
+        if model in (
+            ColorModel.YLOG_UV,
+            ColorModel.YLOG_ULOG_VLOG,
+            ColorModel.YLOG_UDIVY_VDIVY,
+        ):
+            luma, chroma = channels[0], channels[1:]
+            _exp(luma)
+            if model is ColorModel.YLOG_ULOG_VLOG:
+                size = np.abs(chroma)
+                size += np.float32(np.log(EPSILON))
+                np.clip(size, -LARGEST_LOGARITHM, LARGEST_LOGARITHM, out=size)
+                np.multiply(np.sign(chroma), np.exp(size, out=size), out=chroma)
+            elif model is ColorModel.YLOG_UDIVY_VDIVY:
+                chroma *= luma + np.float32(EPSILON)
+        if model is ColorModel.PCA:
+            rgb = _mixed(np.transpose(self.matrix), channels)
+            rgb += np.asarray(self.mean, np.float32).reshape(3, *[1] * (channels.ndim - 1))
+            return rgb
+        matrix = _MATRICES.get(model)
+        return channels if matrix is None else _mixed(matrix, channels)
+
+    def from_rgb(self, rgb: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Channels of linear RGB; the inverse of :meth:`to_rgb` for colors that are not negative.
+
+        Parameters
+        ----------
+        rgb
+            Shape (3, ...), contiguous.
+        """
+        model = self.model
+        if model is ColorModel.RGB:
+            return rgb
+        if model is ColorModel.LOG_RGB:
+            return np.log(np.maximum(rgb, 0.0) + np.float32(EPSILON))
+        if model is ColorModel.PCA:
+            mean = np.asarray(self.mean, np.float32).reshape(3, *[1] * (rgb.ndim - 1))
+            return _mixed(np.linalg.inv(np.transpose(self.matrix)), rgb - mean)
+        channels = _mixed(np.linalg.inv(_MATRICES[model]), rgb)
+        if model in (ColorModel.YUV, ColorModel.YCOCG):
+            return channels
+        luma, chroma = channels[0], channels[1:]
+        np.maximum(luma, 0.0, out=luma)
+        luma += np.float32(EPSILON)
+        if model is ColorModel.YLOG_ULOG_VLOG:
+            size = np.log(np.maximum(np.abs(chroma), EPSILON) / np.float32(EPSILON))
+            np.multiply(np.sign(chroma), size, out=chroma)
+        elif model is ColorModel.YLOG_UDIVY_VDIVY:
+            chroma /= luma
+        np.log(luma, out=luma)
+        return channels
+
+
+_MATRICES = {
+    ColorModel.YUV: _YUV,
+    ColorModel.YCOCG: _YCOCG,
+    ColorModel.YLOG_UV: _YUV,
+    ColorModel.YLOG_ULOG_VLOG: _YUV,
+    ColorModel.YLOG_UDIVY_VDIVY: _YUV,
+}
+
+
+def principal_colors(mean: Floats, covariance: Floats) -> Decorrelation:
+    """The model whose channels are the principal components of colors.
+
+    Parameters
+    ----------
+    mean, covariance
+        Of the colors, shapes (3,) and (3, 3).
+    """
+    _, vectors = np.linalg.eigh(covariance)
+    return Decorrelation(ColorModel.PCA, mean, vectors[:, ::-1].T)
+
+
+def _exp(channels: npt.NDArray[np.float32]) -> None:
+    """Undo a logarithm, in place."""
+    np.clip(channels, -LARGEST_LOGARITHM, LARGEST_LOGARITHM, out=channels)
+    np.exp(channels, out=channels)
+    channels -= np.float32(EPSILON)
+
+
+def _mixed(matrix: npt.NDArray[Any], channels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Each channel as a sum of weighted channels; a matrix product, so it is fast."""
+    flat = channels.reshape(3, -1)
+    return (np.asarray(matrix, np.float32) @ flat).reshape(channels.shape)
