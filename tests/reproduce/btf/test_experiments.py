@@ -164,4 +164,5 @@ def test_a_geometric_mean_of_nothing_is_not_a_number():
     assert geometric_mean([1.0, 100.0]) == pytest.approx(10.0)
     assert geometric_mean([0.0, 1.0]) == 0.0
     assert math.isnan(geometric_mean([]))
+    assert [scaled(v) for v in (1.234e-4, 0.012345, 0.21739, 0.0)] == ["1.23", "123", "2174", "0"]
     assert scaled(math.nan) == scaled(None) == "–"

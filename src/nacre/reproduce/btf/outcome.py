@@ -72,12 +72,14 @@ class Outcome:
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown, all but its first column to the right."""
     lines = [table_row(head), "|---" + "|---:" * (len(head) - 1) + "|"]
-    return "\n".join([*lines, *map(table_row, rows)]) + "\n"
+    return "\n".join([*lines, *map(table_row, rows)])
 
 
 def scaled(mse: float | None) -> str:
     """A mean squared error as tables show it: times ten thousand; a dash where there is none."""
-    return "–" if mse is None or not math.isfinite(mse) else f"{1e4 * mse:.3g}"
+    if mse is None or not math.isfinite(mse):
+        return "–"
+    return f"{1e4 * mse:.0f}" if mse >= 0.01 else f"{1e4 * mse:.3g}"
 
 
 def geometric_mean(values: Sequence[float]) -> float:
