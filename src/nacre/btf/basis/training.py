@@ -48,8 +48,7 @@ def train_basis(
     random = np.random.default_rng(recipe.seed)
     subsets = partial_measurements(wi, wo, random)
     data = training_texels(textures, values, orders, subsets, recipe.coded_texels, random, progress)
-    encode, decode, prior = train_codes(data, values, recipe, progress)
-    return BasisCodec(functions, encode, decode, prior)
+    return BasisCodec(functions, *train_codes(data, values, recipe, progress))
 
 
 def _gathered(
