@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -18,6 +18,8 @@ from nacre.cli.console import (
     print_facts,
     status,
 )
+from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
+from nacre.cli.reproduce_btf import command as texture_command
 from nacre.files import NacreError, printable
 
 if TYPE_CHECKING:
@@ -42,6 +44,22 @@ _FOREIGN = {
 """Options that are not for an experiment."""
 
 
+class _Command(click.Command):
+    """Hands over to another command, with options of its own, for experiments on textures."""
+
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,
+    ) -> click.Context:
+        """See click."""
+        if any(arg in _TEXTURES for arg in args):
+            return texture_command.make_context(info_name, args, parent, **extra)
+        return super().make_context(info_name, args, parent, **extra)
+
+
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
     """Print every method and stop."""
     if not value:
@@ -50,14 +68,14 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     from nacre.reproduce.codes import CODES
     from nacre.reproduce.samplers import SAMPLERS
 
-    print_facts("experiments", [("", ", ".join(_EXPERIMENTS))])
+    print_facts("experiments", [("", ", ".join(_EXPERIMENTS)), ("textures", ", ".join(_TEXTURES))])
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
     console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(SAMPLERS)}", markup=False)
     context.exit()
 
 
-@click.command("reproduce")
+@click.command("reproduce", cls=_Command)
 @click.argument("experiment", type=click.Choice(_EXPERIMENTS))
 @click.argument("files", nargs=-1, required=True, type=file_path())
 @click.option(
@@ -119,6 +137,8 @@ def command(
 
     Every pair of a material and a method is tried once and kept: a run that was stopped goes on,
     and other experiments on the same materials find what they need.
+
+    Those of the paper on textures have options of their own: nacre reproduce btf-table1 --help.
     """
     from nacre.files import require
     from nacre.render.environment import load_environment

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
+from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -26,11 +27,15 @@ from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
 
 DAMAGED = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile)
 """What reading a file that is not there or not whole raises."""
+SOURCES = Path(nacre.__file__).parent
+"""Where nacre's modules are."""
 _ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".bsdf"}
 """Of files that hold a class of reflectance exactly."""
 _IGNORED = ("cli", "download", "reproduce")
 """Parts of nacre that do not change what a trial finds; within the last, see `_COUNTED`."""
-_COUNTED = ("codes.py", "methods.py", "noise.py", "trial.py")
+_COUNTED = [
+    SOURCES / "reproduce" / name for name in ("codes.py", "methods.py", "noise.py", "trial.py")
+]
 
 
 class Cache:
@@ -130,10 +135,17 @@ def facts_digest(facts: object) -> str:
 @cache
 def code_digest() -> str:
     """SHA-256 of nacre's version and of its modules that matter for a trial."""
-    root = Path(nacre.__file__).parent
+    counted = []
+    for path in SOURCES.rglob("*.py"):
+        folder = path.relative_to(SOURCES).parts[0]
+        if folder not in _IGNORED or path in _COUNTED:
+            counted.append(path)
+    return sources_digest(counted)
+
+
+def sources_digest(paths: Iterable[Path]) -> str:
+    """SHA-256 of nacre's version and of some of its modules."""
     total = hashlib.sha256(nacre.__version__.encode())
-    for path in sorted(root.rglob("*.py")):
-        folder = path.relative_to(root).parts[0]
-        if folder not in _IGNORED or (folder == "reproduce" and path.name in _COUNTED):
-            total.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    for path in sorted(paths):
+        total.update(path.relative_to(SOURCES).as_posix().encode() + path.read_bytes())
     return total.hexdigest()

@@ -1,0 +1,12 @@
+"""Principal components of texels: what every other codec is measured against."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "analysis": ["PcaRecipe", "find_components"],
+        "codec": ["PcaCodec"],
+        "file": ["load_components", "save_components"],
+    },
+)

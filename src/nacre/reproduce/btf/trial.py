@@ -1,0 +1,157 @@
+"""What a codec makes of a texture: errors of its texels, and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf.codec import TexelCodec
+from nacre.btf.networks.preprocessing import OFFSET
+from nacre.btf.texture import Btf
+from nacre.progress import Progress, silent
+from nacre.reproduce.btf.sampling import Pairs, Sampling
+
+_BLOCK = 1 << 26
+"""Bytes of reflectance at a time."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Of each texel that was looked at, over all pairs compared.
+
+    Parameters
+    ----------
+    squares
+        Mean squared difference of reflectance factors, shape (t,).
+    logarithms
+        Mean absolute difference of their logarithms, shape (t,): what the networks' loss is, but
+        for a factor.
+    """
+
+    squares: npt.NDArray[np.float64]
+    logarithms: npt.NDArray[np.float64]
+
+    @property
+    def mse(self) -> float:
+        """Mean squared error."""
+        return float(self.squares.mean())
+
+
+def errors(
+    texture: Btf,
+    codec: TexelCodec,
+    sampling: Sampling,
+    texels: int | None,
+    seed: int,
+    progress: Progress = silent,
+) -> Errors:
+    """Errors of texels that are coded and decoded.
+
+    Parameters
+    ----------
+    texture, codec, sampling
+        What is coded, how, and from what.
+    texels
+        How many random texels are looked at; None for all.
+    seed
+        Of what is chosen at random.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    NacreError
+        If the codec is for other directions only.
+    """
+    wi, wo = texture.wi, texture.wo
+    seen, compared = sampling.pairs(wi, wo, seed)
+    encode = codec.encoder(wi[seen], wo[seen])
+    decode = codec.decoder(wi[compared], wo[compared])
+    chosen = np.arange(texture.texel_count)
+    if texels is not None:
+        chosen = np.sort(np.random.default_rng(seed).permutation(chosen)[:texels])
+    found = np.empty((2, len(chosen)))
+    for part in _runs(len(chosen), len(wi)):
+        values = texture.texels(chosen[part])
+        decoded = decode(encode(_taken(values, seen)))
+        values = _taken(values, compared)
+        found[0, part] = np.square(decoded - values).mean(axis=(1, 2))
+        found[1, part] = np.abs(_logarithm(decoded) - _logarithm(values)).mean(axis=(1, 2))
+        progress("comparing", part.stop, len(chosen), "")
+    return Errors(*found)
+
+
+def picture(
+    texture: Btf, codec: TexelCodec, sampling: Sampling, pair: int, seed: int
+) -> npt.NDArray[np.float32]:
+    """The decoded texture at one pair of directions, shape (height, width, 3).
+
+    Raises
+    ------
+    NacreError
+        If the codec is for other directions only.
+    """
+    wi, wo = texture.wi, texture.wo
+    seen, _ = sampling.pairs(wi, wo, seed)
+    encode = codec.encoder(wi[seen], wo[seen])
+    decode = codec.decoder(wi[[pair]], wo[[pair]])
+    rows = [
+        decode(encode(_taken(texture.texels(part), seen)))[:, 0]
+        for part in _runs(texture.texel_count, len(wi))
+    ]
+    return np.concatenate(rows).reshape(texture.height, texture.width, 3).astype(np.float32)
+
+
+def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArray[np.float32]:
+    """Codes of random texels, shape (at most `texels`, codec.values).
+
+    Raises
+    ------
+    NacreError
+        If the codec is for other directions only.
+    """
+    encode = codec.encoder(texture.wi, texture.wo)
+    chosen = np.random.default_rng(seed).permutation(texture.texel_count)[:texels]
+    parts = [
+        encode(texture.texels(np.sort(chosen)[part]))
+        for part in _runs(len(chosen), texture.pair_count)
+    ]
+    return np.concatenate(parts).astype(np.float32)
+
+
+def noise(texture: Btf, again: Btf) -> float:
+    """Mean squared error that is left to any codec, from a second measurement with other noise.
+
+    It is half the mean squared difference: both have noise of the same variance.
+
+    Raises
+    ------
+    ValueError
+        If the two are not of the same size and directions.
+    """
+    same = (texture.height, texture.width) == (again.height, again.width)
+    if not (same and np.array_equal(texture.wi, again.wi) and np.array_equal(texture.wo, again.wo)):
+        raise ValueError("is not of the same size and directions")
+    total = 0.0
+    for part in _runs(texture.texel_count, texture.pair_count):
+        total += float(np.square(texture.texels(part) - again.texels(part)).mean(axis=(1, 2)).sum())
+    return 0.5 * total / texture.texel_count
+
+
+def _runs(count: int, pairs: int) -> Iterator[slice]:
+    step = max(1, _BLOCK // (12 * pairs))
+    for start in range(0, count, step):
+        yield slice(start, min(start + step, count))
+
+
+def _taken(values: Floats, pairs: Pairs) -> Floats:
+    """Values at some pairs; without a copy where these are all."""
+    return values if len(pairs) == values.shape[1] else values[:, pairs]
+
+
+def _logarithm(values: Floats) -> Floats:
+    return np.asarray(np.log(np.maximum(values, 0.0) + OFFSET))

@@ -1,0 +1,13 @@
+"""Textures in files as `nacre.btf` reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nacre.btf import TableBtf, save
+
+
+def write(texture: TableBtf, path: Path) -> None:
+    """Single precision, so that nothing is lost."""
+    path.parent.mkdir(exist_ok=True)
+    save(texture, path, precision="single")
