@@ -7,12 +7,14 @@ from typing import Any
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.basis.file import MODEL, pack_basis, unpack_basis
 from nacre.btf.codec import TexelCodec
+from nacre.btf.principal import file as principal_file
+from nacre.btf.principal.codec import PcaCodec
 from nacre.files import FormatError, PathLike, check_json, write_encoded
 from nacre.tensors import Tensors, damage_named, from_file, to_bytes
 
 KEY = "nacre texel network"
 """Name of the header in a file."""
-LIMIT = 1 << 28
+LIMIT = 1 << 29
 """Bytes of a file."""
 _NETWORKS = "unified", "custom"
 
@@ -65,7 +67,7 @@ def pack_codec(
         To pack.
     precision
         Of the weights, one of :data:`nacre.tensors.PRECISIONS`; the least that changes no weight
-        where None.
+        where None. Principal components are single always.
 
     Raises
     ------
@@ -74,6 +76,8 @@ def pack_codec(
     """
     if isinstance(codec, BasisCodec):
         return pack_basis(codec, precision)
+    if isinstance(codec, PcaCodec):
+        return principal_file.pack_components(codec)
     from nacre.btf.networks.file import pack_network
     from nacre.btf.networks.network import TexelNetwork
 
@@ -95,6 +99,8 @@ def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
     check_json(header)  # so that what was read can be written again
     if header["model"] == MODEL:
         return unpack_basis(header, tensors)
+    if header["model"] == principal_file.MODEL:
+        return principal_file.unpack_components(header, tensors)
     if header["model"] not in _NETWORKS:
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
     from nacre.btf.networks.file import unpack_network

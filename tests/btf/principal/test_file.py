@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from nacre.btf.principal import PcaRecipe, find_components, load_components, save_components
+from nacre.btf import load_codec, save_codec
+from nacre.btf.codec_file import KEY
+from nacre.btf.principal import PcaRecipe, find_components
 from nacre.files import FormatError
 from tests.btf.principal.test_components import RING, TEXTURES
 from tests.specimens import mutated
-
-KEY = "nacre texel components"
 
 
 @pytest.fixture(scope="module")
@@ -24,17 +24,17 @@ def codec():
 
 @pytest.fixture
 def path(codec, tmp_path):
-    save_components(codec, tmp_path / "a.safetensors")
+    save_codec(codec, tmp_path / "a.safetensors")
     return tmp_path / "a.safetensors"
 
 
 def test_components_come_back_as_they_were(codec, path, tmp_path):
-    after = load_components(path)
+    after = load_codec(path)
     assert (after.values, after.noise, after.metadata) == (5, codec.noise, codec.metadata)
     texels = TEXTURES[0]().texels(slice(0, 4))
     np.testing.assert_array_equal(after.encoder(*RING)(texels), codec.encoder(*RING)(texels))
     again = tmp_path / "b.safetensors"
-    save_components(after, again)
+    save_codec(after, again)
     assert again.read_bytes() == path.read_bytes()
 
 
@@ -67,7 +67,7 @@ def rewrite(path, change) -> None:
 def test_damage_is_an_error_that_names_the_field(path, change, message):
     rewrite(path, change)
     with pytest.raises(FormatError, match=message) as caught:
-        load_components(path)
+        load_codec(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
 
@@ -78,11 +78,11 @@ def test_damaged_files_are_format_errors(path):
     for data in (b"", whole[:100], *(mutated(whole, random) for _ in range(60))):
         path.write_bytes(data)
         try:
-            load_components(path)
+            load_codec(path)
         except FormatError as error:
             errors.append(str(error))
     assert len(errors) > 20
     assert not any("\n" in error for error in errors)
     path.write_bytes(whole[:-1])
     with pytest.raises(FormatError, match="not a whole safetensors file"):
-        load_components(path)
+        load_codec(path)

@@ -7,6 +7,5 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "analysis": ["PcaRecipe", "find_components"],
         "codec": ["PcaCodec"],
-        "file": ["load_components", "save_components"],
     },
 )

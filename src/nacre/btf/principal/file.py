@@ -1,4 +1,4 @@
-"""Principal components as `.safetensors` files."""
+"""Principal components as the header and the tensors of a file."""
 
 from __future__ import annotations
 
@@ -7,57 +7,29 @@ from typing import Any
 import numpy as np
 
 from nacre.btf.principal.codec import PcaCodec
-from nacre.files import FormatError, PathLike, check_json, reason, write_encoded
-from nacre.tensors import Tensors, check_numbers, from_file, to_bytes
+from nacre.tensors import Tensors, check_numbers
 
+MODEL = "principal components"
 VERSION = 1
-_KEY = "nacre texel components"
-_LIMIT = 1 << 29
 _LARGEST = 1e12
 _ARRAYS = ("wi", "wo", "mean", "components", "variances")
 
 
-def save_components(codec: PcaCodec, path: PathLike) -> None:
-    """Write components; the same ones give the same bytes.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
-    """
-    write_encoded(path, _encode, codec)
-
-
-def load_components(path: PathLike) -> PcaCodec:
-    """Read components.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole one of a version we know.
-    """
-    header, tensors = from_file(path, _KEY, _LIMIT, "principal components of texels")
-    try:
-        return _from_header(header, tensors)
-    except KeyError as error:
-        raise FormatError(f"{path}: field {reason(error)} is missing") from error
-    except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise FormatError(f"{path}: {reason(error)}") from error
-
-
-def _encode(codec: PcaCodec) -> bytes:
-    tensors: Tensors = {name: np.asarray(getattr(codec, name), np.float32) for name in _ARRAYS}
-    tensors = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
+def pack_components(codec: PcaCodec) -> tuple[dict[str, Any], Tensors]:
+    """Header and tensors, single always; see :func:`nacre.btf.codec_file.pack_codec`."""
+    tensors = {name: np.ascontiguousarray(getattr(codec, name), np.float32) for name in _ARRAYS}
     header = {
         "version": VERSION,
+        "model": MODEL,
         "values": "pi f_r, linear Rec. 709",
         "noise": float(codec.noise),
         "metadata": codec.metadata,
     }
-    return to_bytes(_KEY, header, tensors, _LIMIT)
+    return header, tensors
 
 
-def _from_header(header: dict[str, Any], tensors: Tensors) -> PcaCodec:
+def unpack_components(header: dict[str, Any], tensors: Tensors) -> PcaCodec:
+    """A codec; see :func:`nacre.btf.codec_file.unpack_codec`."""
     if header["version"] != VERSION:
         raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
     metadata, noise = header["metadata"], header["noise"]
@@ -65,7 +37,6 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> PcaCodec:
         raise ValueError("metadata is not an object")
     if not isinstance(noise, float) or not 0.0 < noise < _LARGEST:
         raise ValueError(f"noise is {noise!r}, expected a number above 0")
-    check_json(header)  # so that what was read can be written again
     arrays = {name: tensors[name] for name in _ARRAYS}
     for name, array in arrays.items():
         if array.dtype != np.float32:

@@ -11,7 +11,6 @@ from typing import Any
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.codec import TexelCodec
 from nacre.btf.principal import PcaCodec, PcaRecipe, find_components
-from nacre.btf.principal.file import load_components, save_components
 from nacre.files import NacreError
 from nacre.progress import Progress
 from nacre.reproduce.btf.materials import Material
@@ -70,8 +69,6 @@ class Kind:
         What of the efforts does.
     own
         Whether each material has a codec of its own.
-    load, save
-        Files of the codec; where None, it is made again when it is needed again.
     """
 
     about: str
@@ -79,8 +76,6 @@ class Kind:
     sources: tuple[str, ...]
     settings: Callable[[Method, TrainingSettings], dict[str, Any]]
     own: bool = False
-    load: Callable[[Path], TexelCodec] | None = None
-    save: Callable[[Any, Path], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -170,18 +165,6 @@ def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, A
     return {"values": method.values, "minutes": settings.minutes, "seed": settings.seed}
 
 
-def _load_network(path: Path) -> TexelCodec:
-    from nacre.btf.networks.file import load_network
-
-    return load_network(path)
-
-
-def _save_network(network: Any, path: Path) -> None:
-    from nacre.btf.networks.file import save_network
-
-    save_network(network, path)
-
-
 def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
     values = -(-method.values // _COMPONENTS) * _COMPONENTS
     if method.own:
@@ -227,15 +210,11 @@ _NETWORK: dict[str, Any] = {
     "make": _network,
     "sources": ("networks/*.py",),
     "settings": _network_settings,
-    "load": _load_network,
-    "save": _save_network,
 }
 _PCA: dict[str, Any] = {
     "make": _components,
     "sources": ("principal/*.py", "basis/components.py", "basis/symmetry.py"),
     "settings": _pca_settings,
-    "load": load_components,
-    "save": save_components,
 }
 KINDS: Mapping[str, Kind] = {
     "unified": Kind("network of Rainer et al. 2020 for all textures", **_NETWORK),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.codec import TexelCodec
+from nacre.btf.codec_file import load_codec, save_codec
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.btf.principal import PcaCodec
 from nacre.btf.texture import Btf
@@ -174,9 +175,9 @@ class Study:
         kind = KINDS[method.kind]
         path = self.folder / f"codec-{mark}.safetensors"
         codec = None
-        if kind.load is not None and path.is_file() and not self._again(path):
+        if path.is_file() and not self._again(path):
             try:
-                codec = kind.load(path)
+                codec = load_codec(path)
             except NacreError:
                 path.unlink()
         if codec is None:
@@ -185,9 +186,8 @@ class Study:
             name = f"{method.name} for {material.name}" if method.own else method.name
             report = named(self.progress, name)
             codec = kind.make(method, textures, self.settings, state, report)
-            if kind.save is not None:
-                kind.save(codec, path)
-                self._made.add(path)
+            save_codec(codec, path)
+            self._made.add(path)
             state.unlink(missing_ok=True)
         if isinstance(codec, PcaCodec):
             codec = codec.first(method.values)
