@@ -34,3 +34,17 @@ def memory_errors(device: str) -> Iterator[None]:
         yield
     except torch.OutOfMemoryError as error:
         raise NacreError(f"device {device!r}: {reason(error)}") from error
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """A block in which PyTorch takes one thread.
+
+    Matrices are small: more threads gain little, and lose far more where cores are busy.
+    """
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)

@@ -17,6 +17,7 @@ from tests.latent.made import GRID, MATERIALS, NEW, stop_at
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
+from nacre import device
 from nacre.latent import descent, train_neural
 
 RECIPE = BasisRecipe(values=6, hidden=(24, 24), steps=300, directions=4096, batch=128)
@@ -99,7 +100,7 @@ def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, 
 def test_threads_come_back_whatever_happens():
     seen, count = [], descent.torch.get_num_threads
 
-    @descent.one_thread()
+    @device.one_thread()
     def stopped() -> None:
         seen.append(count())
         raise KeyboardInterrupt

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.checkpoint import load_state, save_state
+from nacre.device import one_thread
 from nacre.files import NacreError, require
 from nacre.progress import Progress
 
@@ -75,20 +75,6 @@ def descend(
     if not math.isfinite(last):
         raise NacreError("training of the basis diverged; lower the learning rate")
     return last
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """A block in which PyTorch takes one thread.
-
-    Matrices are small: more threads gain little, and lose far more where cores are busy.
-    """
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
 
 
 def _resume(adam: Any, mark: str, checkpoint: Path) -> tuple[int, float]:

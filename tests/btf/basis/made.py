@@ -44,7 +44,8 @@ def codec(
 
     return BasisCodec(
         AngularFunctions(hidden, wide, last, sizes.greys),
-        network(count, sizes.values, 2 * count),
+        network(count, count, 2 * count),
+        network(count, sizes.values, count),
         network(sizes.values, count, sizes.values),
         prior,
         metadata or {},

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
 import numpy as np
 
 from nacre.array import Floats
@@ -15,17 +18,24 @@ from nacre.btf.basis.stages import Stages
 from nacre.channels import TURNS
 from nacre.progress import Progress
 
-_BATCH = 256
-"""Texels of each subset of directions in a step."""
-_SUBSETS = 3
-"""In a step, beside all directions."""
-_WHOLE = 3.0
-"""Weight of errors of codes from all directions; 1 of those from a subset."""
+_BATCH = 512
+"""Texels in a step."""
+_PARTS = 4
+"""Of a batch: each with its own order of the channels, and subset of directions."""
 _MIXED = 0.5
 """Share of texels that are mixed with another."""
 _CAUTION = 20.0
-"""Times that noise counts where coefficients override a guess: unlike noise, what the functions
-cannot express is alike at neighbouring directions."""
+"""Times that noise counts where measurements override what is completed: unlike noise, what the
+functions cannot express is alike at neighbouring directions."""
+
+
+class Networks(NamedTuple):
+    """What :class:`nacre.btf.basis.codec.BasisCodec` is made of beside its functions."""
+
+    complete: SkipNetwork
+    encode: SkipNetwork
+    decode: SkipNetwork
+    prior: Prior
 
 
 def train_codes(
@@ -34,8 +44,8 @@ def train_codes(
     recipe: BasisRecipe,
     report: Progress,
     stages: Stages,
-) -> tuple[SkipNetwork, SkipNetwork, Prior]:
-    """The networks from coefficients to codes and back, and the prior.
+) -> Networks:
+    """The networks between coefficients and codes, the one that completes coefficients, the prior.
 
     Parameters
     ----------
@@ -46,48 +56,138 @@ def train_codes(
     recipe
         Sizes and efforts.
     report, stages
-        Called as it goes on, and where steps are kept.
+        Called as it goes on, and where results and steps are kept.
     """
-    values, residuals = torch.from_numpy(data.values), torch.from_numpy(data.residuals)
-    prior = _first_prior(data)
-    estimates, known = _estimates(data, functions, prior)
-    seen = torch.from_numpy(estimates / prior.deviations)
-    shares = torch.from_numpy(known)
-    orders = torch.from_numpy(_orders_of_channels(functions))
-    scale = torch.from_numpy(prior.deviations)
-    generator = torch.Generator().manual_seed(recipe.seed)
-    forward, back = _linear_start(data, prior.deviations, recipe.values)
-    count = values.shape[1]
-    encode = SkipTraining(forward, recipe.hidden, generator, inputs=2 * count)
-    decode = SkipTraining(back, recipe.hidden, generator)
+    training = _Training(data, functions, recipe)
+    coder = stages.result("coder", _Coder, lambda: training.autoencoder(report, stages))
+    complete = training.completion(report, stages)
+    return Networks(complete, coder.encode, coder.decode, training.prior(complete))
 
-    def draw(limit: int, shape: tuple[int, ...]) -> Tensor:
-        return torch.randint(limit, shape, generator=generator)
 
-    def loss(_step: int) -> Tensor:
+@dataclass(frozen=True, eq=False)
+class _Coder:
+    """The networks from coefficients to codes, and back."""
+
+    encode: SkipNetwork
+    decode: SkipNetwork
+
+
+class _Training:
+    """Texels to train on, and what is found on the way."""
+
+    def __init__(
+        self, data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe
+    ) -> None:
+        self._data, self._recipe = data, recipe
+        self._first = _first_prior(data)
+        self._estimates, self._known = _estimates(data, functions, self._first)
+        self._generator = torch.Generator().manual_seed(recipe.seed)
+        self._orders = torch.from_numpy(_orders_of_channels(functions))
+        self._scale = torch.from_numpy(self._first.deviations)
+        self._values = torch.from_numpy(data.values)
+        self._residuals = torch.from_numpy(data.residuals)
+
+    def autoencoder(self, report: Progress, stages: Stages) -> _Coder:
+        """From coefficients to codes, and back."""
+        deviations, hidden = self._first.deviations, self._recipe.hidden
+        forward, back = _linear_start(self._data, deviations, self._recipe.values)
+        encode = SkipTraining(forward, hidden, self._generator)
+        decode = SkipTraining(back, hidden, self._generator)
+
+        def loss(_step: int) -> Tensor:
+            parts = self._parts()
+            seen = torch.cat([part.of(self._values) for part in parts])
+            found = decode(encode(seen / self._scale)) * self._scale
+            return self._error(found - seen, parts)
+
+        parameters = [*encode.parameters, *decode.parameters]
+        descend(
+            parameters, [], loss, self._recipe.code_steps, "codes", report, self._generator, stages
+        )
+        return _Coder(
+            encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
+        )
+
+    def completion(self, report: Progress, stages: Stages) -> SkipNetwork:
+        """From estimates of coefficients by some directions to those by all."""
+        self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
+        deviations, count = self._first.deviations, self._values.shape[1]
+        identity = np.eye(count, dtype=np.float32)
+        complete = SkipTraining(identity, self._recipe.hidden, self._generator, 2 * count)
+        estimates, known = torch.from_numpy(self._estimates), torch.from_numpy(self._known)
+
+        def loss(_step: int) -> Tensor:
+            parts = self._parts()
+            subsets = self._draw(len(estimates), _PARTS).tolist()
+            wanted = torch.cat([part.of(self._values) for part in parts])
+            pairs = list(zip(parts, subsets, strict=True))
+            seen = torch.cat([part.of(estimates[subset]) for part, subset in pairs])
+            shares = torch.cat([known[subset].expand(len(part.one), -1) for part, subset in pairs])
+            found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
+            return self._error(found - wanted, parts)
+
+        descend(
+            complete.parameters,
+            [],
+            loss,
+            self._recipe.code_steps,
+            "completion",
+            report,
+            self._generator,
+            stages,
+        )
+        scale = np.concatenate([deviations, np.ones(count, np.float32)])
+        return complete.trained(input_scale=scale, output_scale=deviations)
+
+    def prior(self, complete: SkipNetwork) -> Prior:
+        """With the covariance of errors of completed coefficients, a mean over the subsets."""
+        values, residuals = self._data.values, self._data.residuals + 1e-7
+        energy = np.square(values).sum(1) / 3.0 + residuals
+        covariance = np.zeros((values.shape[1],) * 2)
+        for estimate, share in zip(self._estimates, self._known, strict=True):
+            error = values - complete.given(share)(estimate)
+            error /= np.sqrt(energy)[:, None]
+            covariance += error.T @ error
+        covariance /= len(self._estimates) * len(values)
+        noise = _CAUTION * 3.0 * float(np.exp(np.log(residuals / energy).mean()))
+        return replace(self._first, covariance=covariance.astype(np.float32), relative_noise=noise)
+
+    def _draw(self, limit: int, count: int) -> Tensor:
+        return torch.randint(limit, (count,), generator=self._generator)
+
+    def _parts(self) -> list[_Part]:
+        """Of a batch."""
+        count = _BATCH // _PARTS
+        parts = []
+        for order in self._orders[self._draw(len(self._orders), _PARTS)]:
+            one, other = self._draw(len(self._values), 2 * count).chunk(2)
+            share = torch.rand(count, 1, generator=self._generator)
+            share *= torch.rand(count, 1, generator=self._generator) < _MIXED
+            parts.append(_Part(one, other, share, order))
+        return parts
+
+    def _error(self, difference: Tensor, parts: list[_Part]) -> Tensor:
         """Mean over texels of root mean square errors of reflectance factors."""
-        total = 0.0
-        subsets = [0, *draw(len(seen), (_SUBSETS,)).tolist()]
-        for subset, order in zip(subsets, orders[draw(len(orders), (4,))], strict=True):
-            one, other = draw(len(values), (2, _BATCH))
-            share = torch.rand(_BATCH, 1, generator=generator)
-            share *= torch.rand(_BATCH, 1, generator=generator) < _MIXED
-            wanted = torch.lerp(values[one], values[other], share) @ order
-            given = torch.lerp(seen[subset, one], seen[subset, other], share) * scale @ order
-            # What the functions leave of two texels is taken to be independent.
-            left = residuals[one] * (1 - share[:, 0]) ** 2 + residuals[other] * share[:, 0] ** 2
-            inputs = torch.cat([given / scale, shares[subset].expand(_BATCH, -1)], 1)
-            found = decode(encode(inputs)) * scale
-            error = ((found - wanted).square().sum(1) / 3.0 + left + 1e-7).sqrt().mean()
-            total = total + (error if subset else _WHOLE * error)
-        return total / (_WHOLE + _SUBSETS)
+        left = torch.cat([part.left(self._residuals) for part in parts])
+        return (difference.square().sum(1) / 3.0 + left + 1e-7).sqrt().mean()
 
-    parameters = [*encode.parameters, *decode.parameters]
-    descend(parameters, [], loss, recipe.code_steps, "codes", report, generator, stages)
-    ones = np.ones(count, np.float32)
-    encoder = encode.trained(input_scale=np.concatenate([prior.deviations, ones]))
-    decoder = decode.trained(output_scale=prior.deviations)
-    return encoder, decoder, _prior(data, estimates, known, encoder, decoder, prior)
+
+class _Part(NamedTuple):
+    """Pairs of texels, the share of the second ones in their mixture, an order of the channels."""
+
+    one: Tensor
+    other: Tensor
+    share: Tensor
+    order: Tensor
+
+    def of(self, table: Tensor) -> Tensor:
+        """Coefficients of the mixtures, from a table of those of all texels."""
+        return torch.lerp(table[self.one], table[self.other], self.share) @ self.order
+
+    def left(self, residuals: Tensor) -> Tensor:
+        """What the functions leave of mixtures: that of two texels is taken to be independent."""
+        share = self.share[:, 0]
+        return residuals[self.one] * (1.0 - share) ** 2 + residuals[self.other] * share**2
 
 
 def _first_prior(data: TrainingTexels) -> Prior:
@@ -108,27 +208,6 @@ def _estimates(
         estimates[index] = observation.ridge(data.moments[index])
         known[index] = observation.known
     return estimates, known
-
-
-def _prior(
-    data: TrainingTexels,
-    estimates: Floats,
-    known: Floats,
-    encode: SkipNetwork,
-    decode: SkipNetwork,
-    first: Prior,
-) -> Prior:
-    """With the covariance of errors of first guesses, a mean over the subsets."""
-    energy = np.square(data.values).sum(1) / 3.0 + data.residuals + 1e-7
-    covariance = np.zeros((data.values.shape[1],) * 2)
-    for estimate, share in zip(estimates, known, strict=True):
-        error = data.values - decode(encode.given(share)(estimate))
-        error /= np.sqrt(energy)[:, None]
-        covariance += error.T @ error
-    covariance /= len(estimates) * len(data.values)
-    relative = np.exp(np.log((data.residuals + 1e-7) / energy).mean())
-    noise = _CAUTION * 3.0 * float(relative)
-    return Prior(first.deviations, first.noise, covariance.astype(np.float32), noise)
 
 
 def _orders_of_channels(functions: FunctionValues) -> Floats:

@@ -30,16 +30,18 @@ class BasisCodec(TexelCodec):
     (:class:`AngularFunctions`). Its coefficients are what a second, small network makes of a code,
     once a texel; after that, a pair of directions costs one multiplication a coefficient.
 
-    Encoding takes any directions. Least squares give coefficients, a network a guess of the code
-    from these and from what share of each the directions determine; where they determine much, the
-    coefficients override the guess; and Gauss-Newton steps bring the code closest to the outcome.
+    Encoding takes any directions. Least squares give coefficients; a network completes them, given
+    what share of each the directions determine; where they determine much, measurements override
+    it; and Gauss-Newton steps bring the code closest to the outcome.
 
     Parameters
     ----------
     functions
         Of light and view.
+    complete
+        From coefficients by least squares, and what share of each is known, to those to expect.
     encode
-        From coefficients, and from what share of each is known, to a first guess of the code.
+        From coefficients to a first guess of the code.
     decode
         From a code to coefficients.
     prior
@@ -54,6 +56,7 @@ class BasisCodec(TexelCodec):
     """
 
     functions: AngularFunctions
+    complete: SkipNetwork
     encode: SkipNetwork
     decode: SkipNetwork
     prior: Prior
@@ -64,8 +67,11 @@ class BasisCodec(TexelCodec):
         shapes = [self.encode.linear.shape, self.decode.linear.shape[::-1]]
         if shapes != [(count, self.values)] * 2:
             raise ValueError(f"networks of shapes {shapes} for {count} coefficients")
-        if len(self.encode.layers[0].weights) != 2 * count:
-            raise ValueError("the encoder does not see what is known of coefficients")
+        if (len(self.complete.layers[0].weights), *self.complete.linear.shape) != (
+            *(2 * count, count),
+            count,
+        ):
+            raise ValueError(f"the network that completes is not for {count} coefficients")
         if self.prior.deviations.shape != (count,) or self.prior.covariance.shape != (count, count):
             raise ValueError(f"the prior is not of {count} coefficients")
 
@@ -77,15 +83,16 @@ class BasisCodec(TexelCodec):
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.encoder`."""
         observation = Observation(self.functions(wi, wo), self.prior)
-        guess = self.encode.given(observation.known)
+        complete = self.complete.given(observation.known)
 
         def encode(texels: Floats) -> Floats:
             moments = observation.moments(texels)
             codes = np.empty((len(texels), self.values), np.float32)
             for start in range(0, len(moments), _CHUNK):
                 part = moments[start : start + _CHUNK]
-                first = guess(observation.ridge(part))
-                wanted = observation.expected(self.decode(first), part)
+                guess = complete(observation.ridge(part))
+                wanted = observation.expected(guess, part)
+                first = self.encode(wanted)
                 codes[start : start + _CHUNK] = project(first, wanted, self.decode, _STEPS)
             return codes
 

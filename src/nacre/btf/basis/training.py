@@ -76,8 +76,7 @@ def train_basis(
         return training_texels(textures, values, orders, subsets, count, random, progress)
 
     data = kept.result("coefficients", TrainingTexels, found_texels)
-    encode, decode, prior = train_codes(data, values, recipe, progress, kept)
-    return BasisCodec(functions, encode, decode, prior)
+    return BasisCodec(functions, *train_codes(data, values, recipe, progress, kept))
 
 
 def _gathered(
