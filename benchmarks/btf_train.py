@@ -20,6 +20,7 @@ import numpy as np
 
 from benchmarks.table import markdown
 from nacre.btf import BONN
+from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.codec import on_all_cores
 from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
@@ -78,14 +79,14 @@ def multiply_adds(run: Callable[[], Any]) -> float:
     return float(counter.get_total_flops()) / 2.0
 
 
-def codec_multiply_adds(sizes: BasisRecipe, pairs: int) -> tuple[float, float]:
+def codec_multiply_adds(codec: BasisCodec, pairs: int) -> tuple[float, float]:
     """Those of the default codec for a texel: encoding, decoding."""
-    count = sizes.greys + 2 * sizes.chromas
-    hidden = sizes.hidden * (sizes.hidden + count)
-    jacobian = sizes.values * hidden + sizes.values**2 * count
-    solve = (2 * count + sizes.values) * sizes.hidden + hidden + 4 * count**2
-    network = sizes.values * (sizes.hidden + count) + hidden
-    return pairs * count + 4 * jacobian + solve, pairs * count + network
+    values, count = codec.decode.linear.shape
+    _, *others = codec.decode.layers
+    jacobian = values * (sum(int(layer.weights.size) for layer in others) + values * count)
+    guess = codec.complete.multiply_adds + codec.encode.multiply_adds + 3 * count**2
+    decode = codec.decode.multiply_adds
+    return pairs * count + guess + 4 * jacobian + decode, pairs * count + decode
 
 
 def main() -> None:
@@ -146,7 +147,7 @@ def main() -> None:
     work["encode"] = multiply_adds(lambda: network.encode(few.mT, prepared[0]))
     work["encode"] *= len(texels) / len(few)
     work["decode"] = multiply_adds(lambda: network.decode(given[:1], prepared[1])) * len(codes)
-    by_basis = codec_multiply_adds(sizes, len(wi))
+    by_basis = codec_multiply_adds(basis, len(wi))
     work["encode, default codec"] = by_basis[0] * len(texels)
     work["decode, default codec"] = by_basis[1] * len(many)
     seconds: dict[str, list[float]] = {name: [] for name in subjects}

@@ -160,7 +160,7 @@ def test_the_default_model_is_trained_and_encodes_another_texture(files, tmp_pat
     ]
 
 
-@pytest.mark.parametrize("where", ["functions", "codes"])
+@pytest.mark.parametrize("where", ["functions", "codes", "completion"])
 def test_the_default_model_goes_on_to_the_same_bytes(files, tmp_path, capsys, monkeypatch, where):
     output = tmp_path / "model.safetensors"
     arguments = "btf", "train", *files, "-o", output, *BASIS

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -57,26 +57,29 @@ def train_codes(
     recipe
         Sizes and efforts.
     report, stages
-        Called as it goes on, and where steps are kept.
+        Called as it goes on, and where results and steps are kept.
     """
-    training = _Training(data, functions, recipe, report, stages)
-    encode, decode = training.autoencoder()
-    complete = training.completion()
-    return Networks(complete, encode, decode, training.prior(complete))
+    training = _Training(data, functions, recipe)
+    coder = stages.result("coder", _Coder, lambda: training.autoencoder(report, stages))
+    complete = training.completion(report, stages)
+    return Networks(complete, coder.encode, coder.decode, training.prior(complete))
+
+
+@dataclass(frozen=True, eq=False)
+class _Coder:
+    """The networks from coefficients to codes, and back."""
+
+    encode: SkipNetwork
+    decode: SkipNetwork
 
 
 class _Training:
     """Texels to train on, and what is found on the way."""
 
     def __init__(
-        self,
-        data: TrainingTexels,
-        functions: FunctionValues,
-        recipe: BasisRecipe,
-        report: Progress,
-        stages: Stages,
+        self, data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe
     ) -> None:
-        self._data, self._recipe, self._report, self._stages = data, recipe, report, stages
+        self._data, self._recipe = data, recipe
         self._first = _first_prior(data)
         self._estimates, self._known = _estimates(data, functions, self._first)
         self._generator = torch.Generator().manual_seed(recipe.seed)
@@ -85,7 +88,7 @@ class _Training:
         self._values = torch.from_numpy(data.values)
         self._residuals = torch.from_numpy(data.residuals)
 
-    def autoencoder(self) -> tuple[SkipNetwork, SkipNetwork]:
+    def autoencoder(self, report: Progress, stages: Stages) -> _Coder:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.values)
@@ -99,11 +102,14 @@ class _Training:
             return self._error(found - seen, parts)
 
         parameters = [*encode.parameters, *decode.parameters]
-        self._descend(parameters, loss, "codes")
-        return encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
+        self._descend(parameters, loss, "codes", report, stages)
+        return _Coder(
+            encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
+        )
 
-    def completion(self) -> SkipNetwork:
+    def completion(self, report: Progress, stages: Stages) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
+        self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
         identity = np.eye(count, dtype=np.float32)
         complete = SkipTraining(identity, self._recipe.hidden, self._generator, 2 * count)
@@ -119,7 +125,7 @@ class _Training:
             found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        self._descend(complete.parameters, loss, "completion")
+        self._descend(complete.parameters, loss, "completion", report, stages)
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -136,9 +142,16 @@ class _Training:
         noise = _CAUTION * 3.0 * float(np.exp(np.log(residuals / energy).mean()))
         return replace(self._first, covariance=covariance.astype(np.float32), relative_noise=noise)
 
-    def _descend(self, parameters: list[Tensor], loss: Callable[[int], Tensor], stage: str) -> None:
+    def _descend(
+        self,
+        parameters: list[Tensor],
+        loss: Callable[[int], Tensor],
+        stage: str,
+        report: Progress,
+        stages: Stages,
+    ) -> None:
         steps = self._recipe.code_steps
-        descend(parameters, [], loss, steps, stage, self._report, self._generator, self._stages)
+        descend(parameters, [], loss, steps, stage, report, self._generator, stages)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)

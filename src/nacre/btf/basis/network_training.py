@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -55,24 +56,36 @@ def descend(
     if matrices:
         muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
         optimisers.append((muon, _MATRIX_RATE))
-    last = math.inf
     changed = [*vectors, *matrices]
+    left = stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator)
     with one_thread():
-        for step in stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator):
-            fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
-            fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
-            current = loss(step)
-            for optimiser, _ in optimisers:
-                optimiser.zero_grad()
-            current.backward()
-            for optimiser, rate in optimisers:
-                optimiser.param_groups[0]["lr"] = rate * fraction
-                optimiser.step()
-            if (step + 1) % 50 == 0 or step + 1 == steps:
-                last = float(current.item())
-                report(stage, step + 1, steps, f"loss {last:.4g}")
+        last = _steps(left, optimisers, loss, steps, partial(report, stage))
     if not math.isfinite(last):
         raise NacreError(f"{stage} diverged; take another seed")
+
+
+def _steps(
+    left: Iterator[int],
+    optimisers: list[tuple[Any, float]],
+    loss: Callable[[int], Tensor],
+    steps: int,
+    report: Callable[[int, int, str], None],
+) -> float:
+    last = math.inf
+    for step in left:
+        fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
+        fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
+        current = loss(step)
+        for optimiser, _ in optimisers:
+            optimiser.zero_grad()
+        current.backward()
+        for optimiser, rate in optimisers:
+            optimiser.param_groups[0]["lr"] = rate * fraction
+            optimiser.step()
+        if (step + 1) % 50 == 0 or step + 1 == steps:
+            last = float(current.item())
+            report(step + 1, steps, f"loss {last:.4g}")
+    return last
 
 
 def dense(inputs: int, outputs: int, generator: Any, gain: float = 1.0) -> tuple[Tensor, Tensor]:
