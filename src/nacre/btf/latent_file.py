@@ -15,6 +15,7 @@ from nacre.btf.codec_file import load_codec, pack_codec, unpack_codec
 from nacre.btf.directions import PAIR_LIMIT, check_directions
 from nacre.btf.domes import pairs
 from nacre.btf.latent_map import CodecFile, LatentMap, NeuralBtf
+from nacre.btf.shipped import PUBLISHED
 from nacre.files import Format, FormatError, PathLike, check_json, digest, write_encoded
 from nacre.tensors import (
     Tensors,
@@ -112,6 +113,8 @@ def _codec(
     if not isinstance(expected, str) or not re.fullmatch("[0-9a-f]{64}", expected):
         raise ValueError("codec: sha256 is no SHA-256 in hexadecimal")
     beside = path.with_name(name)
+    if name == PUBLISHED.name and not beside.exists():
+        beside = PUBLISHED
     if not beside.is_file():
         raise FormatError(
             f"{path}: refers to the model {name} (SHA-256 {expected[:12]}...), which is not in its "

@@ -21,13 +21,15 @@ if TYPE_CHECKING:
 @click.argument("source", type=file_path())
 @click.option("-o", "--output", required=True, type=file_path(), help="File (.safetensors).")
 @click.option(
-    "--model", required=True, type=file_path(), help="What encodes it; see nacre btf train."
+    "--model",
+    type=file_path(),
+    help="What encodes it; see nacre btf train. Default: the one that comes with nacre.",
 )
 @click.option(
     "--embed/--reference",
     default=True,
-    help="Whether the model is written into the file, or named in it: it must then stay beside it. "
-    "Default: embed.",
+    help="Whether the model is written into the file, or named in it: it must then stay beside it, "
+    "unless it came with nacre. Default: embed.",
 )
 @click.option("--half", is_flag=True, help="Write codes in half precision.")
 @click.option(
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
 def command(
     source: Path,
     output: Path,
-    model: Path,
+    model: Path | None,
     embed: bool,
     half: bool,
     texels_per_block: int | None,
@@ -60,8 +62,10 @@ def command(
     from nacre.btf.formats import load
     from nacre.btf.latent_file import save_latent_map
     from nacre.btf.latent_map import LatentMap
+    from nacre.btf.shipped import PUBLISHED
     from nacre.btf.transposition import by_texel
 
+    model = model or PUBLISHED
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: an encoded texture is a .safetensors file")
     reference = None if embed else _reference(model, output)
@@ -106,14 +110,15 @@ def command(
     ]
     units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
     print_facts(output.name, rows, units)
-    if not embed:
+    if not embed and model != PUBLISHED:
         console.print(f"{output}: keep {model.name} beside it", markup=False)
 
 
 def _reference(model: Path, output: Path) -> CodecFile:
     from nacre.btf.latent_map import CodecFile
+    from nacre.btf.shipped import PUBLISHED
 
-    if model.resolve().parent != output.resolve().parent:
+    if model != PUBLISHED and model.resolve().parent != output.resolve().parent:
         raise FormatError(
             f"{model}: --reference names a model in the folder of {output}; copy it there, or embed"
         )
