@@ -166,12 +166,22 @@ def test_a_network_for_other_directions_is_an_error_of_one_line(felt, capsys):
     assert run("btf", "decode", "felt.safetensors", "-o", "x.npz", "--directions", "bonn") == 0
 
 
+def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run("btf", "capture", "wood12", "-o", "wood.npz", "--texels", 4, "--dome", "utia") == 0
+    assert run("btf", "encode", "wood.npz", "-o", "wood.safetensors", "--half", "--reference") == 0
+    assert Path("wood.safetensors").stat().st_size < 10_000
+    decoded, truth = btf.load("wood.safetensors"), btf.load("wood.npz")
+    values = truth.texels(slice(None))
+    error = np.square(decoded.texels(slice(None)) - values).mean()
+    assert error < 0.12 * np.square(values - values.mean((0, 1))).mean()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("encode", "felt.npz", "-o", "x.npz", "--model", "model.safetensors"), "a .safetensors"),
         (("encode", "felt.npz", "-o", "x.safetensors", "--model", "no"), "no: cannot be read"),
-        (("encode", "felt.npz", "-o", "x.safetensors"), "--model"),
         (
             ("encode", "felt.npz", "-o", "model.safetensors", "--model", "model.safetensors"),
             "is the input as well",
