@@ -246,3 +246,11 @@ def test_textures_of_other_directions_are_refused() -> None:
         train_basis(textures, BasisRecipe())
     with pytest.raises(NacreError, match="too few texels"):
         train_basis([], BasisRecipe())
+
+
+@pytest.mark.parametrize(("name", "value"), [("values", 0), ("hidden", -1), ("seed", -1)])
+def test_recipes_of_nothing_are_refused(name: str, value: int) -> None:
+    from nacre.btf.basis.recipe import BasisRecipe
+
+    with pytest.raises(ValueError, match=f"{name} is {value}"):
+        BasisRecipe(**{name: value})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class BasisRecipe:
     Raises
     ------
     ValueError
-        If a number is not positive.
+        If a number is not positive, or the seed is negative.
     """
 
     values: int = 32
@@ -47,3 +47,8 @@ class BasisRecipe:
     function_steps: int = 4000
     code_steps: int = 6000
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if value < (name != "seed"):
+                raise ValueError(f"{name} is {value}, expected at least {int(name != 'seed')}")
