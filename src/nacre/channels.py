@@ -32,13 +32,3 @@ def split_colors(rgb: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[A
     """Grey values (...,) and pairs (2, ...) of colours (..., 3)."""
     grey = rgb @ np.full(3, GREY, rgb.dtype)
     return grey, np.stack([rgb @ weights.astype(rgb.dtype) for weights in CHROMA])
-
-
-def join_colors(grey: npt.NDArray[Any], chroma: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Colours (..., 3); the inverse of :func:`split_colors`."""
-    rgb = np.empty((*grey.shape, 3), grey.dtype)
-    for channel in range(3):
-        rgb[..., channel] = CHROMA[0, channel] * chroma[0]
-        rgb[..., channel] += CHROMA[1, channel] * chroma[1]
-        rgb[..., channel] += grey.dtype.type(GREY) * grey
-    return rgb

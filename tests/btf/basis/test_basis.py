@@ -7,13 +7,14 @@ import pytest
 
 from nacre.array import Floats
 from nacre.btf import UTIA, TableBtf
+from nacre.btf.basis.colors import join_reflectance, split_reflectance
 from nacre.btf.basis.components import principal_functions
 from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.posterior import Observation, Prior, project
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.domes import BONN, Dome, below, pairs
-from nacre.channels import ORDERS, TURNS, join_colors, split_colors
+from nacre.channels import CHROMA, GREY, ORDERS, TURNS, split_colors
 from nacre.files import NacreError
 from nacre.layer import Layer
 
@@ -31,13 +32,47 @@ def random_network(inputs: int, outputs: int, seen: int = 0) -> SkipNetwork:
     return SkipNetwork(linear, [layer(seen or inputs, 7), layer(7, 7), layer(7, outputs)])
 
 
+def joined(grey: Floats, chroma: Floats) -> Floats:
+    """Colours of grey values and pairs."""
+    return np.float32(GREY) * grey[..., None] + np.moveaxis(chroma, 0, -1) @ CHROMA
+
+
 def test_colours_are_split_and_joined() -> None:
     rgb = np.random.default_rng(0).random((4, 5, 3)).astype(np.float32)
     grey, chroma = split_colors(rgb)
-    np.testing.assert_allclose(join_colors(grey, chroma), rgb, atol=1e-6)
+    np.testing.assert_allclose(joined(grey, chroma), rgb, atol=1e-6)
     np.testing.assert_allclose(
         np.square(rgb).sum(-1), np.square(grey) + np.square(chroma).sum(0), rtol=1e-5
     )
+
+
+def test_reflectance_is_split_less_the_mean_and_joined() -> None:
+    random = np.random.default_rng(2)
+    rgb = random.random((4, 5, 3)).astype(np.float32)
+    mean = random.random(5).astype(np.float32)
+    grey, chroma = np.empty((4, 5), np.float32), np.empty((2, 4, 5), np.float32)
+    split_reflectance(rgb, mean, grey, chroma)
+    wanted = split_colors(rgb)
+    np.testing.assert_allclose(grey, wanted[0] - mean, atol=1e-6)
+    np.testing.assert_allclose(chroma, wanted[1], atol=1e-6)
+    again = np.empty_like(rgb)
+    join_reflectance(grey + mean, chroma, again)
+    np.testing.assert_allclose(again, rgb, atol=1e-6)
+
+
+def test_dark_reflectance_keeps_its_grey_value_and_hue() -> None:
+    grey = np.array([[0.1, 0.1, -0.2]], np.float32)
+    chroma = np.array([[[0.5, 0.01, 0.3]], [[0.2, 0.02, 0.1]]], np.float32)
+    rgb = np.empty((1, 3, 3), np.float32)
+    join_reflectance(grey, chroma, rgb)
+    free = joined(grey, chroma)[0]
+    limited, same, black = rgb[0]
+    assert limited.min() == pytest.approx(0.0, abs=1e-7)
+    assert limited.sum() == pytest.approx(free[0].sum(), rel=1e-5)
+    hue, wanted = limited - limited.mean(), free[0] - free[0].mean()
+    np.testing.assert_allclose(hue / np.abs(hue).max(), wanted / np.abs(wanted).max(), atol=1e-5)
+    np.testing.assert_allclose(same, free[1], atol=1e-7)
+    np.testing.assert_array_equal(black, 0.0)
 
 
 @pytest.mark.parametrize("index", range(6))
@@ -143,7 +178,7 @@ def test_least_squares_find_coefficients() -> None:
     truth = np.random.default_rng(8).normal(size=(3, 8)).astype(np.float32)
     grey = truth[:, :4] @ functions.grey.T + functions.mean
     chroma = np.stack([truth[:, 4:6] @ functions.chroma.T, truth[:, 6:] @ functions.chroma.T])
-    moments = observation.moments(join_colors(grey, chroma))
+    moments = observation.moments(joined(grey, chroma))
     np.testing.assert_allclose(observation.ridge(moments), truth, atol=1e-4)
     np.testing.assert_allclose(observation.known, 1.0, atol=1e-6)
     np.testing.assert_allclose(observation.expected(0 * truth, moments), truth, atol=1e-3)

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.basis.colors import split_reflectance
 from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.skip_network import SkipNetwork
-from nacre.channels import split_colors
 
 Double = npt.NDArray[np.float64]
 
@@ -67,8 +67,10 @@ class Observation:
 
     def moments(self, texels: Floats) -> Floats:
         """Products of the functions with reflectance (b, n, 3) less the mean, shape (b, K)."""
-        grey, chroma = split_colors(texels)
-        grey -= self.functions.mean
+        texels = np.ascontiguousarray(texels, np.float32)
+        grey = np.empty(texels.shape[:2], np.float32)
+        chroma = np.empty((2, *grey.shape), np.float32)
+        split_reflectance(texels, self.functions.mean, grey, chroma)
         parts = [grey @ self.functions.grey, *(c @ self.functions.chroma for c in chroma)]
         return np.concatenate(parts, axis=1)
 
