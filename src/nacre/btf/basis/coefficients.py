@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.basis.functions import FunctionValues
+from nacre.btf.basis.recipe import BasisRecipe
+from nacre.btf.basis.stages import Stages
 from nacre.btf.domes import below
 from nacre.btf.texture import Btf
 from nacre.channels import split_colors
@@ -69,9 +72,9 @@ def training_texels(
     functions: FunctionValues,
     turns: Sequence[npt.NDArray[Any]],
     subsets: Sequence[Indices],
-    per_texture: int,
-    random: np.random.Generator,
+    recipe: BasisRecipe,
     progress: Progress,
+    stages: Stages,
 ) -> TrainingTexels:
     """Coefficients of random texels of every texture, each turned about its normal at random.
 
@@ -85,35 +88,65 @@ def training_texels(
         Orders of the pairs, see :func:`nacre.btf.basis.symmetry.symmetric_turns`.
     subsets
         Of the pairs, the first of all.
-    per_texture
-        Texels of each.
-    random
-        Picks texels and turns.
-    progress
-        Called as it goes on.
+    recipe
+        Says how many texels of each.
+    progress, stages
+        Called as it goes on, and where what is read of each texture is kept.
     """
-    tables = [(functions.grey[s], functions.chroma[s]) for s in subsets]
+    tables = [functions.at(subset) for subset in subsets]
+
+    def read(index: int) -> _Read:
+        random = np.random.default_rng([recipe.seed, index])
+        texture = textures[index]()
+        chosen = random_texels(texture, recipe.coded_texels, random)
+        orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
+        return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)
+
+    found: list[_Read] = []
+    for index in range(len(textures)):
+        found.append(stages.result(f"coefficients-{index}", _Read, partial(read, index)))
+        progress("coefficients", index + 1, len(textures), "")
+    moments = np.concatenate([part.moments for part in found], axis=1)
+    residuals = np.concatenate([part.residuals for part in found])
+    return TrainingTexels(moments[0] / np.float32(len(functions.mean)), residuals, subsets, moments)
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """What :class:`TrainingTexels` has of one texture."""
+
+    moments: Floats
+    residuals: Floats
+
+
+def _coefficients(
+    texture: Btf,
+    chosen: Indices,
+    orders: Sequence[Indices],
+    mean: Floats,
+    subsets: Sequence[Indices],
+    tables: Sequence[FunctionValues],
+) -> _Read:
+    """Of some texels, each with its values in an order of its own."""
     moments: list[list[Floats]] = [[] for _ in subsets]
     residuals: list[Floats] = []
-    for index, open_texture in enumerate(textures):
-        texture = open_texture()
-        chosen = random_texels(texture, per_texture, random)
-        for start in range(0, len(chosen), _BLOCK):
-            texels = texture.texels(chosen[start : start + _BLOCK])
-            for texel in texels:
-                texel[:] = texel[turns[int(random.integers(len(turns)))]]
-            grey, chroma = split_colors(texels)
-            grey -= functions.mean
-            for subset, (greys, chromas), found in zip(subsets, tables, moments, strict=True):
-                parts = [grey[:, subset] @ greys, *(c[:, subset] @ chromas for c in chroma)]
-                found.append(np.concatenate(parts, axis=1))
-            energy = np.square(grey).mean(1) + np.square(chroma).mean(2).sum(0)
-            explained = np.square(moments[0][-1] / len(functions.mean)).sum(1)
-            residuals.append(np.maximum(energy - explained, 0.0) / 3.0)
-        progress("coefficients", index + 1, len(textures), texture.name)
-    stacked = np.stack([np.concatenate(found) for found in moments])
-    values = stacked[0] / np.float32(len(functions.mean))
-    return TrainingTexels(values, np.concatenate(residuals), subsets, stacked)
+    for start in range(0, len(chosen), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        texels = texture.texels(chosen[part])
+        for texel, order in zip(texels, orders[part], strict=True):
+            texel[:] = texel[order]
+        grey, chroma = split_colors(texels)
+        grey -= mean
+        for subset, table, found in zip(subsets, tables, moments, strict=True):
+            products = [
+                grey[:, subset] @ table.grey,
+                *(c[:, subset] @ table.chroma for c in chroma),
+            ]
+            found.append(np.concatenate(products, axis=1))
+        energy = np.square(grey).mean(1) + np.square(chroma).mean(2).sum(0)
+        explained = np.square(moments[0][-1] / len(mean)).sum(1)
+        residuals.append(np.maximum(energy - explained, 0.0) / 3.0)
+    return _Read(np.stack([np.concatenate(m) for m in moments]), np.concatenate(residuals))
 
 
 def random_texels(texture: Btf, count: int, random: np.random.Generator) -> Indices:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -39,14 +40,17 @@ class Stages:
     @property
     def files(self) -> list[Path]:
         """All that there are."""
+        return self._files("*")
+
+    def remove(self, name: str = "*") -> None:
+        """Remove all files, or those of stages whose names match a pattern."""
+        for path in self._files(name):
+            path.unlink(missing_ok=True)
+
+    def _files(self, name: str) -> list[Path]:
         if self._path is None:
             return []
-        return sorted(self._path.parent.glob(f"{self._path.name}.*.stage"))
-
-    def remove(self) -> None:
-        """Remove all files."""
-        for path in self.files:
-            path.unlink(missing_ok=True)
+        return sorted(self._path.parent.glob(f"{glob.escape(self._path.name)}.{name}.stage"))
 
     def result(self, name: str, kind: type[_Result], make: Callable[[], _Result]) -> _Result:
         """What `make` gives, or gave earlier: a dataclass as :func:`pack_fields` takes it.

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.basis.code_training import train_codes
@@ -59,10 +62,11 @@ def train_basis(
     kept = stages or Stages()
 
     def found_components() -> Components:
-        wi, wo, texels = _gathered(textures, recipe, progress)
+        wi, wo, texels = _gathered(textures, recipe, progress, kept)
         return principal_components(texels, wi, wo, symmetric_turns(wi, wo), recipe, progress)
 
     components = kept.result("components", Components, found_components)
+    kept.remove("texels-*")
     functions = kept.result(
         "functions", AngularFunctions, lambda: train_functions(components, recipe, progress, kept)
     )
@@ -70,34 +74,46 @@ def train_basis(
     values = functions(wi, wo)
 
     def found_texels() -> TrainingTexels:
-        random = np.random.default_rng(recipe.seed)
-        subsets = partial_measurements(wi, wo, random)
-        orders, count = symmetric_turns(wi, wo), recipe.coded_texels
-        return training_texels(textures, values, orders, subsets, count, random, progress)
+        subsets = partial_measurements(wi, wo, np.random.default_rng(recipe.seed))
+        turns = symmetric_turns(wi, wo)
+        return training_texels(textures, values, turns, subsets, recipe, progress, kept)
 
     data = kept.result("coefficients", TrainingTexels, found_texels)
+    kept.remove("coefficients-*")
     return BasisCodec(functions, *train_codes(data, values, recipe, progress, kept))
 
 
+@dataclass(frozen=True, eq=False)
+class _Texels:
+    """Directions (n, 3), and reflectance of some texels of one texture as half floats (t, n, 3)."""
+
+    wi: Floats
+    wo: Floats
+    values: npt.NDArray[np.float16]
+
+
 def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress
+    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, stages: Stages
 ) -> tuple[Floats, Floats, Floats]:
     """Directions, and random texels of every texture as half floats, shape (t, n, 3)."""
-    random = np.random.default_rng(recipe.seed)
-    found: list[Floats] = []
-    first: Btf | None = None
+    found: list[_Texels] = []
     for index, open_texture in enumerate(textures):
-        texture = open_texture()
-        first = first or texture
-        if texture.wi.shape != first.wi.shape or not (
-            np.allclose(texture.wi, first.wi, atol=1e-3)
-            and np.allclose(texture.wo, first.wo, atol=1e-3)
+        read = partial(_texels_of, open_texture, recipe, index)
+        found.append(stages.result(f"texels-{index}", _Texels, read))
+        first, last = found[0], found[-1]
+        if last.wi.shape != first.wi.shape or not (
+            np.allclose(last.wi, first.wi, atol=1e-3) and np.allclose(last.wo, first.wo, atol=1e-3)
         ):
-            raise NacreError(f"{texture.name}: is not measured at the directions of {first.name}")
-        found.append(
-            texture.texels(random_texels(texture, recipe.texels, random)).astype(np.float16)
-        )
-        progress("reading", index + 1, len(textures), texture.name)
-    if first is None or sum(map(len, found)) < 4 * recipe.values:
+            name, other = open_texture().name, textures[0]().name
+            raise NacreError(f"{name}: is not measured at the directions of {other}")
+        progress("reading", index + 1, len(textures), "")
+    if sum(len(texels.values) for texels in found) < 4 * recipe.values:
         raise NacreError(f"{len(found)} textures have too few texels to learn from")
-    return first.wi, first.wo, np.concatenate(found)
+    return found[0].wi, found[0].wo, np.concatenate([texels.values for texels in found])
+
+
+def _texels_of(open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int) -> _Texels:
+    """Random ones, other ones for each place in the list."""
+    texture = open_texture()
+    chosen = random_texels(texture, recipe.texels, np.random.default_rng([recipe.seed, index]))
+    return _Texels(texture.wi, texture.wo, texture.texels(chosen).astype(np.float16))
