@@ -87,6 +87,33 @@ def mesh(mi: Any, surface: Mesostructure, bsdf: dict[str, Any]) -> Any:
     return result
 
 
+def path_integrator(mi: Any) -> Any:
+    """Paths of as many surface points as the tracer's, none ended at random."""
+    return mi.load_dict({"type": "path", "max_depth": DEPTH + 1, "rr_depth": 100})
+
+
+def lit(mi: Any, shape: Any, light: np.ndarray) -> Any:
+    """A scene of one shape under one distant light."""
+    lamp = {"type": "directional", "direction": (-light).tolist(), "irradiance": 1.0}
+    return mi.load_dict({"type": "scene", "shape": shape, "lamp": lamp})
+
+
+def camera_rays(
+    mi: Any,
+    surface: Mesostructure,
+    view: np.ndarray,
+    texels: int,
+    samples: int,
+    random: np.random.Generator,
+) -> Any:
+    """Rays of an orthographic camera, texel after texel, through points of the plane z = 0."""
+    row, column, _ = np.indices((texels, texels, samples))
+    at = np.stack([column, texels - 1 - row]) + random.uniform(size=(2, *row.shape))
+    start = np.stack([*at / texels, np.zeros(row.shape)]).reshape(3, -1)
+    start = start + view[:, None] * (1.01 * surface.height.max() / view[2])
+    return mi.RayDifferential3f(mi.Point3f(start), mi.Vector3f(*(-view).tolist()))
+
+
 def reference(
     mi: Any,
     surface: Mesostructure,
@@ -97,22 +124,16 @@ def reference(
     samples: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Reflectance factors, (texels, texels, views x lights, 3), and the variance of each."""
-    integrator = mi.load_dict({"type": "path", "max_depth": DEPTH + 1, "rr_depth": 100})
+    integrator = path_integrator(mi)
     random = np.random.default_rng(5)
     shape = mesh(mi, surface, bsdf)
     means, variances = [], []
     for view in views:
         for light in lights:
-            lamp = {"type": "directional", "direction": (-light).tolist(), "irradiance": 1.0}
-            scene = mi.load_dict({"type": "scene", "shape": shape, "lamp": lamp})
-            row, column, _ = np.indices((texels, texels, samples))
-            at = np.stack([column, texels - 1 - row]) + random.uniform(size=(2, *row.shape))
-            start = np.stack([*at / texels, np.zeros(row.shape)]).reshape(3, -1)
-            start = start + view[:, None] * (1.01 * surface.height.max() / view[2])
-            ray = mi.RayDifferential3f(mi.Point3f(start), mi.Vector3f(*(-view).tolist()))
+            ray = camera_rays(mi, surface, view, texels, samples, random)
             sampler = mi.load_dict({"type": "independent"})
-            sampler.seed(len(means), row.size)
-            radiance, _, _ = integrator.sample(scene, sampler, ray)
+            sampler.seed(len(means), texels**2 * samples)
+            radiance, _, _ = integrator.sample(lit(mi, shape, light), sampler, ray)
             values = np.array(radiance).T.reshape(texels, texels, samples, 3)
             values = np.pi * values / light[2]
             means.append(values.mean(2))

@@ -101,8 +101,7 @@ class _Training:
             found = decode(encode(seen / self._scale)) * self._scale
             return self._error(found - seen, parts)
 
-        parameters = [*encode.parameters, *decode.parameters]
-        self._descend(parameters, loss, "codes", report, stages)
+        self._descend([encode, decode], loss, "codes", report, stages)
         return _Coder(
             encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
         )
@@ -112,7 +111,7 @@ class _Training:
         self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
         identity = np.eye(count, dtype=np.float32)
-        complete = SkipTraining(identity, self._recipe.hidden, self._generator, 2 * count)
+        complete = SkipTraining(identity, self._recipe.completing, self._generator, 2 * count)
         estimates, known = torch.from_numpy(self._estimates), torch.from_numpy(self._known)
 
         def loss(_step: int) -> Tensor:
@@ -125,7 +124,7 @@ class _Training:
             found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        self._descend(complete.parameters, loss, "completion", report, stages)
+        self._descend([complete], loss, "completion", report, stages)
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -144,14 +143,16 @@ class _Training:
 
     def _descend(
         self,
-        parameters: list[Tensor],
+        networks: list[SkipTraining],
         loss: Callable[[int], Tensor],
         stage: str,
         report: Progress,
         stages: Stages,
     ) -> None:
         steps = self._recipe.code_steps
-        descend(parameters, [], loss, steps, stage, report, self._generator, stages)
+        vectors = [vector for network in networks for vector in network.vectors]
+        matrices = [matrix for network in networks for matrix in network.matrices]
+        descend(vectors, matrices, loss, steps, stage, report, self._generator, stages)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)

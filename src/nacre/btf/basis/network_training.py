@@ -113,9 +113,15 @@ class SkipTraining:
         ]
 
     @property
-    def parameters(self) -> list[Tensor]:
-        """All that is trained."""
-        return [self.linear, *(p for pair in self.layers for p in pair)]
+    def matrices(self) -> list[Tensor]:
+        """Weights between hidden layers."""
+        return [weights for weights, _ in self.layers[1:-1]]
+
+    @property
+    def vectors(self) -> list[Tensor]:
+        """All else that is trained."""
+        ends = [self.layers[0][0], self.layers[-1][0]]
+        return [self.linear, *ends, *(biases for _, biases in self.layers)]
 
     def __call__(self, x: Tensor) -> Tensor:
         """See :class:`SkipNetwork`."""

@@ -24,6 +24,8 @@ class BasisRecipe:
         of the layer after them.
     hidden
         Units of each of the two layers between code and coefficients, and back.
+    completing
+        Units of each of the two layers of the network that completes coefficients.
     function_steps, code_steps
         Of the optimiser.
     seed
@@ -39,11 +41,12 @@ class BasisRecipe:
     greys: int = 96
     chromas: int = 16
     texels: int = 100
-    coded_texels: int = 256
+    coded_texels: int = 512
     width: int = 192
     depth: int = 4
     wide: int = 512
     hidden: int = 256
+    completing: int = 512
     function_steps: int = 4000
     code_steps: int = 6000
     seed: int = 0
