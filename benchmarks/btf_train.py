@@ -86,7 +86,7 @@ def codec_multiply_adds(codec: BasisCodec, pairs: int) -> tuple[float, float]:
     jacobian = values * (sum(int(layer.weights.size) for layer in others) + values * count)
     guess = codec.complete.multiply_adds + codec.encode.multiply_adds + 3 * count**2
     decode = codec.decode.multiply_adds
-    return pairs * count + guess + 4 * jacobian + decode, pairs * count + decode
+    return pairs * count + guess + 2 * (jacobian + decode), pairs * count + decode
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.skip_network import SkipNetwork
 from nacre.layer import Layer
 
-TINY = BasisRecipe(values=2, greys=3, chromas=2, width=6, depth=2, wide=8, hidden=5)
+TINY = BasisRecipe(values=2, greys=3, chromas=2, width=6, depth=2, wide=8, hidden=5, completing=7)
 
 
 def layers(random: Any, *sizes: int) -> list[Layer]:
@@ -38,13 +38,13 @@ def codec(
         np.linspace(1.0, 0.5, count, dtype=np.float32), 0.01, np.eye(count, dtype=np.float32), 0.01
     )
 
-    def network(inputs: int, outputs: int, seen: int) -> SkipNetwork:
+    def network(inputs: int, outputs: int, seen: int, width: int = sizes.hidden) -> SkipNetwork:
         linear = random.normal(size=(inputs, outputs)).astype(np.float32)
-        return SkipNetwork(linear, layers(random, seen, sizes.hidden, sizes.hidden, outputs))
+        return SkipNetwork(linear, layers(random, seen, width, width, outputs))
 
     return BasisCodec(
         AngularFunctions(hidden, wide, last, sizes.greys),
-        network(count, count, 2 * count),
+        network(count, count, 2 * count, sizes.completing),
         network(count, sizes.values, count),
         network(sizes.values, count, sizes.values),
         prior,

@@ -212,8 +212,8 @@ def codec():  # type: ignore[no-untyped-def]
     from nacre.btf.basis.training import train_basis
 
     recipe = BasisRecipe(
-        values=8, greys=12, chromas=4, width=32, wide=64, hidden=32, texels=64, coded_texels=64,
-        function_steps=400, code_steps=400,
+        values=8, greys=12, chromas=4, width=32, wide=64, hidden=32, completing=32, texels=64,
+        coded_texels=64, function_steps=400, code_steps=400,
     )  # fmt: skip
     wi, wo = SMALL.pairs()
     textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(6)]
@@ -261,8 +261,8 @@ def test_the_same_seed_gives_the_same_codec(codec) -> None:  # type: ignore[no-u
 
     wi, wo = SMALL.pairs()
     recipe = BasisRecipe(
-        values=4, greys=5, chromas=2, width=8, wide=8, hidden=8, texels=30, coded_texels=20,
-        function_steps=20, code_steps=20,
+        values=4, greys=5, chromas=2, width=8, wide=8, hidden=8, completing=8, texels=30,
+        coded_texels=20, function_steps=20, code_steps=20,
     )  # fmt: skip
     textures = [lambda: made_texture(0, wi, wo)]
     one, other = train_basis(textures, recipe), train_basis(textures, recipe)

@@ -23,8 +23,8 @@ def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:  # type: 
     from nacre.btf.basis.training import train_basis
 
     recipe = BasisRecipe(
-        values=4, greys=6, chromas=2, width=8, wide=8, hidden=8, texels=16, coded_texels=16,
-        function_steps=4, code_steps=4,
+        values=4, greys=6, chromas=2, width=8, wide=8, hidden=8, completing=8, texels=16,
+        coded_texels=16, function_steps=4, code_steps=4,
     )  # fmt: skip
     wi, wo = SMALL.pairs()
     opened: Counter[int] = Counter()

@@ -197,9 +197,14 @@ def _basis(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
+    from nacre.btf.basis.stages import Stages
     from nacre.btf.basis.training import train_basis
 
-    return train_basis([m.load for m in training], _basis_recipe(method, settings), progress)
+    stages = Stages(state)
+    recipe = _basis_recipe(method, settings)
+    codec = train_basis([m.load for m in training], recipe, progress, stages)
+    stages.remove()
+    return codec
 
 
 def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
