@@ -15,7 +15,8 @@ from nacre.btf.basis.skip_network import SkipNetwork
 
 Double = npt.NDArray[np.float64]
 
-_FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-6
+_DAMPING = 1e-2
+"""Relative, of steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,26 +107,15 @@ class Observation:
 def project(codes: Floats, wanted: Floats, decode: SkipNetwork, steps: int) -> Floats:
     """Codes (b, values) whose coefficients are closest to those wanted, shape (b, K).
 
-    Damped Gauss-Newton steps from given codes; a step that makes matters worse is not taken.
+    Gauss-Newton steps from given codes, which stay where the steps do not end closer.
     """
-    damping = np.full((len(codes), 1), _FIRST_DAMPING, np.float32)
-    value, slopes = decode.jacobian(codes)
-    error = np.square(wanted - value).sum(1)
     diagonal = np.arange(codes.shape[1])
-    for step in range(steps):
+    found = codes
+    for _ in range(steps):
+        value, slopes = decode.jacobian(found)
         curvature = slopes @ slopes.swapaxes(1, 2)
-        curvature[:, diagonal, diagonal] *= 1.0 + damping
+        curvature[:, diagonal, diagonal] *= np.float32(1.0 + _DAMPING)
         curvature[:, diagonal, diagonal] += np.float32(1e-12)
-        gradient = slopes @ (wanted - value)[..., None]
-        trial = codes + np.linalg.solve(curvature, gradient)[..., 0]
-        last = step + 1 == steps
-        trial_value, trial_slopes = (decode(trial), slopes) if last else decode.jacobian(trial)
-        trial_error = np.square(wanted - trial_value).sum(1)
-        better = trial_error < error
-        codes = np.where(better[:, None], trial, codes)
-        error = np.where(better, trial_error, error)
-        value = np.where(better[:, None], trial_value, value)
-        slopes = np.where(better[:, None, None], trial_slopes, slopes)
-        damping = np.maximum(np.where(better[:, None], damping * 0.3, damping * 5), _LEAST_DAMPING)
-        damping = damping.astype(np.float32)
-    return codes
+        found = found + np.linalg.solve(curvature, slopes @ (wanted - value)[..., None])[..., 0]
+    before, after = (np.square(wanted - decode(c)).sum(1) for c in (codes, found))
+    return np.where((after < before)[:, None], found, codes)
