@@ -17,7 +17,7 @@ from nacre.files import NacreError
 from nacre.geometry import join, split, turn
 from nacre.least_absolute import minimise
 from nacre.parallel import one_blas_thread, thread_map
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 from nacre.sampling import draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
@@ -91,7 +91,7 @@ def fit(
         drawn = _turned(drawn, seed)
     values: Values
     settings: dict[str, Any] = {"gain": gain, "samples": len(drawn)}
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     with one_blas_thread(), np.errstate(all="ignore"):
         if issubclass(model, FactoredBrdf):
             values, facts = model.extract(brdf, drawn, gain, seed, report)

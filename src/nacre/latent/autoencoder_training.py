@@ -31,7 +31,7 @@ from nacre.layer import Layer
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.training import schedule
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
@@ -79,7 +79,7 @@ def train_autoencoder(
     recipe = recipe or AutoencoderRecipe()
     if len(materials) < 2:
         raise NacreError("an autoencoder needs two materials or more")
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     distillation = Distillation(recipe.seed)
     values, names = sampled(materials, distillation.wi, distillation.wo, report)
     common = distillation.common(values)

@@ -28,7 +28,7 @@ from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.training import initial_layers, schedule
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
@@ -77,7 +77,7 @@ def train_hypernetwork(
     recipe = recipe or HypernetworkRecipe()
     if not len(basis.examples):
         raise NacreError("a hypernetwork needs a basis with examples")
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     training = _Training(basis, recipe)
     loss = training.run(checkpoint, report)
     metadata = {**basis.metadata, "hypernetwork": asdict(recipe) | {"loss": loss}}

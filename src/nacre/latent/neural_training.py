@@ -23,7 +23,7 @@ from nacre.latent.refine import GAIN
 from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
@@ -73,7 +73,7 @@ def train_neural(
     recipe = recipe or BasisRecipe()
     if len(materials) < 2:
         raise NacreError("a neural basis needs two materials or more")
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     wi, wo = shared_directions(recipe.directions, recipe.seed)
     values, names = sampled(materials, wi, wo, report)
     training = _Training(isotropic_inputs(wi, wo, ENHANCED), wi[:, 2], np.stack(values), recipe)

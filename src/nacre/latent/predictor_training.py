@@ -26,7 +26,7 @@ from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
 from nacre.parallel import one_blas_thread
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 from nacre.sampling.families import FAMILIES, LobeFamily
 from nacre.sampling.moment import Pairs, propose, view_pairs
 
@@ -90,7 +90,7 @@ def train_predictors(
         If codes are not finite.
     """
     recipe = recipe or PredictorRecipe()
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     with one_thread():
         sets = []
         for index in range(recipe.sets):

@@ -12,7 +12,7 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError
 from nacre.latent.pca import Basis, encoded, node_weights, on_grid, reflectance
 from nacre.measured.merl import Resolution
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 RESOLUTION = Resolution(90, 45, 45)
 """Of the grid: a fifth of the memory of the database's own."""
@@ -66,7 +66,7 @@ def train(
     """
     if len(materials) < 2:
         raise NacreError("principal components need two materials or more")
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     logs, mask, names = _tabulated(materials, resolution, report)
     centre = logs.mean(axis=(0, 1), dtype=np.float64).astype(np.float32)
     logs -= centre

@@ -11,7 +11,7 @@ from nacre.neural.prepared import Prepared, prepare
 from nacre.neural.recipe import Recipe
 from nacre.neural.training import train
 from nacre.parallel import thread_map
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 
 def fit(
@@ -62,14 +62,13 @@ def fit(
         return network
     from nacre.neural.kernel import KernelTrainer
 
-    material = prepare(brdf, recipe or Recipe(), progress or _silent)
+    report = progress or silent
+    material = prepare(brdf, recipe or Recipe(), report)
     trainer = KernelTrainer(material.initial_layers(), material.recipe.batch)
     quality = train(trainer, material.training, material.held_out, material.recipe, progress)
-    if progress:
-        progress("sampling lobes", 0, 1, "")
+    report("sampling lobes", 0, 1, "")
     network = material.finish(trainer.layers(), quality)
-    if progress:
-        progress("sampling lobes", 1, 1, "")
+    report("sampling lobes", 1, 1, "")
     return network
 
 
@@ -117,10 +116,6 @@ def fit_many(
     return _fit_many(brdfs, recipe or Recipe(), device, room, progress)
 
 
-def _silent(stage: str, done: int, total: int, note: str) -> None:
-    """No progress."""
-
-
 def _fit_many(
     brdfs: Iterable[Brdf], recipe: Recipe, device: str, room: int, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
@@ -131,7 +126,7 @@ def _fit_many(
 
     for index, brdf in enumerate(brdfs):
         try:
-            material = prepare(brdf, recipe, progress or _silent)
+            material = prepare(brdf, recipe, progress or silent)
         except Exception as error:  # of whatever kind, it must not cost the other materials
             yield index, error.with_traceback(None)  # whose frames hold this one
             continue
@@ -167,7 +162,7 @@ def _fit_stack(
         except Exception as error:
             return error.with_traceback(None)
 
-    report = progress or _silent
+    report = progress or silent
     report("sampling lobes", 0, len(stack), "")
     finished = thread_map(finish, range(len(stack)))
     for done, (index, result) in enumerate(zip(stack, finished, strict=True), 1):

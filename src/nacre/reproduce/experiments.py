@@ -9,7 +9,7 @@ from typing import Any
 
 from nacre.evaluate.plot import write_plot
 from nacre.files import atomic_path
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 from nacre.reproduce.errors import error_strips
 from nacre.reproduce.footprint import footprint_plot
 from nacre.reproduce.lobes import FIGURES as LOBE_FIGURES
@@ -136,7 +136,7 @@ class Experiment:
         MissingExtraError
             If Matplotlib is not installed.
         """
-        shown = self.prepare(study, methods, progress or (lambda stage, done, total, note: None))
+        shown = self.prepare(study, methods, progress or silent)
         paths = [folder / f"{name}.csv", folder / f"{name}.md"]
         write_csv(shown, methods, paths[0])
         with atomic_path(paths[1]) as temporary:

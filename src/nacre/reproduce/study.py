@@ -12,7 +12,7 @@ from nacre.brdf import Brdf
 from nacre.files import NacreError, digest, require
 from nacre.formats import load
 from nacre.parallel import core_count, one_blas_thread
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 from nacre.reproduce.cache import Cache, key
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import Picture, Reference, Settings, Trial, attempt
@@ -117,7 +117,7 @@ def run(
         raise NacreError("two materials have the same file name without its ending; rename one")
     for module in ("skimage.metrics", "flip_evaluator"):
         require(module, "render")
-    report = progress or (lambda stage, done, total, note: None)
+    report = progress or silent
     total, lock, stopped = len(materials) * len(methods), threading.Lock(), threading.Event()
     trials: dict[tuple[str, str], Trial] = {}
     skipped: dict[tuple[str, str], str] = {}
