@@ -16,6 +16,7 @@ from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.btf.domes import below
 from nacre.btf.texture import Btf
+from nacre.btf.transposition import by_texel
 from nacre.channels import split_colors
 from nacre.progress import Progress
 
@@ -97,10 +98,10 @@ def training_texels(
 
     def read(index: int) -> _Read:
         random = np.random.default_rng([recipe.seed, index])
-        texture = textures[index]()
-        chosen = random_texels(texture, recipe.coded_texels, random)
-        orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
-        return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)
+        with by_texel(textures[index]()) as texture:
+            chosen = random_texels(texture, recipe.coded_texels, random)
+            orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
+            return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)
 
     found: list[_Read] = []
     for index in range(len(textures)):

@@ -28,6 +28,7 @@ from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.texture import Btf
+from nacre.btf.transposition import by_texel
 from nacre.files import NacreError
 from nacre.progress import Progress, silent
 
@@ -114,6 +115,7 @@ def _gathered(
 
 def _texels_of(open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int) -> _Texels:
     """Random ones, other ones for each place in the list."""
-    texture = open_texture()
-    chosen = random_texels(texture, recipe.texels, np.random.default_rng([recipe.seed, index]))
-    return _Texels(texture.wi, texture.wo, texture.texels(chosen).astype(np.float16))
+    random = np.random.default_rng([recipe.seed, index])
+    with by_texel(open_texture()) as texture:
+        chosen = random_texels(texture, recipe.texels, random)
+        return _Texels(texture.wi, texture.wo, texture.texels(chosen).astype(np.float16))
