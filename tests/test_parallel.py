@@ -22,3 +22,13 @@ def test_products_take_one_thread_inside_a_block_and_as_many_as_before_after_it(
         inside = [*thread_map(lambda _: blas_threads(), range(8)), blas_threads()]
     assert all(set(counts) <= {1} for counts in inside)
     assert blas_threads() == before
+
+
+def test_blocks_that_overlap_share_the_limit():
+    before = blas_threads()
+    first, second = one_blas_thread(), one_blas_thread()
+    with first:
+        second.__enter__()
+    assert set(blas_threads()) <= {1}
+    second.__exit__(None, None, None)
+    assert blas_threads() == before

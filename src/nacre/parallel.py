@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -21,13 +22,38 @@ def core_count() -> int:
     return os.cpu_count() or 1
 
 
-def one_blas_thread() -> AbstractContextManager[object]:
+class _OneBlasThread:
+    """A limit that many blocks share: libraries know one number of threads, not one a block."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._blocks = 0
+        self._limits: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._blocks == 0:
+                self._limits = threadpool_limits(1, "blas")
+            self._blocks += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._blocks -= 1
+            if self._blocks == 0:
+                self._limits.restore_original_limits()
+
+
+_ONE_BLAS_THREAD = _OneBlasThread()
+
+
+def one_blas_thread() -> AbstractContextManager[None]:
     """A block in which matrix products run on one thread each.
 
     A library's own threads on top of ours would only fight for the cores, and their number would
-    decide the last bits of results. Of blocks that overlap in several threads the first one counts.
+    decide the last bits of results. Blocks may overlap, in one thread or several: libraries get
+    their threads back when the last one ends.
     """
-    return threadpool_limits(1, "blas")  # type: ignore[no-any-return]
+    return _ONE_BLAS_THREAD
 
 
 def thread_map(function: Callable[[_In], _Out], items: Iterable[_In]) -> Iterator[_Out]:

@@ -118,6 +118,17 @@ def recognised(path: PathLike) -> Format:
     raise FormatError(f"{path}: is no texture of a known format (known: {endings}, folders)")
 
 
+def lies_in_images(path: PathLike) -> bool:
+    """Whether a texture is a folder of images or a list of photographs.
+
+    Raises
+    ------
+    FormatError
+        If there is nothing, or it is of no known format.
+    """
+    return recognised(path) in _FOLDERS
+
+
 def is_btf(path: PathLike) -> bool:
     """Whether a file or folder is a texture rather than one material; does not raise."""
     path = Path(path)

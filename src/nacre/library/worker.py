@@ -100,7 +100,7 @@ def work(setup: Setup, task: Task) -> Fit | Unread:
         If the nacre of this process is not that of the run.
     """
     _check_version(setup)
-    one_blas_thread()  # never undone: other threads of the worker fit as well
+    one_blas_thread().__enter__()  # never undone: other threads of the worker fit as well
     worker = require("distributed", "cluster").get_worker()
     report = _Report(setup, task.token, worker)
     if task.content is None:

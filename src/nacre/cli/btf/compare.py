@@ -49,7 +49,7 @@ def command(
     a temporary file of the system's.
     """
     from nacre.btf.comparison import compare_textures
-    from nacre.btf.formats import load
+    from nacre.btf.formats import lies_in_images, load
     from nacre.btf.transposition import by_texel
     from nacre.evaluate.texture_sheet import texture_sheet
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
@@ -57,7 +57,13 @@ def command(
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
         check_outputs([picture], [truth, other])
-    textures = [load(path, pixels if path.is_dir() else None) for path in (truth, other)]
+    images = [lies_in_images(path) for path in (truth, other)]
+    if pixels is not None and not any(images):
+        raise click.BadParameter("--pixels: neither texture lies in images")
+    textures = [
+        load(path, pixels if inside else None)
+        for path, inside in zip((truth, other), images, strict=True)
+    ]
     with Stages() as stages, ExitStack() as stack:
         progress = stages.add(other.stem)
         readable = [stack.enter_context(by_texel(btf, progress=progress)) for btf in textures]
