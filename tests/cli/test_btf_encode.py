@@ -109,10 +109,8 @@ def test_the_model_may_stay_in_a_file_of_its_own(felt, capsys, tmp_path):
     assert "copy it there, or embed" in capsys.readouterr().err
 
 
-def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch):
-    assert run(*ENCODE, "--texels-per-block", 3) == 0
-    whole = Path("felt.safetensors").read_bytes()
-    Path("felt.safetensors").unlink()
+def run_interrupted(monkeypatch, *arguments):
+    """Ctrl-C after two blocks of texels."""
     read = encoding._read_ahead
 
     def interrupted(*arguments):
@@ -123,7 +121,14 @@ def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch
 
     with monkeypatch.context() as patch:
         patch.setattr(encoding, "_read_ahead", interrupted)
-        assert run(*ENCODE, "--texels-per-block", 3) == 130
+        assert run(*arguments) == 130
+
+
+def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch):
+    assert run(*ENCODE, "--texels-per-block", 3) == 0
+    whole = Path("felt.safetensors").read_bytes()
+    Path("felt.safetensors").unlink()
+    run_interrupted(monkeypatch, *ENCODE, "--texels-per-block", 3)
     assert Path("felt.safetensors.state").exists()
     assert not Path("felt.safetensors").exists()
     capsys.readouterr()
@@ -136,8 +141,44 @@ def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch
     assert not Path("felt.safetensors.state").exists()
 
 
+@pytest.fixture
+def photographs(tmp_path):
+    """A list of two photographs of 4 x 5 pixels."""
+    folder = tmp_path / "photographs"
+    folder.mkdir()
+    for name in ("a.png", "b.png"):
+        (folder / name).write_bytes(png_bytes(np.full((5, 4, 3), 128, np.uint8), 4, 5))
+    lines = "file,theta_l,phi_l,theta_v,phi_v\na.png,0,0,45,180\nb.png,60,0,0,0\n"
+    (folder / "directions.csv").write_text(lines)
+    return folder
+
+
+def test_no_encoding_goes_on_with_other_pixels(photographs, felt, capsys, monkeypatch):
+    options = "-o", "x.safetensors", "--model", "model.safetensors", "--texels-per-block", 3
+    first = "btf", "encode", photographs, *options
+    run_interrupted(monkeypatch, *first, "--pixels", "radiance")
+    capsys.readouterr()
+    assert run(*first, "--pixels", "reflectance", "--resume") == 2
+    assert "is of another encoding" in capsys.readouterr().err
+    (photographs / "b.png").write_bytes(png_bytes(np.zeros((5, 4, 3), np.uint8), 4, 5))
+    assert run(*first, "--pixels", "radiance", "--resume") == 2
+    assert "is of another encoding" in capsys.readouterr().err
+
+
+def test_a_list_of_photographs_is_what_its_folder_is(photographs, felt, capsys):
+    listed, pixels = photographs / "directions.csv", ("--pixels", "radiance")
+    assert run("btf", "compare", photographs, listed, *pixels, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["errors"]["MSE x 1e4"] == 0.0
+    assert run("btf", "convert", photographs, "-o", "radiance.npz", *pixels) == 0
+    capsys.readouterr()
+    assert run("btf", "compare", "radiance.npz", listed, *pixels, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["errors"]["MSE x 1e4"] < 1e-3
+    assert run("btf", "encode", listed, "-o", "x.safetensors", "--model", "model.safetensors") == 0
+    size = sum(path.stat().st_size for path in photographs.iterdir())
+    assert f"bytes of the source             {size:,}" in capsys.readouterr().out
+
+
 def test_a_folder_of_images_is_encoded(felt, tmp_path, capsys):
-    pytest.importorskip("mitsuba")
     folder = tmp_path / "cloth"
     folder.mkdir()
     for theta in (0, 30, 60):
@@ -191,6 +232,7 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
         (("decode", "model.safetensors", "-o", "x.foo"), "no format of textures ends in"),
         (("compare", "felt.npz", "small.npz"), "4 x 3 and 2 x 2 texels"),
         (("compare", "felt.npz", "felt.npz", "--picture", "x.foo"), "a picture ends in"),
+        (("compare", "felt.npz", "felt.npz", "--pixels", "radiance"), "neither texture lies in"),
     ],
 )
 def test_mistakes_are_errors_of_one_line(felt, capsys, arguments, message):

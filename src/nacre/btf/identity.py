@@ -5,18 +5,14 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from nacre.btf.formats import load, recognised
+from nacre.btf.formats import lies_in_images, load
 from nacre.btf.image_folder import ImageFolderBtf
 from nacre.btf.photographs import LIST
 from nacre.files import FormatError, PathLike
 
 
-def source_mark(path: PathLike) -> str:
-    """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
-
-    These are the file; or of a folder of images, or a list of photographs, the list and all images,
-    but nothing else that lies there. A folder keeps its mark when it is moved, not when it is
-    renamed or copied without its times.
+def source_files(path: PathLike) -> list[Path]:
+    """All files of a texture: one; or of images, the list of their directions and all of them.
 
     Parameters
     ----------
@@ -29,15 +25,33 @@ def source_mark(path: PathLike) -> str:
         As :func:`nacre.btf.load`, though of a single file no more than its first bytes is read.
     """
     path = Path(path)
-    files, folder = [path], path.parent
-    if recognised(path).recognise is None:  # images, which no first bytes tell
-        texture = load(path)
-        assert isinstance(texture, ImageFolderBtf)
-        if path.is_dir():
-            files, folder = [path / LIST] if (path / LIST).is_file() else [], path
-        files += texture.files
+    if not lies_in_images(path):
+        return [path]
+    texture = load(path)
+    assert isinstance(texture, ImageFolderBtf)
+    listed = path / LIST if path.is_dir() else path
+    return [*([listed] if listed.is_file() else []), *texture.files]
+
+
+def source_mark(path: PathLike) -> str:
+    """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
+
+    A folder keeps its mark when it is moved, not when it is renamed or copied without its times.
+
+    Parameters
+    ----------
+    path
+        As :func:`nacre.btf.load` takes it.
+
+    Raises
+    ------
+    FormatError
+        As :func:`source_files`, or if a file is not there.
+    """
+    path = Path(path)
+    folder = path if path.is_dir() else path.parent
     total = hashlib.sha256(path.resolve().name.encode(errors="surrogateescape"))
-    for file in files:
+    for file in source_files(path):
         try:
             facts = file.stat()
         except OSError as error:

@@ -60,6 +60,7 @@ def command(
     from nacre.btf.codec_file import load_codec
     from nacre.btf.encoding import encode
     from nacre.btf.formats import load
+    from nacre.btf.identity import source_files, source_mark
     from nacre.btf.latent_file import save_latent_map
     from nacre.btf.latent_map import LatentMap
     from nacre.btf.shipped import PUBLISHED
@@ -87,7 +88,7 @@ def command(
                 half=half,
                 texels_per_block=texels_per_block,
                 state=state,
-                mark=f"{_identity(source)} {digest(model)}",
+                mark=f"{source_mark(source)} {pixels} {digest(model)}",
                 progress=progress,
             )
     seconds = time.monotonic() - began
@@ -96,7 +97,8 @@ def command(
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
     save_latent_map(latent, output)
     state.unlink(missing_ok=True)
-    before, after = _size(source), output.stat().st_size
+    before = sum(path.stat().st_size for path in source_files(source))
+    after = output.stat().st_size
     by_view = errors.pop("MSE x 1e4 by view")
     rows = [
         ("texels", f"{btf.width} x {btf.height}, {codec.values} values each"),
@@ -125,18 +127,5 @@ def _reference(model: Path, output: Path) -> CodecFile:
     return CodecFile(model.name, digest(model))
 
 
-def _identity(source: Path) -> str:
-    """What tells a source from another, or from itself changed, without reading it."""
-    facts = source.stat()
-    return f"{source.resolve()} {facts.st_size} {facts.st_mtime_ns}"
-
-
 def _source(source: Path) -> dict[str, Any]:
     return {"file": source.resolve().name, "sha256": digest(source) if source.is_file() else None}
-
-
-def _size(source: Path) -> int:
-    """Bytes of a file, or of the files in a folder."""
-    if source.is_file():
-        return source.stat().st_size
-    return sum(path.stat().st_size for path in source.rglob("*") if path.is_file())
