@@ -84,8 +84,11 @@ def codec_multiply_adds(codec: BasisCodec, pairs: int) -> tuple[float, float]:
     values, count = codec.decode.linear.shape
     _, *others = codec.decode.layers
     jacobian = values * (sum(int(layer.weights.size) for layer in others) + values * count)
-    guess = codec.complete.multiply_adds + codec.encode.multiply_adds + 3 * count**2
-    decode = codec.decode.multiply_adds
+    complete, encode, decode = (
+        network.linear.size + sum(layer.weights.size for layer in network.layers)
+        for network in (codec.complete, codec.encode, codec.decode)
+    )
+    guess = complete + encode + 3 * count**2
     return pairs * count + guess + 2 * (jacobian + decode), pairs * count + decode
 
 

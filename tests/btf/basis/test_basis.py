@@ -270,6 +270,68 @@ def test_the_same_seed_gives_the_same_codec(codec) -> None:  # type: ignore[no-u
     np.testing.assert_array_equal(one.functions.last.weights, other.functions.last.weights)
 
 
+def small_recipe(**sizes: int):  # type: ignore[no-untyped-def]
+    """Of a training that takes a moment."""
+    pytest.importorskip("torch", reason="training takes PyTorch")
+    from nacre.btf.basis.recipe import BasisRecipe
+
+    given = {"values": 4, "greys": 6, "chromas": 2, "texels": 20, "coded_texels": 20}
+    few = {"width": 8, "wide": 8, "hidden": 8, "completing": 8}
+    return BasisRecipe(**(given | few | {"function_steps": 20, "code_steps": 20} | sizes))
+
+
+def test_grey_textures_have_no_functions_of_colours() -> None:
+    recipe = small_recipe()
+    from nacre.btf.basis.training import train_basis
+
+    wi, wo = SMALL.pairs()
+
+    def grey(seed: int) -> TableBtf:
+        values = made_texture(seed, wi, wo).values.mean(-1, keepdims=True)
+        return TableBtf(np.repeat(values, 3, -1), wi, wo)
+
+    codec = train_basis([lambda seed=seed: grey(seed) for seed in range(3)], recipe)
+    assert (codec.functions.greys, codec.functions.chromas) == (6, 0)
+    texels = grey(9).texels(slice(None))
+    decoded = codec.decoder(wi, wo)(codec.encoder(wi, wo)(texels))
+    np.testing.assert_allclose(decoded, np.repeat(decoded[..., :1], 3, -1), atol=1e-6)
+    assert np.isfinite(decoded).all()
+
+
+def test_more_functions_than_pairs_are_cut() -> None:
+    recipe = small_recipe(greys=96, chromas=16)
+    from nacre.btf.basis.training import train_basis
+
+    wi, wo = (w[:40] for w in SMALL.pairs())
+    textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(3)]
+    codec = train_basis(textures, recipe)
+    assert codec.functions.greys <= 40
+    assert codec.decoder(wi, wo)(np.zeros((1, 4), np.float32)).shape == (1, 40, 3)
+
+
+@pytest.mark.parametrize(
+    ("level", "message"), [(0.5, "texels vary in 0 ways"), (1e5, "too large for float16")]
+)
+def test_textures_to_learn_nothing_from_are_refused(level: float, message: str) -> None:
+    recipe = small_recipe()
+    from nacre.btf.basis.training import train_basis
+
+    wi, wo = SMALL.pairs()
+    even = TableBtf(np.full((8, 8, len(wi), 3), level, np.float32), wi, wo, "even")
+    with pytest.raises(NacreError, match=message):
+        train_basis([lambda: even], recipe)
+
+
+def test_training_takes_no_more_texels_than_memory_has_room_for() -> None:
+    recipe = small_recipe(memory=1 << 18)
+    from nacre.btf.basis import training
+
+    wi, wo = SMALL.pairs()
+    found = training._texels_of(lambda: made_texture(0, wi, wo), recipe, 0, 2)
+    assert found.values.nbytes * 3 <= recipe.memory // 2
+    assert len(found.values) >= 1
+
+
 def test_textures_of_other_directions_are_refused() -> None:
     pytest.importorskip("torch", reason="training takes PyTorch")
     from nacre.btf.basis.recipe import BasisRecipe
@@ -289,3 +351,10 @@ def test_recipes_of_nothing_are_refused(name: str, value: int) -> None:
 
     with pytest.raises(ValueError, match=f"{name} is {value}"):
         BasisRecipe(**{name: value})
+
+
+def test_recipes_have_no_more_values_than_coefficients() -> None:
+    from nacre.btf.basis.recipe import BasisRecipe
+
+    with pytest.raises(ValueError, match="20 values, of 12 coefficients"):
+        BasisRecipe(values=20, greys=8, chromas=2)

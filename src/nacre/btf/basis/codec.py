@@ -109,8 +109,8 @@ class BasisCodec(TexelCodec):
             for start in range(0, len(wi), _PAIRS):
                 part = slice(start, start + _PAIRS)
                 grey = coefficients[:, :greys] @ functions.grey[part].T + functions.mean[part]
-                pairs = coefficients[:, greys:].reshape(-1, chromas) @ functions.chroma[part].T
-                chroma = pairs.reshape(len(codes), 2, -1).swapaxes(0, 1)
+                chroma = coefficients[:, greys:].reshape(len(codes), 2, chromas).swapaxes(0, 1)
+                chroma = chroma @ functions.chroma[part].T
                 join_reflectance(grey, chroma, values[:, part])
             return values
 

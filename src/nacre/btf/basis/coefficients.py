@@ -22,6 +22,8 @@ from nacre.progress import Progress
 
 _BLOCK = 64
 """Texels that are worked on at a time."""
+_COEFFICIENT_BYTES = 3 * 4
+"""Of a subset: products of functions and reflectance, gathered, and estimates."""
 _SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
 _VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
 _LIGHTS = (45.0, 60.0)
@@ -95,11 +97,14 @@ def training_texels(
         Called as it goes on, and where what is read of each texture is kept.
     """
     tables = [functions.at(subset) for subset in subsets]
+    coefficients = functions.grey.shape[1] + 2 * functions.chroma.shape[1]
+    each = _COEFFICIENT_BYTES * len(subsets) * coefficients
+    most = max(1, recipe.memory // (each * len(textures)))
 
     def read(index: int) -> _Read:
         random = np.random.default_rng([recipe.seed, index])
         with by_texel(textures[index]()) as texture:
-            chosen = random_texels(texture, recipe.coded_texels, random)
+            chosen = random_texels(texture, min(recipe.coded_texels, most), random)
             orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
             return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)
 

@@ -1,4 +1,4 @@
-"""Reflectance to grey values and pairs of the default codec, and back, in one pass each.
+"""Reflectance to grey values and chroma of the default codec, and back, in one pass each.
 
 The coordinates are those of :mod:`nacre.channels`.
 """
@@ -18,33 +18,33 @@ _NONE, _ALL = np.float32(0.0), np.float32(1.0)
 
 @compiled
 def split_reflectance(rgb: Any, mean: Any, grey: Any, chroma: Any) -> None:
-    """Write grey values less their mean, (b, n), and pairs, (2, b, n), of reflectance (b, n, 3).
+    """Write grey values less their mean, (b, n), and chroma, (2, b, n), of reflectance (b, n, 3).
 
     All are in single precision, the mean of shape (n,).
     """
     for texel in range(rgb.shape[0]):
-        for pair in range(rgb.shape[1]):
-            red, green, blue = rgb[texel, pair, 0], rgb[texel, pair, 1], rgb[texel, pair, 2]
-            grey[texel, pair] = _GREY * (red + green + blue) - mean[pair]
-            chroma[0, texel, pair] = _DIFFERENCE * (red - green)
-            chroma[1, texel, pair] = _SUM * (red + green - blue - blue)
+        for entry in range(rgb.shape[1]):
+            red, green, blue = rgb[texel, entry, 0], rgb[texel, entry, 1], rgb[texel, entry, 2]
+            grey[texel, entry] = _GREY * (red + green + blue) - mean[entry]
+            chroma[0, texel, entry] = _DIFFERENCE * (red - green)
+            chroma[1, texel, entry] = _SUM * (red + green - blue - blue)
 
 
 @compiled
 def join_reflectance(grey: Any, chroma: Any, rgb: Any) -> None:
-    """Write reflectance (b, n, 3) of grey values (b, n) and pairs (2, b, n), never below 0.
+    """Write reflectance (b, n, 3) of grey values (b, n) and chroma (2, b, n), never below 0.
 
-    Where a channel would be, the pair is made smaller: the grey value stays, and dark places are
+    Where a channel would be, chroma is made smaller: the grey value stays, and dark places are
     not tinted as they would be if only that channel were changed.
     """
     for texel in range(grey.shape[0]):
-        for pair in range(grey.shape[1]):
-            level = max(_GREY * grey[texel, pair], _NONE)
-            difference = _DIFFERENCE * chroma[0, texel, pair]
-            total = _SUM * chroma[1, texel, pair]
+        for entry in range(grey.shape[1]):
+            level = max(_GREY * grey[texel, entry], _NONE)
+            difference = _DIFFERENCE * chroma[0, texel, entry]
+            total = _SUM * chroma[1, texel, entry]
             red, green, blue = total + difference, total - difference, -total - total
             lowest = min(red, green, blue)
             share = _ALL if level + lowest >= _NONE else level / -lowest
-            rgb[texel, pair, 0] = level + share * red
-            rgb[texel, pair, 1] = level + share * green
-            rgb[texel, pair, 2] = level + share * blue
+            rgb[texel, entry, 0] = level + share * red
+            rgb[texel, entry, 1] = level + share * green
+            rgb[texel, entry, 2] = level + share * blue

@@ -16,11 +16,14 @@ from nacre.btf.basis.network_training import Tensor, dense, descend, to_layer, t
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.channels import split_colors
+from nacre.files import NacreError
 from nacre.layer import Layer
 from nacre.progress import Progress
 
 _BATCH = 1024
 _RIDGE = 1e-8
+_LEAST = 1e-9
+"""Of the mean square of texels: what varies less is rounding."""
 _DARK = 0.02
 """Added to the brightness of texels, so that black ones do not weigh endlessly."""
 
@@ -36,11 +39,14 @@ class Components:
     table
         The mean, then components of grey values, then those of pairs, each of the size that it has
         in texels, shape (n, 1 + greys + chromas).
+    greys
+        How many are of grey values.
     """
 
     wi: Floats
     wo: Floats
     table: Floats
+    greys: int
 
 
 def principal_components(
@@ -65,6 +71,11 @@ def principal_components(
         Sizes and efforts.
     report
         Called as it goes on.
+
+    Raises
+    ------
+    NacreError
+        If texels vary in fewer ways than codes have values.
     """
     count = len(texels)
     grey = np.empty((count, len(wi)), np.float32)
@@ -85,15 +96,19 @@ def principal_components(
     chromas, chroma_variances = principal_functions(pairs, orders, recipe.chromas, recipe.seed)
     report("components", 2, 2, "")
     # A function counts by what it adds to a texel: its root mean square there.
-    table = np.concatenate(
-        [
-            mean[:, None],
-            greys * np.sqrt(grey_variances),
-            chromas * np.sqrt(2.0 * chroma_variances),
-        ],
-        axis=1,
-    )
-    return Components(wi, wo, table)
+    least = _LEAST * float(np.square(mean).sum())
+    parts = [
+        block[:, variances > least] * np.sqrt(variances[variances > least])
+        for block, variances in ((greys, grey_variances), (chromas, 2.0 * chroma_variances))
+    ]
+    found = [part.shape[1] for part in parts]
+    if not found[0] or found[0] + 2 * found[1] < recipe.values:
+        raise NacreError(
+            f"texels vary in {found[0] + 2 * found[1]} ways, too few for codes of {recipe.values} "
+            "values; take more varied textures, or fewer values"
+        )
+    table = np.ascontiguousarray(np.concatenate([mean[:, None], *parts], axis=1))
+    return Components(wi, wo, table, found[0])
 
 
 def train_functions(
@@ -142,7 +157,7 @@ def train_functions(
     with torch.no_grad():
         units = features(seen).numpy()
     last = _least_squares(units, table)
-    rough = AngularFunctions([first, *hidden], wide, last, recipe.greys)
+    rough = AngularFunctions([first, *hidden], wide, last, components.greys)
     return _orthonormal(rough, units @ last.weights + last.biases)
 
 

@@ -50,7 +50,7 @@ def descend(
     Raises
     ------
     NacreError
-        If the loss is no number in the end.
+        If some numbers are not finite in the end.
     """
     optimisers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:
@@ -59,8 +59,8 @@ def descend(
     changed = [*vectors, *matrices]
     left = stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator)
     with one_thread():
-        last = _steps(left, optimisers, loss, steps, partial(report, stage))
-    if not math.isfinite(last):
+        _steps(left, optimisers, loss, steps, partial(report, stage))
+    if not all(bool(torch.isfinite(tensor).all()) for tensor in changed):
         raise NacreError(f"{stage} diverged; take another seed")
 
 
@@ -70,8 +70,7 @@ def _steps(
     loss: Callable[[int], Tensor],
     steps: int,
     report: Callable[[int, int, str], None],
-) -> float:
-    last = math.inf
+) -> None:
     for step in left:
         fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
         fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
@@ -83,9 +82,7 @@ def _steps(
             optimiser.param_groups[0]["lr"] = rate * fraction
             optimiser.step()
         if (step + 1) % 50 == 0 or step + 1 == steps:
-            last = float(current.item())
-            report(step + 1, steps, f"loss {last:.4g}")
-    return last
+            report(step + 1, steps, f"loss {float(current.item()):.4g}")
 
 
 def dense(inputs: int, outputs: int, generator: Any, gain: float = 1.0) -> tuple[Tensor, Tensor]:

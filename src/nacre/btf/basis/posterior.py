@@ -31,8 +31,8 @@ class Prior:
         Variance of reflectance factors about sums of the functions: what these cannot express, and
         noise of the measurement.
     covariance
-        Of coefficients about those that a first guess of the code gives, relative to the mean
-        square of a texel, shape (K, K).
+        Of coefficients about those that are completed, relative to the mean square of a texel,
+        shape (K, K); (0, 0) before these are known.
     relative_noise
         The noise in the units of `covariance`.
     """

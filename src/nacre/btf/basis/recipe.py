@@ -28,13 +28,16 @@ class BasisRecipe:
         Units of each of the two layers of the network that completes coefficients.
     function_steps, code_steps
         Of the optimiser.
+    memory
+        Bytes of training texels at a time: fewer of each material are taken if need be.
     seed
         Of all that is random.
 
     Raises
     ------
     ValueError
-        If a number is not positive, or the seed is negative.
+        If a number is not positive, the seed is negative, or there are more values than
+        coefficients.
     """
 
     values: int = 32
@@ -49,9 +52,12 @@ class BasisRecipe:
     completing: int = 512
     function_steps: int = 4000
     code_steps: int = 6000
+    memory: int = 1 << 32
     seed: int = 0
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
             if value < (name != "seed"):
                 raise ValueError(f"{name} is {value}, expected at least {int(name != 'seed')}")
+        if self.values > (most := self.greys + 2 * self.chromas):
+            raise ValueError(f"{self.values} values, of {most} coefficients")

@@ -43,11 +43,6 @@ class SkipNetwork:
         if len(self.layers) < 2 or width != outputs:
             raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
 
-    @property
-    def multiply_adds(self) -> int:
-        """For one input."""
-        return int(self.linear.size) + sum(int(layer.weights.size) for layer in self.layers)
-
     def given(self, further: Floats) -> SkipNetwork:
         """The network with the inputs that the linear map does not see held fixed."""
         first, *others = self.layers

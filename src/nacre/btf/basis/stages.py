@@ -109,7 +109,7 @@ class Stages:
             return int(state["step"])
 
         def save(step: int) -> None:
-            if path is not None and step < count:  # the result is kept when all are taken
+            if path is not None:
                 state = {
                     "tensors": [tensor.detach() for tensor in tensors],
                     "optimisers": [optimiser.state_dict() for optimiser in optimisers],
@@ -125,13 +125,13 @@ class Stages:
             try:
                 with uninterrupted():
                     yield step
+                    if step + 1 == count or time.monotonic() - saved > self._every:
+                        save(step + 1)
+                        saved = time.monotonic()
             except KeyboardInterrupt:
                 with uninterrupted():
                     save(step + 1)
                 raise
-            if time.monotonic() - saved > self._every:
-                save(step + 1)
-                saved = time.monotonic()
 
     def _file(self, name: str) -> Path:
         assert self._path is not None

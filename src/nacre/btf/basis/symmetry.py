@@ -27,9 +27,14 @@ def symmetric_turns(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
     pairs = np.concatenate([wi, wo], axis=1)
     tree = KDTree(pairs)
     for count in range(_MOST_TURNS, 1, -1):
-        orders = [_order(tree, wi, wo, 2.0 * math.pi * k / count) for k in range(1, count)]
-        if all(order is not None for order in orders):
-            return [np.arange(len(wi)), *(order for order in orders if order is not None)]
+        orders = [np.arange(len(wi))]
+        for k in range(1, count):
+            order = _order(tree, wi, wo, 2.0 * math.pi * k / count)
+            if order is None:
+                break
+            orders.append(order)
+        if len(orders) == count:
+            return orders
     return [np.arange(len(wi))]
 
 

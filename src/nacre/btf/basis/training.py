@@ -28,9 +28,12 @@ from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.texture import Btf
-from nacre.btf.transposition import by_texel
+from nacre.btf.transposition import by_texel, narrowed
 from nacre.files import NacreError
 from nacre.progress import Progress, silent
+
+_VALUE_BYTES = 3 * (2 + 4)
+"""Of a pair of directions of a texel: as half floats, and as grey values and chroma."""
 
 
 def train_basis(
@@ -58,7 +61,7 @@ def train_basis(
     Raises
     ------
     NacreError
-        If there are too few texels, or directions differ.
+        If there are too few texels, they are too much alike or too large, or directions differ.
     """
     kept = stages or Stages()
 
@@ -99,7 +102,7 @@ def _gathered(
     """Directions, and random texels of every texture as half floats, shape (t, n, 3)."""
     found: list[_Texels] = []
     for index, open_texture in enumerate(textures):
-        read = partial(_texels_of, open_texture, recipe, index)
+        read = partial(_texels_of, open_texture, recipe, index, len(textures))
         found.append(stages.result(f"texels-{index}", _Texels, read))
         first, last = found[0], found[-1]
         if last.wi.shape != first.wi.shape or not (
@@ -113,9 +116,12 @@ def _gathered(
     return found[0].wi, found[0].wo, np.concatenate([texels.values for texels in found])
 
 
-def _texels_of(open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int) -> _Texels:
+def _texels_of(
+    open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int, textures: int
+) -> _Texels:
     """Random ones, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
     with by_texel(open_texture()) as texture:
-        chosen = random_texels(texture, recipe.texels, random)
-        return _Texels(texture.wi, texture.wo, texture.texels(chosen).astype(np.float16))
+        most = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
+        texels = texture.texels(random_texels(texture, min(recipe.texels, most), random))
+        return _Texels(texture.wi, texture.wo, narrowed(texels, np.float16, texture.name))

@@ -198,6 +198,7 @@ def _train_basis(
     from nacre.btf.basis.training import train_basis
     from nacre.btf.codec_file import save_codec
     from nacre.btf.formats import load
+    from nacre.btf.identity import source_mark
 
     recipe = BasisRecipe(seed=seed)
     if latent is not None:
@@ -209,7 +210,7 @@ def _train_basis(
         share = recipe.function_steps / (recipe.function_steps + recipe.code_steps)
         first = max(1, round(share * steps))
         recipe = replace(recipe, function_steps=first, code_steps=max(1, steps - first))
-    sources = [(path.resolve().name, path.stat().st_size) for path in files if path.exists()]
+    sources = [source_mark(path) for path in files]
     kept = KeptStages(output.with_name(f"{output.name}.state"), f"{recipe} {sources} {pixels}")
     _check_begun(kept.files, resume)
     check_outputs([output], files)
@@ -228,6 +229,7 @@ def _train_basis(
 
 def _check_begun(files: list[Path], resume: bool) -> None:
     if files and not resume:
+        named = "the file" if len(files) == 1 else f"all {len(files)} that begin like it"
         raise NacreError(
-            f"{files[0]}: a training was stopped here; add --resume to go on, or remove the file"
+            f"{files[0]}: a training was stopped here; add --resume to go on, or remove {named}"
         )

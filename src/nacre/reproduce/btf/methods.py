@@ -187,7 +187,10 @@ def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
 
 
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
-    return replace(settings.basis, values=method.values, seed=settings.seed)
+    try:
+        return replace(settings.basis, values=method.values, seed=settings.seed)
+    except ValueError as error:
+        raise NacreError(f"{method.name}: {error}") from error
 
 
 def _basis(
