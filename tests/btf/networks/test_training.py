@@ -168,9 +168,13 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(steps=4, checkpoint=state, progress=stop)
+        train(steps=4, checkpoint=state, mark="these files", progress=stop)
+    given = {"steps": 4, "checkpoint": state, "mark": "these files"}
+    for other in ({"recipe": TrainingRecipe(seed=1)}, {"mark": "others"}, {"steps": 5}):
+        with pytest.raises(NacreError, match="of another training"):
+            train(**given | other)
     with pytest.raises(NacreError, match="of another training"):
-        train(steps=4, checkpoint=state, recipe=TrainingRecipe(seed=1))
+        train(minutes=1.0, checkpoint=state, mark="these files")
     for content in (state.read_bytes()[:-100], b""):
         state.write_bytes(content)
         with pytest.raises(NacreError, match="cannot be read, remove it"):

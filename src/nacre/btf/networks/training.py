@@ -44,6 +44,7 @@ def train_network(
     steps: int | None = None,
     minutes: float | None = None,
     checkpoint: Path | None = None,
+    mark: str = "",
     save_every: float = 45.0,
     journal: Path | None = None,
     events: Path | None = None,
@@ -69,6 +70,9 @@ def train_network(
     checkpoint
         File for the state of the training, from which a later call goes on. It stays, for the
         caller to remove once the network is saved.
+    mark
+        What must be the same for that, besides what this function sees: the files are known to it
+        by names of materials and sizes only; see :func:`nacre.btf.identity.source_mark`.
     save_every
         Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
         is interrupted by Ctrl-C.
@@ -105,7 +109,8 @@ def train_network(
     network = _new_network(stream, settings, recipe)
     if minutes is None and steps is None:
         steps = recipe.epochs * stream.epoch_steps
-    training = _Training(network, stream, recipe, opened, members)
+    whole = f"{mark} {steps} {minutes}"
+    training = _Training(network, stream, recipe, opened, members, whole)
     first = members.rank == 0
     with memory_errors(device):
         step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
@@ -146,6 +151,7 @@ class _Training:
         recipe: TrainingRecipe,
         device: Any,
         members: Processes,
+        mark: str,
     ) -> None:
         self._network, self._stream, self._recipe = network, stream, recipe
         self._device, self._members = device, members
@@ -158,7 +164,8 @@ class _Training:
             torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
         ]
         self._held_out = stream.held_out()
-        self._mark = f"{network.model} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        about = f"{network.model} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        self._mark = f"{about} {mark}"
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
