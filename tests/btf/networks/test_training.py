@@ -23,6 +23,7 @@ from nacre.btf.networks import (
     UnifiedSettings,
     train_network,
 )
+from nacre.btf.texture import TableBtf
 from nacre.files import NacreError
 from tests.btf.networks.made import OTHER, texture
 
@@ -179,6 +180,26 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
         state.write_bytes(content)
         with pytest.raises(NacreError, match="cannot be read, remove it"):
             train(steps=4, checkpoint=state)
+
+
+def test_images_are_read_once(tmp_path):
+    class Images(TableBtf):
+        by_image = True
+
+        def texels(self, chosen):
+            raise AssertionError("reads every image")
+
+        def images(self, chosen):
+            read.append(np.arange(self.pair_count)[chosen])
+            return super().images(chosen)
+
+    read: list[np.ndarray] = []
+    plain = [texture(seed) for seed in range(2)]
+    for made in plain:
+        made.values = made.values.astype(np.float16).astype(np.float32)
+    images = [Images(made.values, made.wi, made.wo, made.name) for made in plain]
+    assert same(train(files=images, steps=30), train(files=plain, steps=30))
+    assert sorted(np.concatenate(read)) == sorted([*range(plain[0].pair_count)] * 2)
 
 
 def test_patience_stops_training_and_gives_the_best_weights():

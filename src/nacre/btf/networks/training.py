@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.btf.networks.custom import CustomNetwork, CustomSettings
-from nacre.btf.networks.dataset import Batch, Load, TexelStream
+from nacre.btf.networks.dataset import Batch, Load, TexelStream, images_once
 from nacre.btf.networks.distributed import Processes
 from nacre.btf.networks.journal import Journal
 from nacre.btf.networks.mlp import Tensor, torch
@@ -26,7 +26,7 @@ from nacre.checkpoint import load_state, save_state
 from nacre.device import memory_errors, open_device
 from nacre.files import NacreError, PathLike
 from nacre.interrupts import uninterrupted
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 _REPORT_EVERY = 10
 """Steps between rows of the journal."""
@@ -60,7 +60,8 @@ def train_network(
     Parameters
     ----------
     paths, load
-        Files, and what opens one; see :class:`nacre.btf.networks.dataset.TexelStream`.
+        Files, and what opens one; see :class:`nacre.btf.networks.dataset.TexelStream`. Images are
+        read once.
     settings
         Sizes of the network, which also say which one it is.
     recipe
@@ -96,33 +97,34 @@ def train_network(
     """
     recipe, members = recipe or TrainingRecipe(), members or Processes()
     opened = open_device(device)
-    stream = TexelStream(
-        paths,
-        load,
-        recipe.batch,
-        recipe.texels,
-        held_out=recipe.held_out,
-        seed=recipe.seed,
-        rank=members.rank,
-        size=members.size,
-    )
-    network = _new_network(stream, settings, recipe)
-    if minutes is None and steps is None:
-        steps = recipe.epochs * stream.epoch_steps
-    whole = f"{mark} {steps} {minutes}"
-    training = _Training(network, stream, recipe, opened, members, whole)
-    first = members.rank == 0
-    with memory_errors(device):
-        step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
-        with Journal(journal if first else None, step, events if first else None) as rows:
-            training.run(
-                steps,
-                minutes,
-                checkpoint if first else None,
-                save_every,
-                rows,
-                (progress if first else None) or (lambda stage, done, total, note: None),
-            )
+    with images_once(load) as open_texture:
+        stream = TexelStream(
+            paths,
+            open_texture,
+            recipe.batch,
+            recipe.texels,
+            held_out=recipe.held_out,
+            seed=recipe.seed,
+            rank=members.rank,
+            size=members.size,
+        )
+        network = _new_network(stream, settings, recipe)
+        if minutes is None and steps is None:
+            steps = recipe.epochs * stream.epoch_steps
+        whole = f"{mark} {steps} {minutes}"
+        training = _Training(network, stream, recipe, opened, members, whole)
+        first = members.rank == 0
+        with memory_errors(device):
+            step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
+            with Journal(journal if first else None, step, events if first else None) as rows:
+                training.run(
+                    steps,
+                    minutes,
+                    checkpoint if first else None,
+                    save_every,
+                    rows,
+                    (progress if first else None) or silent,
+                )
     return training.result()
 
 
