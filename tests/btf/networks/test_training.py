@@ -22,6 +22,7 @@ from nacre.btf.networks import (
     TrainingRecipe,
     UnifiedSettings,
     train_network,
+    training,
 )
 from nacre.btf.texture import TableBtf
 from nacre.files import NacreError
@@ -160,6 +161,25 @@ def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimise
     assert rows == parts
     assert [row[0] for row in rows] == ["10", "20", "30", "34"]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["parts.csv", "state", "whole.csv"]
+
+
+@pytest.mark.parametrize("where", ["_look", "result"])
+def test_an_interrupt_after_the_last_step_loses_nothing(tmp_path, monkeypatch, where):
+    state = tmp_path / "state"
+    whole = train(steps=4, checkpoint=tmp_path / "whole")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(training._Training, where, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            train(steps=4, checkpoint=state)
+    steps: list[int] = []
+    resumed = train(steps=4, checkpoint=state, progress=lambda *step: steps.append(step[1]))
+    assert not steps
+    assert same(resumed, whole)
+    assert resumed.metadata == whole.metadata
 
 
 def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):

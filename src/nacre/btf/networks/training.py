@@ -188,7 +188,9 @@ class _Training:
 
         return load_state(checkpoint, self._mark, restore)
 
-    def _save(self, checkpoint: Path) -> None:
+    def _save(self, checkpoint: Path | None) -> None:
+        if checkpoint is None:
+            return
         state = {
             "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
             "parameters": [p.detach() for p in self._parameters],
@@ -199,7 +201,8 @@ class _Training:
             "validation": self._validation,
             "step": self._step,
         }
-        save_state(checkpoint, self._mark, state)
+        with uninterrupted():
+            save_state(checkpoint, self._mark, state)
 
     def _set_parameters(self, values: Sequence[Tensor]) -> None:
         for mine, saved in zip(self._parameters, values, strict=True):
@@ -219,7 +222,7 @@ class _Training:
         saved = before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
-            while self._step < last:
+            while self._step < last and not self._patience_over():
                 batch = next(batches)
                 with uninterrupted():
                     done = self._step / last
@@ -232,26 +235,25 @@ class _Training:
                     now = time.monotonic()
                     self._seconds, before = self._seconds + now - before, now
                     looked = self._step % self._recipe.validate_every == 0
-                    enough = looked and self._look()
+                    if looked:
+                        self._look()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
                         self._note(journal, rate, looked)
-                    if enough:
-                        break
-                    if checkpoint is not None and time.monotonic() - saved > save_every:
+                    if time.monotonic() - saved > save_every:
                         self._save(checkpoint)
                         saved = time.monotonic()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
                 note = "" if self._validation is None else f", held out {self._validation:.4f}"
                 report("training", int(done), int(total), f"loss {self._loss:.4f}{note}")
+            self._look()
+            # What is interrupted before the caller has written the network goes on from here.
+            self._save(checkpoint)
         except KeyboardInterrupt:
-            if checkpoint is not None:
-                with uninterrupted():
-                    self._save(checkpoint)
+            self._save(checkpoint)
             raise
         finally:
             batches.close()
-        self._look()
 
     def _descend(self, batch: Batch, rate: float) -> None:
         """One step."""
@@ -329,10 +331,10 @@ class _Training:
         validation = self._validation if looked else None
         journal.add(self._step, self._seconds, rate, self._loss, validation)
 
-    def _look(self) -> bool:
-        """Find the loss on held-out texels; gives whether patience is over."""
+    def _look(self) -> None:
+        """Find the loss on held-out texels."""
         if not self._held_out:
-            return False
+            return
         total, count = 0.0, 0
         with torch.no_grad():
             for index, held in enumerate(self._held_out):
@@ -347,18 +349,20 @@ class _Training:
                     total += float(loss.item()) * len(values)
                     count += len(values)
         self._validation = total / count
-        patience = self._recipe.patience
-        if not patience:
-            return False
-        if self._validation < self._best["loss"]:
+        if self._recipe.patience and self._validation < self._best["loss"]:
             parameters = [p.detach().clone() for p in self._parameters]
             self._best = {
                 "loss": self._validation,
                 "step": self._step,
                 "parameters": parameters,
             }
-        looks = (self._step - self._best["step"]) // self._recipe.validate_every
-        return bool(looks >= patience)
+
+    def _patience_over(self) -> bool:
+        """Whether as many looks as patience has found nothing better."""
+        patience = self._recipe.patience
+        if not (patience and self._held_out):
+            return False
+        return bool(self._step - self._best["step"] >= patience * self._recipe.validate_every)
 
     def result(self) -> TexelNetwork:
         """The network as it is now, or its best with patience, with what is to be known of it."""
