@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
+pytest.importorskip("torch", reason="needs the extra 'latent'")
+import torch
 
 from nacre.checkpoint import load_state, save_state
 
