@@ -12,7 +12,9 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf.basis.components import principal_functions
 from nacre.btf.basis.symmetry import symmetric_turns
+from nacre.btf.directions import same_pairs
 from nacre.btf.principal.codec import PcaCodec
+from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
 from nacre.channels import CHROMA, GREY, split_colors
 from nacre.files import NacreError
@@ -20,7 +22,6 @@ from nacre.progress import Progress, silent
 
 _DARK = 0.01
 """Added to the brightness of texels, so that black ones do not weigh endlessly."""
-_NEAR = 1e-3
 _LEAST_NOISE = 1e-12
 _BLOCK = 1 << 26
 """Bytes that are read at a time."""
@@ -182,14 +183,10 @@ def _gathered(
     for open_texture in textures:
         texture = open_texture()
         first = first or texture
-        if texture.wi.shape != first.wi.shape or not (
-            np.allclose(texture.wi, first.wi, atol=_NEAR)
-            and np.allclose(texture.wo, first.wo, atol=_NEAR)
-        ):
+        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
             raise NacreError(f"{texture.name}: is not measured at the directions of {first.name}")
         most = max(1, recipe.memory // (12 * texture.pair_count * len(textures)))
-        count = min(recipe.texels, most, texture.texel_count)
-        picks.append(np.sort(random.choice(texture.texel_count, count, replace=False)))
+        picks.append(random_texels(texture, min(recipe.texels, most), random))
         names.append(texture.name)
     total = sum(map(len, picks))
     if first is None or total < recipe.values:
