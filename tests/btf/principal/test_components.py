@@ -110,6 +110,30 @@ def test_little_memory_takes_fewer_texels():
     assert codec.metadata["materials"] == ["made 0", "made 1", "made 2"]
 
 
+def test_images_are_read_once(monkeypatch):
+    class Images(TableBtf):
+        by_image = True
+
+        def texels(self, chosen):
+            raise AssertionError("reads every image")
+
+        def images(self, chosen):
+            read.append(np.arange(self.pair_count)[chosen])
+            return super().images(chosen)
+
+    def images():
+        made = texture(0)
+        return Images(made.values, made.wi, made.wo, made.name)
+
+    monkeypatch.setattr("nacre.btf.principal.analysis._BLOCK", 12 * 49 * 4)
+    read: list[np.ndarray] = []
+    codec = find_components([images], PcaRecipe(4))
+    assert sorted(np.concatenate(read)) == list(range(49))
+    plain = find_components(TEXTURES[:1], PcaRecipe(4))
+    np.testing.assert_allclose(codec.mean, plain.mean, rtol=1e-3)
+    np.testing.assert_allclose(codec.variances, plain.variances, rtol=5e-3)
+
+
 def test_other_directions_are_refused():
     codec = find_components(TEXTURES[:1], PcaRecipe(4))
     others = pairs(*[BONN.directions[below(BONN.directions, 30.0)]] * 2)

@@ -16,6 +16,7 @@ from nacre.btf.directions import same_pairs
 from nacre.btf.principal.codec import PcaCodec
 from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
+from nacre.btf.transposition import by_texel
 from nacre.channels import CHROMA, GREY, split_colors
 from nacre.files import NacreError
 from nacre.progress import Progress, silent
@@ -85,7 +86,8 @@ def find_components(
     Parameters
     ----------
     textures
-        Each gives a texture when called, twice in all; all of the same pairs of directions.
+        Each gives a texture when called, twice in all; all of the same pairs of directions. Images
+        are read once.
     recipe
         Which texels count, and how.
     progress
@@ -194,16 +196,16 @@ def _gathered(
     pairs = first.pair_count
     grey = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
     chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
-    step, row = max(1, _BLOCK // (12 * pairs)), 0
+    row = 0
     for index, (open_texture, chosen) in enumerate(zip(textures, picks, strict=True)):
-        texture = open_texture()
-        for start in range(0, len(chosen), step):
-            texels = texture.texels(chosen[start : start + step])
-            place = slice(row, row + len(texels))
-            if recipe.permute:
-                grey[place], chroma[:, place] = split_colors(texels)
-            else:
-                grey[place] = texels.reshape(len(texels), -1)
-            row += len(texels)
+        with by_texel(open_texture()) as texture:
+            for part in texture.blocks(_BLOCK, stop=len(chosen)):
+                texels = texture.texels(chosen[part])
+                place = slice(row, row + len(texels))
+                if recipe.permute:
+                    grey[place], chroma[:, place] = split_colors(texels)
+                else:
+                    grey[place] = texels.reshape(len(texels), -1)
+                row += len(texels)
         progress("reading", index + 1, len(textures), texture.name)
     return np.array(first.wi), np.array(first.wo), [grey, chroma.reshape(-1, pairs)], names
