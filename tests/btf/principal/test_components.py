@@ -149,6 +149,13 @@ def test_other_directions_are_refused():
 def test_too_few_texels_and_bad_sizes_are_refused():
     with pytest.raises(NacreError, match="25 texels are too few for 32"):
         find_components(TEXTURES[:1], PcaRecipe(32))
+    six = texture(0)
+    six = TableBtf(six.values[:, :, :6], six.wi[:6], six.wo[:6], "six")
+    for recipe in (PcaRecipe(19, turn=False), PcaRecipe.own(19)):
+        with pytest.raises(NacreError, match="6 pairs of directions are too few for 19"):
+            find_components([lambda: six], recipe)
+        assert find_components([lambda: six], recipe, fewest=4).values == 18
+    assert find_components(TEXTURES[:1], PcaRecipe(32), fewest=25).values == 25
     with pytest.raises(ValueError, match="values must be positive"):
         PcaRecipe(0)
     codec = find_components(TEXTURES[:1], PcaRecipe(4))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -190,6 +192,17 @@ def test_a_codec_for_other_directions_is_left_out(study):
     ((method, reason),) = study.skipped
     assert (method, study.skipped[method, reason]) == ("pca-4", ["silk12"])
     assert "pairs of directions only" in reason
+
+
+def test_a_small_texture_has_few_components_of_its_own(study, tmp_path):
+    write(texture(5, size=4), tmp_path / "small12.npz")
+    (small,) = collect([tmp_path / "small12.npz"])
+    study = replace(study, skipped={})
+    for name in ("pca-own-8", "pca-own-16"):
+        assert study.errors(find(name), small) is not None
+    assert study.errors(find("pca-own-32"), small) is None
+    reason = "there are 16 principal components only"
+    assert study.skipped == {("pca-own-32", reason): ["small12"]}
 
 
 def test_own_components_of_a_texture_are_better_than_those_of_others(study):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -79,7 +79,10 @@ class PcaRecipe:
 
 
 def find_components(
-    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress = silent
+    textures: Sequence[Callable[[], Btf]],
+    recipe: PcaRecipe,
+    progress: Progress = silent,
+    fewest: int | None = None,
 ) -> PcaCodec:
     """The codec of the components with the largest variances.
 
@@ -92,16 +95,20 @@ def find_components(
         Which texels count, and how.
     progress
         Called as it goes on.
+    fewest
+        Components that will do where there are not as many as the recipe says; none less where
+        None. There are no more than texels, nor than values of a texel.
 
     Raises
     ------
     FormatError
         If a texture cannot be read.
     NacreError
-        If there are fewer texels than values, or directions differ.
+        If there are too few components, or directions differ.
     """
-    wi, wo, rows, names = _gathered(textures, recipe, progress)
+    wi, wo, rows, names = _gathered(textures, recipe, progress, fewest or recipe.values)
     count = len(rows[0])
+    recipe = replace(recipe, values=min(recipe.values, count, 3 * len(wi)))
     orders: _Orders = symmetric_turns(wi, wo) if recipe.turn else [np.arange(len(wi))]
     weights = np.ones(count, np.float32)
     if recipe.weigh:
@@ -171,7 +178,7 @@ def _centred(rows: Floats, weights: Floats, orders: _Orders) -> Floats:
 
 
 def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress
+    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress, fewest: int
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
@@ -191,9 +198,13 @@ def _gathered(
         picks.append(random_texels(texture, min(recipe.texels, most), random))
         names.append(texture.name)
     total = sum(map(len, picks))
-    if first is None or total < recipe.values:
-        raise NacreError(f"{total} texels are too few for {recipe.values} principal components")
+    if first is None or total < fewest:
+        raise NacreError(f"{total} texels are too few for {fewest} principal components")
     pairs = first.pair_count
+    if 3 * pairs < fewest:
+        raise NacreError(
+            f"{pairs} pairs of directions are too few for {fewest} principal components"
+        )
     grey = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
     chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
     row = 0

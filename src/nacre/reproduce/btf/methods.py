@@ -17,7 +17,7 @@ from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.cache import SOURCES, sources_digest
 
 _COMPONENTS = 32
-"""Of those that are found at once; fewer are the first of them."""
+"""Of those that are found at once, where there are as many; fewer are the first of them."""
 _NAME = re.compile(r"([a-z-]+?)-([1-9]\d{0,3})")
 
 
@@ -179,7 +179,8 @@ def _components(
     state: Path,
     progress: Progress,
 ) -> PcaCodec:
-    return find_components([m.load for m in training], _pca_recipe(method, settings), progress)
+    recipe = _pca_recipe(method, settings)
+    return find_components([m.load for m in training], recipe, progress, fewest=1)
 
 
 def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:

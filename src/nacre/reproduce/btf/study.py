@@ -166,7 +166,7 @@ class Study:
         Raises
         ------
         NacreError
-            If it cannot be made.
+            If it cannot be made, or has fewer values.
         """
         textures = self._textures(method, material)
         mark = facts_digest(method.facts(textures, self.settings))
@@ -190,6 +190,8 @@ class Study:
             self._made.add(path)
             state.unlink(missing_ok=True)
         if isinstance(codec, PcaCodec):
+            if codec.values < method.values:
+                raise _UnfitError(f"there are {codec.values} principal components only")
             codec = codec.first(method.values)
         self._codecs[mark, method.values] = codec
         return codec
