@@ -163,6 +163,26 @@ def test_codecs_and_results_are_kept(study, name):
     assert all(path.stat().st_mtime_ns == time for path, time in files.items())
 
 
+@pytest.mark.parametrize("name", ["basis-4", "unified-4"])
+def test_what_was_trained_is_not_lost_before_the_codec_is_saved(study, tmp_path, monkeypatch, name):
+    calls: list[tuple[object, ...]] = []
+    study = replace(study, folder=tmp_path, _codecs={}, progress=lambda *call: calls.append(call))
+    method, material = find(name), study.unseen[0]
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("nacre.reproduce.btf.study.save_codec", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            study.codec(method, material)
+    assert calls
+    calls.clear()
+    study.codec(method, material)
+    assert {call[0] for call in calls} <= {"basis-4, completion"}  # its last stage is taken again
+    assert [path.suffix for path in tmp_path.iterdir()] == [".safetensors"]
+
+
 def test_fresh_makes_what_is_kept_again_once(study):
     method, material = find("pca-4"), study.unseen[0]
     study.errors(method, material)

@@ -61,8 +61,9 @@ class Kind:
     about
         In words.
     make
-        Finds or trains the codec of a method, given its textures, efforts and a file for the state
-        of a training that is stopped.
+        Finds or trains the codec of a method, given its textures, efforts and what names of files
+        start with for the state of a training that is stopped. They stay, for the caller to remove
+        once the codec is saved.
     sources
         Modules of :mod:`nacre.btf` that decide what comes of it, as patterns of paths.
     settings
@@ -201,11 +202,8 @@ def _basis(
     from nacre.btf.basis.stages import Stages
     from nacre.btf.basis.training import train_basis
 
-    stages = Stages(state)
     recipe = _basis_recipe(method, settings)
-    codec = train_basis([m.load for m in training], recipe, progress, stages)
-    stages.remove()
-    return codec
+    return train_basis([m.load for m in training], recipe, progress, Stages(state))
 
 
 def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:

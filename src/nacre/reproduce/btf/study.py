@@ -188,7 +188,8 @@ class Study:
             codec = kind.make(method, textures, self.settings, state, report)
             save_codec(codec, path)
             self._made.add(path)
-            state.unlink(missing_ok=True)
+            for left in self.folder.glob(f"{state.name}*"):
+                left.unlink()
         if isinstance(codec, PcaCodec):
             if codec.values < method.values:
                 raise _UnfitError(f"there are {codec.values} principal components only")
