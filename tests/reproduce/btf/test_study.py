@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from nacre.btf import BONN, TableBtf, TexelCodec
+from nacre.btf.domes import below, pairs
 from nacre.btf.selection import nearest_pair
 from nacre.files import NacreError
 from nacre.reproduce.btf import trial
@@ -212,6 +213,19 @@ def test_a_codec_for_other_directions_is_left_out(study):
     ((method, reason),) = study.skipped
     assert (method, study.skipped[method, reason]) == ("pca-4", ["silk12"])
     assert "pairs of directions only" in reason
+
+
+def test_a_texture_without_the_pairs_that_are_to_be_seen_is_left_out(study, tmp_path):
+    directions = BONN.directions
+    steep = pairs(*[directions[~below(directions, 50.0)][::12]] * 2)
+    write(texture(5, directions=steep), tmp_path / "steep12.npz")
+    (material,) = collect([tmp_path / "steep12.npz"])
+    study = replace(study, skipped={})
+    method = find("pca-own-4")
+    assert study.errors(method, material) is not None
+    assert study.errors(method, material, LOW_VIEWS) is None
+    reason = "no pair of directions can be seen (views below 50 degrees)"
+    assert study.skipped == {("pca-own-4", reason): ["steep12"]}
 
 
 def test_a_small_texture_has_few_components_of_its_own(study, tmp_path):
