@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.codec import TexelCodec
+from nacre.btf.codec import TexelCodec, on_all_cores
 from nacre.btf.networks.preprocessing import OFFSET
 from nacre.btf.texture import Btf
 from nacre.progress import Progress, silent
@@ -64,12 +64,12 @@ def errors(
     Raises
     ------
     NacreError
-        If the codec is for other directions only.
+        If the codec is for other directions only, or no pair of directions can be seen.
     """
     wi, wo = texture.wi, texture.wo
     seen, compared = sampling.pairs(wi, wo, seed)
-    encode = codec.encoder(wi[seen], wo[seen])
-    decode = codec.decoder(wi[compared], wo[compared])
+    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
+    decode = on_all_cores(codec, codec.decoder(wi[compared], wo[compared]))
     chosen = np.arange(texture.texel_count)
     if texels is not None:
         chosen = np.sort(np.random.default_rng(seed).permutation(chosen)[:texels])
@@ -92,12 +92,12 @@ def picture(
     Raises
     ------
     NacreError
-        If the codec is for other directions only.
+        If the codec is for other directions only, or no pair of directions can be seen.
     """
     wi, wo = texture.wi, texture.wo
     seen, _ = sampling.pairs(wi, wo, seed)
-    encode = codec.encoder(wi[seen], wo[seen])
-    decode = codec.decoder(wi[[pair]], wo[[pair]])
+    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
+    decode = on_all_cores(codec, codec.decoder(wi[[pair]], wo[[pair]]))
     rows = [
         decode(encode(_taken(texture.texels(part), seen)))[:, 0] for part in texture.blocks(_BLOCK)
     ]
@@ -112,7 +112,7 @@ def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArra
     NacreError
         If the codec is for other directions only.
     """
-    encode = codec.encoder(texture.wi, texture.wo)
+    encode = on_all_cores(codec, codec.encoder(texture.wi, texture.wo))
     chosen = np.random.default_rng(seed).permutation(texture.texel_count)[:texels]
     parts = [
         encode(texture.texels(np.sort(chosen)[part]))
