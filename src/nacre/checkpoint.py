@@ -43,7 +43,7 @@ def load_state(path: Path, mark: str, restore: Callable[[dict[str, Any]], _Resul
         If the state is of another training, or the file is damaged.
     """
     try:
-        state = torch.load(path, weights_only=True)
+        state = torch.load(path, map_location="cpu", weights_only=True)
         if state["mark"] != mark:
             raise NacreError(f"{path}: is of another training; remove it to begin anew")
         return restore(state)

@@ -27,6 +27,7 @@ def test_blocks_cover_every_texel_once(texture: TableBtf) -> None:
     blocks = list(texture.blocks(limit))
     assert [b.start for b in blocks] == [0, 4, 8, 12]
     assert blocks[-1].stop == texture.texel_count
+    assert list(texture.blocks(limit, 5, 11)) == [slice(5, 9), slice(9, 11)]
 
 
 def test_a_table_of_another_shape_is_refused(texture: TableBtf) -> None:

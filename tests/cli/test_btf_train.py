@@ -83,6 +83,12 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     assert not output.exists()
     assert run(*arguments) == 2
     assert "--resume" in capsys.readouterr().err
+    times = files[1].stat()
+    os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns + 1))
+    for others in ([], ["--steps", 13]):  # the file is another, then the number of steps
+        assert run(*arguments, *others, "--resume") == 2
+        assert "is of another training" in capsys.readouterr().err
+        os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns))
     assert run(*arguments, "--resume") == 0
     assert not state.exists()
     whole = load_codec(output).arrays()

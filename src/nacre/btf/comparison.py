@@ -9,14 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.directions import same_pairs
 from nacre.btf.errors import Errors, ErrorSums
 from nacre.btf.latent_map import NeuralBtf
 from nacre.btf.texture import Btf
 from nacre.files import NacreError
 from nacre.progress import Progress, silent
 
-_NEAR = 1e-3
-"""Largest difference of coordinates of directions that count as the same."""
 _BLOCK = 1 << 26
 
 
@@ -58,10 +57,8 @@ def matched(truth: Btf, other: Btf) -> Btf:
     sizes = [f"{btf.width} x {btf.height}" for btf in (truth, other)]
     if sizes[0] != sizes[1]:
         raise NacreError(f"textures have {sizes[0]} and {sizes[1]} texels; they must be alike")
-    if truth.wi.shape == other.wi.shape:
-        distances = (np.abs(a - b).max() for a, b in ((truth.wi, other.wi), (truth.wo, other.wo)))
-        if max(distances) <= _NEAR:
-            return other
+    if same_pairs(truth.wi, truth.wo, other.wi, other.wo):
+        return other
     if isinstance(other, NeuralBtf):
         return other.decoded(truth.wi, truth.wo)
     raise NacreError(

@@ -14,6 +14,10 @@ from nacre.geometry import from_spherical, join
 PAIR_LIMIT = 1 << 18
 """Most pairs of directions of a texture: eleven times those of the database of Bonn."""
 
+SAME = 2e-3
+"""Distance in six dimensions below which two pairs of directions are the same: lists of them have
+few digits."""
+
 _TOLERANCE = 1e-3
 _HORIZON = 1e-6
 
@@ -22,6 +26,22 @@ def from_degrees(theta: npt.ArrayLike, phi: npt.ArrayLike) -> npt.NDArray[np.flo
     """Unit vectors of polar angles and azimuths in degrees, shape (..., 3)."""
     vectors = from_spherical(np.radians(theta), np.radians(phi))
     return np.asarray(join(vectors), np.float64)
+
+
+def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bool:
+    """Whether pairs of directions are the same as others, in the same order.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions, shape (n, 3).
+    other_wi, other_wo
+        The same of the others, shape (m, 3).
+    """
+    if wi.shape != other_wi.shape:
+        return False
+    distances = np.square(wi - other_wi).sum(axis=1) + np.square(wo - other_wo).sum(axis=1)
+    return bool((distances < SAME**2).all())
 
 
 def check_directions(directions: npt.NDArray[Any], where: str) -> Floats:

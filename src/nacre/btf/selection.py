@@ -1,13 +1,20 @@
-"""A few values of a texture that stand for all."""
+"""A few texels or values of a texture that stand for all."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.texture import Btf
 
 _TEXELS, _IMAGES = 64, 16
+
+
+def random_texels(texture: Btf, count: int, random: np.random.Generator) -> npt.NDArray[np.intp]:
+    """Distinct texels in order, `count` of them or all."""
+    count = min(count, texture.texel_count)
+    return np.sort(random.choice(texture.texel_count, count, replace=False))
 
 
 def some_values(btf: Btf, seed: int = 0) -> Floats:

@@ -68,11 +68,17 @@ class Btf(abc.ABC):
             "bytes as half floats": 6 * self.texel_count * self.pair_count,
         }
 
-    def blocks(self, size_limit: int = 1 << 25) -> Iterator[slice]:
-        """Runs of texels, in order, whose values take at most `size_limit` bytes each."""
+    def blocks(
+        self, size_limit: int = 1 << 25, start: int = 0, stop: int | None = None
+    ) -> Iterator[slice]:
+        """Runs of texels, in order, whose values take at most `size_limit` bytes each.
+
+        They are those from `start` to before `stop`: of all, or of as many that were chosen.
+        """
         step = max(1, size_limit // (12 * self.pair_count))
-        for start in range(0, self.texel_count, step):
-            yield slice(start, min(start + step, self.texel_count))
+        stop = self.texel_count if stop is None else stop
+        for first in range(start, stop, step):
+            yield slice(first, min(first + step, stop))
 
 
 class TableBtf(Btf):

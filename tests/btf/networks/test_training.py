@@ -22,7 +22,9 @@ from nacre.btf.networks import (
     TrainingRecipe,
     UnifiedSettings,
     train_network,
+    training,
 )
+from nacre.btf.texture import TableBtf
 from nacre.files import NacreError
 from tests.btf.networks.made import OTHER, texture
 
@@ -161,6 +163,25 @@ def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimise
     assert sorted(p.name for p in tmp_path.iterdir()) == ["parts.csv", "state", "whole.csv"]
 
 
+@pytest.mark.parametrize("where", ["_look", "result"])
+def test_an_interrupt_after_the_last_step_loses_nothing(tmp_path, monkeypatch, where):
+    state = tmp_path / "state"
+    whole = train(steps=4, checkpoint=tmp_path / "whole")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(training._Training, where, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            train(steps=4, checkpoint=state)
+    steps: list[int] = []
+    resumed = train(steps=4, checkpoint=state, progress=lambda *step: steps.append(step[1]))
+    assert not steps
+    assert same(resumed, whole)
+    assert resumed.metadata == whole.metadata
+
+
 def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
     state = tmp_path / "state"
 
@@ -168,13 +189,37 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(steps=4, checkpoint=state, progress=stop)
+        train(steps=4, checkpoint=state, mark="these files", progress=stop)
+    given = {"steps": 4, "checkpoint": state, "mark": "these files"}
+    for other in ({"recipe": TrainingRecipe(seed=1)}, {"mark": "others"}, {"steps": 5}):
+        with pytest.raises(NacreError, match="of another training"):
+            train(**given | other)
     with pytest.raises(NacreError, match="of another training"):
-        train(steps=4, checkpoint=state, recipe=TrainingRecipe(seed=1))
+        train(minutes=1.0, checkpoint=state, mark="these files")
     for content in (state.read_bytes()[:-100], b""):
         state.write_bytes(content)
         with pytest.raises(NacreError, match="cannot be read, remove it"):
             train(steps=4, checkpoint=state)
+
+
+def test_images_are_read_once(tmp_path):
+    class Images(TableBtf):
+        by_image = True
+
+        def texels(self, chosen):
+            raise AssertionError("reads every image")
+
+        def images(self, chosen):
+            read.append(np.arange(self.pair_count)[chosen])
+            return super().images(chosen)
+
+    read: list[np.ndarray] = []
+    plain = [texture(seed) for seed in range(2)]
+    for made in plain:
+        made.values = made.values.astype(np.float16).astype(np.float32)
+    images = [Images(made.values, made.wi, made.wo, made.name) for made in plain]
+    assert same(train(files=images, steps=30), train(files=plain, steps=30))
+    assert sorted(np.concatenate(read)) == sorted([*range(plain[0].pair_count)] * 2)
 
 
 def test_patience_stops_training_and_gives_the_best_weights():

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 import torch
+from torch.utils._python_dispatch import TorchDispatchMode
 
 from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.btf.networks.network import direction_inputs
@@ -45,9 +46,12 @@ def test_another_size_of_the_code_changes_two_layers(latent):
     assert network.values == latent
 
 
-@pytest.mark.parametrize("pooling", ["mean", "max"])
-def test_values_and_gradients_are_those_of_the_paper(pooling, monkeypatch):
-    monkeypatch.setattr("nacre.btf.networks.unified._PRODUCTS", 5000)  # one texel at a time
+@pytest.mark.parametrize(
+    ("pooling", "products"),
+    [("mean", 5000), ("max", 5000), ("max", 100)],  # one texel at a time, four entries of one
+)
+def test_values_and_gradients_are_those_of_the_paper(pooling, products, monkeypatch):
+    monkeypatch.setattr("nacre.btf.networks.unified._PRODUCTS", products)
     settings = UnifiedSettings(
         latent=5, angular=(16, 12), features=7, hidden=(9,), pooling=pooling, decoder_hidden=(11, 8)
     )
@@ -77,6 +81,32 @@ def test_values_and_gradients_are_those_of_the_paper(pooling, monkeypatch):
     for mine, other in zip(gradients, theirs, strict=True):
         assert float(other.abs().max()) > 0
         np.testing.assert_allclose(mine, other, rtol=1e-9, atol=1e-10)
+
+
+class Largest(TorchDispatchMode):
+    """Watches how many numbers a product has."""
+
+    size = 0
+
+    def __torch_dispatch__(self, function, types, args=(), kwargs=None):
+        result = function(*args, **kwargs or {})
+        if function is torch.ops.aten.mul.Tensor:
+            self.size = max(self.size, result.numel())
+        return result
+
+
+def test_max_pooling_holds_no_more_products_than_it_says(monkeypatch):
+    settings = UnifiedSettings(latent=6, features=20, pooling="max")
+    network = UnifiedNetwork(settings, WHITENING, seed=1)
+    texels = torch.from_numpy(texture(0).texels(slice(0, 3))).mT
+    weights = network.prepare_encoder(torch.from_numpy(direction_inputs(*COARSE)))
+    whole = network.encode(texels, weights)
+    for limit in (1000, 30_000):  # less and more than the products of a texel
+        monkeypatch.setattr("nacre.btf.networks.unified._PRODUCTS", limit)
+        with Largest() as watched:
+            codes = network.encode(texels, weights)
+        assert 0.5 * limit < watched.size <= limit
+        np.testing.assert_array_equal(codes.detach(), whole.detach())
 
 
 def test_the_codec_gives_reflectance(monkeypatch):

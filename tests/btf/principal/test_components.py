@@ -110,6 +110,30 @@ def test_little_memory_takes_fewer_texels():
     assert codec.metadata["materials"] == ["made 0", "made 1", "made 2"]
 
 
+def test_images_are_read_once(monkeypatch):
+    class Images(TableBtf):
+        by_image = True
+
+        def texels(self, chosen):
+            raise AssertionError("reads every image")
+
+        def images(self, chosen):
+            read.append(np.arange(self.pair_count)[chosen])
+            return super().images(chosen)
+
+    def images():
+        made = texture(0)
+        return Images(made.values, made.wi, made.wo, made.name)
+
+    monkeypatch.setattr("nacre.btf.principal.analysis._BLOCK", 12 * 49 * 4)
+    read: list[np.ndarray] = []
+    codec = find_components([images], PcaRecipe(4))
+    assert sorted(np.concatenate(read)) == list(range(49))
+    plain = find_components(TEXTURES[:1], PcaRecipe(4))
+    np.testing.assert_allclose(codec.mean, plain.mean, rtol=1e-3)
+    np.testing.assert_allclose(codec.variances, plain.variances, rtol=5e-3)
+
+
 def test_other_directions_are_refused():
     codec = find_components(TEXTURES[:1], PcaRecipe(4))
     others = pairs(*[BONN.directions[below(BONN.directions, 30.0)]] * 2)
@@ -125,6 +149,13 @@ def test_other_directions_are_refused():
 def test_too_few_texels_and_bad_sizes_are_refused():
     with pytest.raises(NacreError, match="25 texels are too few for 32"):
         find_components(TEXTURES[:1], PcaRecipe(32))
+    six = texture(0)
+    six = TableBtf(six.values[:, :, :6], six.wi[:6], six.wo[:6], "six")
+    for recipe in (PcaRecipe(19, turn=False), PcaRecipe.own(19)):
+        with pytest.raises(NacreError, match="6 pairs of directions are too few for 19"):
+            find_components([lambda: six], recipe)
+        assert find_components([lambda: six], recipe, fewest=4).values == 18
+    assert find_components(TEXTURES[:1], PcaRecipe(32), fewest=25).values == 25
     with pytest.raises(ValueError, match="values must be positive"):
         PcaRecipe(0)
     codec = find_components(TEXTURES[:1], PcaRecipe(4))

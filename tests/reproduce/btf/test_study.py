@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from nacre.btf import BONN, TableBtf, TexelCodec
+from nacre.btf.domes import below, pairs
 from nacre.btf.selection import nearest_pair
 from nacre.files import NacreError
 from nacre.reproduce.btf import trial
 from nacre.reproduce.btf.materials import Material, collect, separate
-from nacre.reproduce.btf.methods import find
+from nacre.reproduce.btf.methods import KINDS, find
 from nacre.reproduce.btf.sampling import ALL, APART, AT_HELD_OUT, LOW_VIEWS, SHARES, Sampling
 from nacre.reproduce.btf.texture_figures import ANGLES
+from nacre.reproduce.cache import SOURCES
 from tests.btf.networks.made import COARSE, texture
+from tests.reproduce.btf.conftest import SETTINGS
 from tests.reproduce.btf.made import write
 
 
@@ -53,6 +59,28 @@ def test_pictures_and_codes_are_of_the_right_texels():
     assert found.shape == (5, 3)
     every = made.values.mean(axis=2).reshape(-1, 3)
     assert all(np.isclose(every, code, rtol=1e-5).all(axis=1).any() for code in found)
+
+
+def test_texels_are_shared_among_the_cores():
+    class Watched(Means):
+        def encoder(self, wi, wo):
+            return self.watched(super().encoder(wi, wo))
+
+        def decoder(self, wi, wo):
+            return self.watched(super().decoder(wi, wo))
+
+        def watched(self, run):
+            return lambda values: sizes.append(len(values)) or run(values)
+
+    made = texture(0, size=12)
+    for make, maps in (
+        (lambda codec: trial.errors(made, codec, ALL, None, 0), 2),
+        (lambda codec: trial.picture(made, codec, ALL, 3, 0), 2),
+        (lambda codec: trial.codes(made, codec, 144, 0), 1),
+    ):
+        sizes: list[int] = []
+        make(Watched())
+        assert sorted(sizes) == sorted([16, 64, 64] * maps)
 
 
 def test_half_the_difference_of_two_measurements_is_their_noise():
@@ -161,6 +189,86 @@ def test_codecs_and_results_are_kept(study, name):
     assert all(path.stat().st_mtime_ns == time for path, time in files.items())
 
 
+@pytest.mark.parametrize("name", ["basis-4", "unified-4"])
+def test_what_was_trained_is_not_lost_before_the_codec_is_saved(study, tmp_path, monkeypatch, name):
+    calls: list[tuple[object, ...]] = []
+    study = replace(study, folder=tmp_path, _codecs={}, progress=lambda *call: calls.append(call))
+    method, material = find(name), study.unseen[0]
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("nacre.reproduce.btf.study.save_codec", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            study.codec(method, material)
+    assert calls
+    calls.clear()
+    study.codec(method, material)
+    assert {call[0] for call in calls} <= {"basis-4, completion"}  # its last stage is taken again
+    assert [path.suffix for path in tmp_path.iterdir()] == [".safetensors"]
+
+
+def test_the_seed_is_that_of_the_settings(study):
+    method, material = find("pca-own-4"), study.unseen[0]
+    some = Sampling("some", share=0.1)
+    found = []
+    for seed in (0, 1):
+        other = replace(study, settings=replace(SETTINGS, seed=seed), _codecs={})
+        of_seed = trial.errors(material.load(), other.codec(method, material), some, 9, seed)
+        np.testing.assert_array_equal(
+            other.errors(method, material, some, 9).squares, of_seed.squares
+        )
+        picture = trial.picture(material.load(), other.codec(method, material), some, 3, seed)
+        np.testing.assert_array_equal(other.picture(method, material, 3, some), picture)
+        found.append((of_seed.squares, picture, other.deviation()))
+    for first, second in zip(*found, strict=True):
+        assert not np.array_equal(first, second)
+
+
+@pytest.fixture
+def sources(monkeypatch, tmp_path):
+    """A copy of nacre's modules that keys are made of."""
+    copy = tmp_path / "nacre"
+    shutil.copytree(SOURCES, copy, ignore=shutil.ignore_patterns("*.safetensors", "*.pyc"))
+    for module in ("cache", "btf.methods", "btf.study"):
+        monkeypatch.setattr(f"nacre.reproduce.{module}.SOURCES", copy)
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("module", "names"),
+    [
+        ("channels.py", {"pca-4", "pca-own-4", "basis-4"}),
+        ("btf/domes.py", {"basis-4"}),
+        ("btf/networks/unified.py", {"unified-4", "custom-4", "custom-all-4"}),
+        ("btf/basis/symmetry.py", {"pca-4", "pca-own-4", "basis-4"}),
+    ],
+)
+def test_codecs_are_made_again_when_a_module_that_decides_them_changes(
+    study, sources, module, names
+):
+    def marks():
+        methods = (find(f"{kind}-4") for kind in KINDS)
+        return {m.name: m.facts(study.training, study.settings)["code"] for m in methods}
+
+    before = marks()
+    (sources / module).write_text("changed")
+    after = marks()
+    assert {name for name, mark in after.items() if mark != before[name]} == names
+
+
+def test_results_are_made_again_when_the_domes_change(study, sources):
+    method, material = find("pca-4"), study.unseen[0]
+    study.errors(method, material, LOW_VIEWS)
+    study.calls.clear()
+    study.errors(method, material, LOW_VIEWS)
+    assert study.calls == []
+    (sources / "btf" / "domes.py").write_text("changed")
+    study.errors(method, material, LOW_VIEWS)
+    assert study.calls
+
+
 def test_fresh_makes_what_is_kept_again_once(study):
     method, material = find("pca-4"), study.unseen[0]
     study.errors(method, material)
@@ -190,6 +298,30 @@ def test_a_codec_for_other_directions_is_left_out(study):
     ((method, reason),) = study.skipped
     assert (method, study.skipped[method, reason]) == ("pca-4", ["silk12"])
     assert "pairs of directions only" in reason
+
+
+def test_a_texture_without_the_pairs_that_are_to_be_seen_is_left_out(study, tmp_path):
+    directions = BONN.directions
+    steep = pairs(*[directions[~below(directions, 50.0)][::12]] * 2)
+    write(texture(5, directions=steep), tmp_path / "steep12.npz")
+    (material,) = collect([tmp_path / "steep12.npz"])
+    study = replace(study, skipped={})
+    method = find("pca-own-4")
+    assert study.errors(method, material) is not None
+    assert study.errors(method, material, LOW_VIEWS) is None
+    reason = "no pair of directions can be seen (views below 50 degrees)"
+    assert study.skipped == {("pca-own-4", reason): ["steep12"]}
+
+
+def test_a_small_texture_has_few_components_of_its_own(study, tmp_path):
+    write(texture(5, size=4), tmp_path / "small12.npz")
+    (small,) = collect([tmp_path / "small12.npz"])
+    study = replace(study, skipped={})
+    for name in ("pca-own-8", "pca-own-16"):
+        assert study.errors(find(name), small) is not None
+    assert study.errors(find("pca-own-32"), small) is None
+    reason = "there are 16 principal components only"
+    assert study.skipped == {("pca-own-32", reason): ["small12"]}
 
 
 def test_own_components_of_a_texture_are_better_than_those_of_others(study):

@@ -15,6 +15,7 @@ from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.btf.domes import below
+from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
 from nacre.btf.transposition import by_texel
 from nacre.channels import split_colors
@@ -153,9 +154,3 @@ def _coefficients(
         explained = np.square(moments[0][-1] / len(mean)).sum(1)
         residuals.append(np.maximum(energy - explained, 0.0) / 3.0)
     return _Read(np.stack([np.concatenate(m) for m in moments]), np.concatenate(residuals))
-
-
-def random_texels(texture: Btf, count: int, random: np.random.Generator) -> Indices:
-    """Distinct texels in order, `count` of them or all."""
-    count = min(count, texture.texel_count)
-    return np.sort(random.choice(texture.texel_count, count, replace=False))

@@ -10,11 +10,10 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
+from nacre.btf.directions import SAME
 from nacre.geometry import join, split, turn
 
 _MOST_TURNS = 24
-_SAME = 2e-3
-"""Distance of unit vectors that are the same direction, by a list of few digits."""
 
 
 def symmetric_turns(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
@@ -40,7 +39,7 @@ def symmetric_turns(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
 
 def _order(tree: Any, wi: Floats, wo: Floats, angle: float) -> npt.NDArray[np.intp] | None:
     turned = np.concatenate([join(turn(split(w), angle)) for w in (wi, wo)], axis=1)
-    distance, order = tree.query(turned, distance_upper_bound=_SAME)
+    distance, order = tree.query(turned, distance_upper_bound=SAME)
     if not np.isfinite(distance).all() or len(np.unique(order)) != len(order):
         return None
     return np.asarray(order, np.intp)

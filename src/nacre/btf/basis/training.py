@@ -15,7 +15,6 @@ from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.basis.coefficients import (
     TrainingTexels,
     partial_measurements,
-    random_texels,
     training_texels,
 )
 from nacre.btf.basis.function_training import (
@@ -27,6 +26,8 @@ from nacre.btf.basis.functions import AngularFunctions
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.btf.basis.symmetry import symmetric_turns
+from nacre.btf.directions import same_pairs
+from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
 from nacre.btf.transposition import by_texel, narrowed
 from nacre.files import NacreError
@@ -105,9 +106,7 @@ def _gathered(
         read = partial(_texels_of, open_texture, recipe, index, len(textures))
         found.append(stages.result(f"texels-{index}", _Texels, read))
         first, last = found[0], found[-1]
-        if last.wi.shape != first.wi.shape or not (
-            np.allclose(last.wi, first.wi, atol=1e-3) and np.allclose(last.wo, first.wo, atol=1e-3)
-        ):
+        if not same_pairs(last.wi, last.wo, first.wi, first.wo):
             name, other = open_texture().name, textures[0]().name
             raise NacreError(f"{name}: is not measured at the directions of {other}")
         progress("reading", index + 1, len(textures), "")

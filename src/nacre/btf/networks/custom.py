@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.directions import same_pairs
 from nacre.btf.networks.decoder import HIDDEN
 from nacre.btf.networks.mlp import Shapes, Tensor, mlp_layers, mlp_shapes, run_mlp, torch
 from nacre.btf.networks.network import TexelNetwork, check_sizes
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.files import NacreError
-
-_NEAR = 1e-3
-"""Largest difference of coordinates of directions that count as the same."""
 
 
 @dataclass(frozen=True)
@@ -123,13 +121,10 @@ class CustomNetwork(TexelNetwork):
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
         """See :class:`TexelNetwork`."""
-        own = len(self.wi)
-        if len(wi) != own:
-            found = f"{len(wi):,}"
-        elif max(np.abs(wi - self.wi).max(), np.abs(wo - self.wo).max()) > _NEAR:
-            found = "others"
-        else:
+        if same_pairs(wi, wo, self.wi, self.wo):
             return
+        own = len(self.wi)
+        found = "others" if len(wi) == own else f"{len(wi):,}"
         raise NacreError(
             f"the network of 2019 encodes texels at its own {own:,} pairs of directions only, "
             f"in their order, got {found}; train one for these, or take a unified one"

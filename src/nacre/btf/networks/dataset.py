@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.texture import Btf
+from nacre.btf.transposition import by_texel
 from nacre.files import FormatError, NacreError, PathLike
 
 Load: TypeAlias = Callable[[PathLike], Btf]
@@ -39,6 +41,27 @@ class Batch:
     group: int
 
 
+@contextmanager
+def images_once(load: Load) -> Iterator[Load]:
+    """The same as `load`, but a texture that lies in images is opened and read once.
+
+    While the block lasts it lies in a temporary file of halves, see
+    :func:`nacre.btf.transposition.by_texel`.
+    """
+    with ExitStack() as stack:
+        kept: dict[PathLike, Btf] = {}
+
+        def opened(path: PathLike) -> Btf:
+            if path in kept:
+                return kept[path]
+            texture = load(path)
+            if texture.by_image:
+                texture = kept[path] = stack.enter_context(by_texel(texture))
+            return texture
+
+        yield opened
+
+
 class TexelStream:
     """Batches of random texels of textures.
 
@@ -53,7 +76,8 @@ class TexelStream:
     paths
         Files.
     load
-        Opens one; called again whenever texels are needed, so that no file stays in memory.
+        Opens one; called again whenever texels are needed, so that no file stays in memory. See
+        :func:`images_once` for folders of images.
     batch
         Texels of a batch, over all processes.
     texels

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.btf.networks.custom import CustomNetwork, CustomSettings
-from nacre.btf.networks.dataset import Batch, Load, TexelStream
+from nacre.btf.networks.dataset import Batch, Load, TexelStream, images_once
 from nacre.btf.networks.distributed import Processes
 from nacre.btf.networks.journal import Journal
 from nacre.btf.networks.mlp import Tensor, torch
@@ -26,7 +26,7 @@ from nacre.checkpoint import load_state, save_state
 from nacre.device import memory_errors, open_device
 from nacre.files import NacreError, PathLike
 from nacre.interrupts import uninterrupted
-from nacre.progress import Progress
+from nacre.progress import Progress, silent
 
 _REPORT_EVERY = 10
 """Steps between rows of the journal."""
@@ -44,6 +44,7 @@ def train_network(
     steps: int | None = None,
     minutes: float | None = None,
     checkpoint: Path | None = None,
+    mark: str = "",
     save_every: float = 45.0,
     journal: Path | None = None,
     events: Path | None = None,
@@ -59,7 +60,8 @@ def train_network(
     Parameters
     ----------
     paths, load
-        Files, and what opens one; see :class:`nacre.btf.networks.dataset.TexelStream`.
+        Files, and what opens one; see :class:`nacre.btf.networks.dataset.TexelStream`. Images are
+        read once.
     settings
         Sizes of the network, which also say which one it is.
     recipe
@@ -69,6 +71,9 @@ def train_network(
     checkpoint
         File for the state of the training, from which a later call goes on. It stays, for the
         caller to remove once the network is saved.
+    mark
+        What must be the same for that, besides what this function sees: the files are known to it
+        by names of materials and sizes only; see :func:`nacre.btf.identity.source_mark`.
     save_every
         Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
         is interrupted by Ctrl-C.
@@ -92,32 +97,34 @@ def train_network(
     """
     recipe, members = recipe or TrainingRecipe(), members or Processes()
     opened = open_device(device)
-    stream = TexelStream(
-        paths,
-        load,
-        recipe.batch,
-        recipe.texels,
-        held_out=recipe.held_out,
-        seed=recipe.seed,
-        rank=members.rank,
-        size=members.size,
-    )
-    network = _new_network(stream, settings, recipe)
-    if minutes is None and steps is None:
-        steps = recipe.epochs * stream.epoch_steps
-    training = _Training(network, stream, recipe, opened, members)
-    first = members.rank == 0
-    with memory_errors(device):
-        step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
-        with Journal(journal if first else None, step, events if first else None) as rows:
-            training.run(
-                steps,
-                minutes,
-                checkpoint if first else None,
-                save_every,
-                rows,
-                (progress if first else None) or (lambda stage, done, total, note: None),
-            )
+    with images_once(load) as open_texture:
+        stream = TexelStream(
+            paths,
+            open_texture,
+            recipe.batch,
+            recipe.texels,
+            held_out=recipe.held_out,
+            seed=recipe.seed,
+            rank=members.rank,
+            size=members.size,
+        )
+        network = _new_network(stream, settings, recipe)
+        if minutes is None and steps is None:
+            steps = recipe.epochs * stream.epoch_steps
+        whole = f"{mark} {steps} {minutes}"
+        training = _Training(network, stream, recipe, opened, members, whole)
+        first = members.rank == 0
+        with memory_errors(device):
+            step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
+            with Journal(journal if first else None, step, events if first else None) as rows:
+                training.run(
+                    steps,
+                    minutes,
+                    checkpoint if first else None,
+                    save_every,
+                    rows,
+                    (progress if first else None) or silent,
+                )
     return training.result()
 
 
@@ -146,6 +153,7 @@ class _Training:
         recipe: TrainingRecipe,
         device: Any,
         members: Processes,
+        mark: str,
     ) -> None:
         self._network, self._stream, self._recipe = network, stream, recipe
         self._device, self._members = device, members
@@ -158,7 +166,8 @@ class _Training:
             torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
         ]
         self._held_out = stream.held_out()
-        self._mark = f"{network.model} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        about = f"{network.model} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        self._mark = f"{about} {mark}"
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
@@ -179,7 +188,9 @@ class _Training:
 
         return load_state(checkpoint, self._mark, restore)
 
-    def _save(self, checkpoint: Path) -> None:
+    def _save(self, checkpoint: Path | None) -> None:
+        if checkpoint is None:
+            return
         state = {
             "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
             "parameters": [p.detach() for p in self._parameters],
@@ -190,7 +201,8 @@ class _Training:
             "validation": self._validation,
             "step": self._step,
         }
-        save_state(checkpoint, self._mark, state)
+        with uninterrupted():
+            save_state(checkpoint, self._mark, state)
 
     def _set_parameters(self, values: Sequence[Tensor]) -> None:
         for mine, saved in zip(self._parameters, values, strict=True):
@@ -210,7 +222,7 @@ class _Training:
         saved = before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
-            while self._step < last:
+            while self._step < last and not self._patience_over():
                 batch = next(batches)
                 with uninterrupted():
                     done = self._step / last
@@ -223,26 +235,25 @@ class _Training:
                     now = time.monotonic()
                     self._seconds, before = self._seconds + now - before, now
                     looked = self._step % self._recipe.validate_every == 0
-                    enough = looked and self._look()
+                    if looked:
+                        self._look()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
                         self._note(journal, rate, looked)
-                    if enough:
-                        break
-                    if checkpoint is not None and time.monotonic() - saved > save_every:
+                    if time.monotonic() - saved > save_every:
                         self._save(checkpoint)
                         saved = time.monotonic()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
                 note = "" if self._validation is None else f", held out {self._validation:.4f}"
                 report("training", int(done), int(total), f"loss {self._loss:.4f}{note}")
+            self._look()
+            # What is interrupted before the caller has written the network goes on from here.
+            self._save(checkpoint)
         except KeyboardInterrupt:
-            if checkpoint is not None:
-                with uninterrupted():
-                    self._save(checkpoint)
+            self._save(checkpoint)
             raise
         finally:
             batches.close()
-        self._look()
 
     def _descend(self, batch: Batch, rate: float) -> None:
         """One step."""
@@ -320,10 +331,10 @@ class _Training:
         validation = self._validation if looked else None
         journal.add(self._step, self._seconds, rate, self._loss, validation)
 
-    def _look(self) -> bool:
-        """Find the loss on held-out texels; gives whether patience is over."""
+    def _look(self) -> None:
+        """Find the loss on held-out texels."""
         if not self._held_out:
-            return False
+            return
         total, count = 0.0, 0
         with torch.no_grad():
             for index, held in enumerate(self._held_out):
@@ -338,18 +349,20 @@ class _Training:
                     total += float(loss.item()) * len(values)
                     count += len(values)
         self._validation = total / count
-        patience = self._recipe.patience
-        if not patience:
-            return False
-        if self._validation < self._best["loss"]:
+        if self._recipe.patience and self._validation < self._best["loss"]:
             parameters = [p.detach().clone() for p in self._parameters]
             self._best = {
                 "loss": self._validation,
                 "step": self._step,
                 "parameters": parameters,
             }
-        looks = (self._step - self._best["step"]) // self._recipe.validate_every
-        return bool(looks >= patience)
+
+    def _patience_over(self) -> bool:
+        """Whether as many looks as patience has found nothing better."""
+        patience = self._recipe.patience
+        if not (patience and self._held_out):
+            return False
+        return bool(self._step - self._best["step"] >= patience * self._recipe.validate_every)
 
     def result(self) -> TexelNetwork:
         """The network as it is now, or its best with patience, with what is to be known of it."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -126,16 +125,29 @@ class UnifiedNetwork(TexelNetwork):
     def _max(self, values: Tensor, weights: Tensor) -> Tensor:
         """Largest of weights times values over the entries, shape (b, 3, m).
 
-        Where the largest products are is found for few texels at a time, so that not all are in
-        memory; gradients flow through those alone.
+        Where the largest products are is found for few texels and entries at a time, so that not
+        all are in memory; gradients flow through those alone.
         """
         weights = weights.reshape(values.shape[2], 3, -1).transpose(0, 1)
-        step = max(1, _PRODUCTS // weights.numel())
+        texels = max(1, _PRODUCTS // weights.numel())
         with torch.no_grad():
-            largest: Any = [
-                (part[..., None] * weights).argmax(2) for part in values.detach().split(step)
-            ]
-        index = torch.cat(largest)
+            index = torch.cat([_largest(part, weights) for part in values.split(texels)])
         channel = torch.arange(3, device=values.device)[:, None]
         feature = torch.arange(self.settings.features, device=values.device)
         return values.gather(2, index) * weights[channel, index, feature]
+
+
+def _largest(values: Tensor, weights: Tensor) -> Tensor:
+    """At which entry values (b, 3, n) times weights (3, n, m) are largest, shape (b, 3, m)."""
+    step = max(1, _PRODUCTS // (weights[:, 0].numel() * len(values)))
+    most = index = None
+    for start in range(0, weights.shape[1], step):
+        run = slice(start, start + step)
+        found, place = (values[:, :, run, None] * weights[:, run]).max(2)
+        place += start
+        if most is None:
+            most, index = found, place
+        else:
+            index = torch.where(found > most, place, index)
+            most = torch.maximum(most, found)
+    return index

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,15 +12,17 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf.basis.components import principal_functions
 from nacre.btf.basis.symmetry import symmetric_turns
+from nacre.btf.directions import same_pairs
 from nacre.btf.principal.codec import PcaCodec
+from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
+from nacre.btf.transposition import by_texel
 from nacre.channels import CHROMA, GREY, split_colors
 from nacre.files import NacreError
 from nacre.progress import Progress, silent
 
 _DARK = 0.01
 """Added to the brightness of texels, so that black ones do not weigh endlessly."""
-_NEAR = 1e-3
 _LEAST_NOISE = 1e-12
 _BLOCK = 1 << 26
 """Bytes that are read at a time."""
@@ -77,28 +79,36 @@ class PcaRecipe:
 
 
 def find_components(
-    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress = silent
+    textures: Sequence[Callable[[], Btf]],
+    recipe: PcaRecipe,
+    progress: Progress = silent,
+    fewest: int | None = None,
 ) -> PcaCodec:
     """The codec of the components with the largest variances.
 
     Parameters
     ----------
     textures
-        Each gives a texture when called, twice in all; all of the same pairs of directions.
+        Each gives a texture when called, twice in all; all of the same pairs of directions. Images
+        are read once.
     recipe
         Which texels count, and how.
     progress
         Called as it goes on.
+    fewest
+        Components that will do where there are not as many as the recipe says; none less where
+        None. There are no more than texels, nor than values of a texel.
 
     Raises
     ------
     FormatError
         If a texture cannot be read.
     NacreError
-        If there are fewer texels than values, or directions differ.
+        If there are too few components, or directions differ.
     """
-    wi, wo, rows, names = _gathered(textures, recipe, progress)
+    wi, wo, rows, names = _gathered(textures, recipe, progress, fewest or recipe.values)
     count = len(rows[0])
+    recipe = replace(recipe, values=min(recipe.values, count, 3 * len(wi)))
     orders: _Orders = symmetric_turns(wi, wo) if recipe.turn else [np.arange(len(wi))]
     weights = np.ones(count, np.float32)
     if recipe.weigh:
@@ -168,7 +178,7 @@ def _centred(rows: Floats, weights: Floats, orders: _Orders) -> Floats:
 
 
 def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress
+    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress, fewest: int
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
@@ -182,31 +192,31 @@ def _gathered(
     for open_texture in textures:
         texture = open_texture()
         first = first or texture
-        if texture.wi.shape != first.wi.shape or not (
-            np.allclose(texture.wi, first.wi, atol=_NEAR)
-            and np.allclose(texture.wo, first.wo, atol=_NEAR)
-        ):
+        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
             raise NacreError(f"{texture.name}: is not measured at the directions of {first.name}")
         most = max(1, recipe.memory // (12 * texture.pair_count * len(textures)))
-        count = min(recipe.texels, most, texture.texel_count)
-        picks.append(np.sort(random.choice(texture.texel_count, count, replace=False)))
+        picks.append(random_texels(texture, min(recipe.texels, most), random))
         names.append(texture.name)
     total = sum(map(len, picks))
-    if first is None or total < recipe.values:
-        raise NacreError(f"{total} texels are too few for {recipe.values} principal components")
+    if first is None or total < fewest:
+        raise NacreError(f"{total} texels are too few for {fewest} principal components")
     pairs = first.pair_count
+    if 3 * pairs < fewest:
+        raise NacreError(
+            f"{pairs} pairs of directions are too few for {fewest} principal components"
+        )
     grey = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
     chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
-    step, row = max(1, _BLOCK // (12 * pairs)), 0
+    row = 0
     for index, (open_texture, chosen) in enumerate(zip(textures, picks, strict=True)):
-        texture = open_texture()
-        for start in range(0, len(chosen), step):
-            texels = texture.texels(chosen[start : start + step])
-            place = slice(row, row + len(texels))
-            if recipe.permute:
-                grey[place], chroma[:, place] = split_colors(texels)
-            else:
-                grey[place] = texels.reshape(len(texels), -1)
-            row += len(texels)
+        with by_texel(open_texture()) as texture:
+            for part in texture.blocks(_BLOCK, stop=len(chosen)):
+                texels = texture.texels(chosen[part])
+                place = slice(row, row + len(texels))
+                if recipe.permute:
+                    grey[place], chroma[:, place] = split_colors(texels)
+                else:
+                    grey[place] = texels.reshape(len(texels), -1)
+                row += len(texels)
         progress("reading", index + 1, len(textures), texture.name)
     return np.array(first.wi), np.array(first.wo), [grey, chroma.reshape(-1, pairs)], names

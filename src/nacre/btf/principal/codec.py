@@ -6,15 +6,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
 from nacre.btf.codec import TexelCodec, TexelMap
+from nacre.btf.directions import SAME
 from nacre.files import NacreError
 
-_NEAR = 2e-3
-"""Distance of unit vectors that are the same direction, by a list of few digits."""
 _LEAST = 1e-12
 """Of variances, relative to the largest, so that none divides by zero."""
 
@@ -101,9 +99,7 @@ class PcaCodec(TexelCodec):
         NacreError
             If a pair of directions is not among those of the components.
         """
-        rows = self._rows(wi, wo)
-        mean = self.mean[rows].reshape(-1)
-        columns = self.components[:, rows].reshape(self.values, -1)
+        mean, columns = self._at(wi, wo)
         wide = columns.astype(np.float64)
         variances = np.maximum(self.variances, _LEAST * self.variances.max())
         normal = wide @ wide.T + np.diag(self.noise / variances)
@@ -126,23 +122,21 @@ class PcaCodec(TexelCodec):
         NacreError
             If a pair of directions is not among those of the components.
         """
-        rows = self._rows(wi, wo)
-        mean = self.mean[rows].reshape(-1)
-        columns = self.components[:, rows].reshape(self.values, -1)
+        mean, columns = self._at(wi, wo)
 
         def decode(codes: Floats) -> Floats:
             if codes.shape[1:] != (self.values,):
                 raise ValueError(f"codes are {codes.shape}, expected (b, {self.values})")
             found = codes @ columns
             found += mean
-            return np.maximum(found, 0.0, out=found).reshape(len(codes), len(rows), 3)
+            return np.maximum(found, 0.0, out=found).reshape(len(codes), len(wi), 3)
 
         return decode
 
-    def _rows(self, wi: Floats, wo: Floats) -> npt.NDArray[np.intp]:
-        """Where pairs of directions are among those of the components."""
+    def _at(self, wi: Floats, wo: Floats) -> tuple[Floats, Floats]:
+        """Mean, shape (3 n,), and components, (values, 3 n), at n pairs among their own."""
         tree = KDTree(np.concatenate([self.wi, self.wo], axis=1))
-        distance, rows = tree.query(np.concatenate([wi, wo], axis=1), distance_upper_bound=_NEAR)
+        distance, rows = tree.query(np.concatenate([wi, wo], axis=1), distance_upper_bound=SAME)
         strangers = int(np.count_nonzero(~np.isfinite(distance)))
         if strangers:
             raise NacreError(
@@ -150,4 +144,4 @@ class PcaCodec(TexelCodec):
                 f"only, {strangers:,} of {len(wi):,} are others; find components for these, or "
                 "take a codec of any directions"
             )
-        return np.asarray(rows, np.intp)
+        return self.mean[rows].reshape(-1), self.components[:, rows].reshape(self.values, -1)

@@ -132,6 +132,7 @@ def command(
 
     from nacre.btf.codec_file import save_codec
     from nacre.btf.formats import load
+    from nacre.btf.identity import source_mark
     from nacre.btf.networks import CustomSettings, TrainingRecipe, UnifiedSettings
     from nacre.btf.networks.distributed import processes
     from nacre.btf.networks.training import train_network
@@ -162,6 +163,7 @@ def command(
             steps=steps,
             minutes=minutes,
             checkpoint=state,
+            mark=f"{[source_mark(path) for path in files]} {pixels}",
             journal=journal,
             events=events,
             device=own,

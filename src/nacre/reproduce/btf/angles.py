@@ -64,7 +64,7 @@ def _losses(
     deviation = study.deviation()
     rows, losses, squares = [], [], []
     for material in study.unseen:
-        found = study.errors(method, material, sampling, TEXELS, study.settings.seed)
+        found = study.errors(method, material, sampling, TEXELS)
         if found is None:
             return None
         loss = found.logarithms / deviation

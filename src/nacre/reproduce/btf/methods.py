@@ -17,7 +17,7 @@ from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.cache import SOURCES, sources_digest
 
 _COMPONENTS = 32
-"""Of those that are found at once; fewer are the first of them."""
+"""Of those that are found at once, where there are as many; fewer are the first of them."""
 _NAME = re.compile(r"([a-z-]+?)-([1-9]\d{0,3})")
 
 
@@ -61,10 +61,11 @@ class Kind:
     about
         In words.
     make
-        Finds or trains the codec of a method, given its textures, efforts and a file for the state
-        of a training that is stopped.
+        Finds or trains the codec of a method, given its textures, efforts and what names of files
+        start with for the state of a training that is stopped. They stay, for the caller to remove
+        once the codec is saved.
     sources
-        Modules of :mod:`nacre.btf` that decide what comes of it, as patterns of paths.
+        Modules of nacre that decide what comes of it, as patterns of paths.
     settings
         What of the efforts does.
     own
@@ -106,7 +107,7 @@ class Method:
     def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
         """All that decides what comes of it, JSON-able."""
         kind = KINDS[self.kind]
-        modules = [p for of in kind.sources for p in (SOURCES / "btf").glob(of) if p.stem != "file"]
+        modules = [p for of in kind.sources for p in SOURCES.glob(of) if p.stem != "file"]
         return {
             "kind": self.kind,
             "textures": [material.mark for material in training],
@@ -179,7 +180,8 @@ def _components(
     state: Path,
     progress: Progress,
 ) -> PcaCodec:
-    return find_components([m.load for m in training], _pca_recipe(method, settings), progress)
+    recipe = _pca_recipe(method, settings)
+    return find_components([m.load for m in training], recipe, progress, fewest=1)
 
 
 def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
@@ -203,25 +205,28 @@ def _basis(
     from nacre.btf.basis.stages import Stages
     from nacre.btf.basis.training import train_basis
 
-    stages = Stages(state)
     recipe = _basis_recipe(method, settings)
-    codec = train_basis([m.load for m in training], recipe, progress, stages)
-    stages.remove()
-    return codec
+    return train_basis([m.load for m in training], recipe, progress, Stages(state))
 
 
 def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
     return asdict(_basis_recipe(method, settings))
 
 
+_CHOICES = "btf/directions.py", "btf/selection.py", "channels.py"
 _NETWORK: dict[str, Any] = {
     "make": _network,
-    "sources": ("networks/*.py",),
+    "sources": ("btf/networks/*.py",),
     "settings": _network_settings,
 }
 _PCA: dict[str, Any] = {
     "make": _components,
-    "sources": ("principal/*.py", "basis/components.py", "basis/symmetry.py"),
+    "sources": (
+        "btf/principal/*.py",
+        "btf/basis/components.py",
+        "btf/basis/symmetry.py",
+        *_CHOICES,
+    ),
     "settings": _pca_settings,
 }
 KINDS: Mapping[str, Kind] = {
@@ -230,6 +235,8 @@ KINDS: Mapping[str, Kind] = {
     "custom-all": Kind("network of Rainer et al. 2019 for all textures", **_NETWORK),
     "pca": Kind("principal components of all textures", **_PCA),
     "pca-own": Kind("principal components of the material's own texels", **_PCA, own=True),
-    "basis": Kind("nacre's own codec", _basis, ("basis/*.py",), _basis_settings),
+    "basis": Kind(
+        "nacre's own codec", _basis, ("btf/basis/*.py", "btf/domes.py", *_CHOICES), _basis_settings
+    ),
 }
 """Every kind of method by name."""

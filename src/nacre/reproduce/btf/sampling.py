@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.domes import below
+from nacre.files import NacreError
 
 Pairs: TypeAlias = npt.NDArray[np.intp]
 
@@ -48,6 +49,11 @@ class Sampling:
             Unit directions, shape (n, 3).
         seed
             Of what is chosen at random.
+
+        Raises
+        ------
+        NacreError
+            If none of them is seen.
         """
         random = np.random.default_rng(seed)
         compared = np.ones(len(wi), bool)
@@ -63,6 +69,8 @@ class Sampling:
         if self.hidden:
             seen &= ~compared
         chosen = np.flatnonzero(seen)
+        if not len(chosen):
+            raise NacreError(f"no pair of directions can be seen ({self.name})")
         if self.share < 1.0:
             count = max(1, round(self.share * len(chosen)))
             chosen = np.sort(random.permutation(chosen)[:count])

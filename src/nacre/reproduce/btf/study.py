@@ -15,6 +15,7 @@ from nacre.btf.codec import TexelCodec
 from nacre.btf.codec_file import load_codec, save_codec
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.btf.principal import PcaCodec
+from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
 from nacre.files import FormatError, NacreError, atomic_path
 from nacre.progress import Progress, named, silent
@@ -23,9 +24,13 @@ from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.btf.methods import KINDS, Method, TrainingSettings
 from nacre.reproduce.btf.sampling import ALL, Sampling
 from nacre.reproduce.btf.trial import Errors
-from nacre.reproduce.cache import DAMAGED, facts_digest, sources_digest
+from nacre.reproduce.cache import DAMAGED, SOURCES, facts_digest, sources_digest
 
 _WHITENING_TEXELS = 16
+_DECIDING = (
+    *("reproduce/btf/trial.py", "reproduce/btf/sampling.py", "btf/domes.py"),
+    *("btf/networks/preprocessing.py", "btf/selection.py"),
+)
 
 
 class _UnfitError(NacreError):
@@ -76,7 +81,6 @@ class Study:
         material: Material,
         sampling: Sampling = ALL,
         texels: int | None = None,
-        seed: int = 0,
     ) -> Errors | None:
         """Errors of the texels of a material; None where the method is not for its directions.
 
@@ -88,8 +92,6 @@ class Study:
             From which pairs of directions.
         texels
             How many random texels are compared; the study's number where None.
-        seed
-            Of what is chosen at random.
 
         Raises
         ------
@@ -98,7 +100,7 @@ class Study:
         NacreError
             If a codec cannot be made.
         """
-        texels = texels or self.texels
+        texels, seed = texels or self.texels, self.settings.seed
         report = named(self.progress, f"{method.name}, {material.name}")
 
         def make(texture: Btf, codec: TexelCodec) -> dict[str, Any]:
@@ -114,9 +116,9 @@ class Study:
         """The decoded texture at one pair of directions; see :meth:`errors`."""
 
         def make(texture: Btf, codec: TexelCodec) -> dict[str, Any]:
-            return {"picture": trial.picture(texture, codec, sampling, pair, 0)}
+            return {"picture": trial.picture(texture, codec, sampling, pair, self.settings.seed)}
 
-        facts = ["picture", asdict(sampling), pair]
+        facts = ["picture", asdict(sampling), pair, self.settings.seed]
         found = self._result(method, material, facts, ("picture",), make)
         return None if found is None else found["picture"]
 
@@ -153,11 +155,13 @@ class Study:
 
     def deviation(self) -> float:
         """Standard deviation of logarithms in training, by which whitening divides them."""
+        seed = self.settings.seed
 
         def make() -> dict[str, Any]:
-            return {"deviation": np.array(Whitening.of(map(_some, self.training)).deviation)}
+            texels = (_some(material, seed) for material in self.training)
+            return {"deviation": np.array(Whitening.of(texels).deviation)}
 
-        facts = ["deviation", [material.mark for material in self.training], _code()]
+        facts = ["deviation", [material.mark for material in self.training], seed, _code()]
         return float(self._kept(facts, ("deviation",), make)["deviation"])
 
     def codec(self, method: Method, material: Material) -> TexelCodec:
@@ -166,7 +170,7 @@ class Study:
         Raises
         ------
         NacreError
-            If it cannot be made.
+            If it cannot be made, or has fewer values.
         """
         textures = self._textures(method, material)
         mark = facts_digest(method.facts(textures, self.settings))
@@ -188,8 +192,11 @@ class Study:
             codec = kind.make(method, textures, self.settings, state, report)
             save_codec(codec, path)
             self._made.add(path)
-            state.unlink(missing_ok=True)
+            for left in self.folder.glob(f"{state.name}*"):
+                left.unlink()
         if isinstance(codec, PcaCodec):
+            if codec.values < method.values:
+                raise _UnfitError(f"there are {codec.values} principal components only")
             codec = codec.first(method.values)
         self._codecs[mark, method.values] = codec
         return codec
@@ -250,15 +257,13 @@ class Study:
         return self.fresh and path not in self._made
 
 
-def _some(material: Material) -> Floats:
+def _some(material: Material, seed: int) -> Floats:
     """Values of a few texels."""
     with material.opened() as texture:
-        count = texture.texel_count
-        chosen = np.random.default_rng(0).permutation(count)[:_WHITENING_TEXELS]
-        return texture.texels(np.sort(chosen))
+        chosen = random_texels(texture, _WHITENING_TEXELS, np.random.default_rng(seed))
+        return texture.texels(chosen)
 
 
 def _code() -> str:
-    """Of the modules that decide results."""
-    here = Path(__file__).parent
-    return sources_digest([here / "trial.py", here / "sampling.py"])
+    """Of the modules that decide results, besides those of codecs."""
+    return sources_digest(SOURCES / module for module in _DECIDING)

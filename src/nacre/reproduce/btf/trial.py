@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.codec import TexelCodec
+from nacre.btf.codec import TexelCodec, on_all_cores
 from nacre.btf.networks.preprocessing import OFFSET
 from nacre.btf.texture import Btf
 from nacre.progress import Progress, silent
@@ -65,17 +64,17 @@ def errors(
     Raises
     ------
     NacreError
-        If the codec is for other directions only.
+        If the codec is for other directions only, or no pair of directions can be seen.
     """
     wi, wo = texture.wi, texture.wo
     seen, compared = sampling.pairs(wi, wo, seed)
-    encode = codec.encoder(wi[seen], wo[seen])
-    decode = codec.decoder(wi[compared], wo[compared])
+    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
+    decode = on_all_cores(codec, codec.decoder(wi[compared], wo[compared]))
     chosen = np.arange(texture.texel_count)
     if texels is not None:
         chosen = np.sort(np.random.default_rng(seed).permutation(chosen)[:texels])
     found = np.empty((2, len(chosen)))
-    for part in _runs(len(chosen), len(wi)):
+    for part in texture.blocks(_BLOCK, stop=len(chosen)):
         values = texture.texels(chosen[part])
         decoded = decode(encode(_taken(values, seen)))
         values = _taken(values, compared)
@@ -93,15 +92,14 @@ def picture(
     Raises
     ------
     NacreError
-        If the codec is for other directions only.
+        If the codec is for other directions only, or no pair of directions can be seen.
     """
     wi, wo = texture.wi, texture.wo
     seen, _ = sampling.pairs(wi, wo, seed)
-    encode = codec.encoder(wi[seen], wo[seen])
-    decode = codec.decoder(wi[[pair]], wo[[pair]])
+    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
+    decode = on_all_cores(codec, codec.decoder(wi[[pair]], wo[[pair]]))
     rows = [
-        decode(encode(_taken(texture.texels(part), seen)))[:, 0]
-        for part in _runs(texture.texel_count, len(wi))
+        decode(encode(_taken(texture.texels(part), seen)))[:, 0] for part in texture.blocks(_BLOCK)
     ]
     return np.concatenate(rows).reshape(texture.height, texture.width, 3).astype(np.float32)
 
@@ -114,11 +112,11 @@ def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArra
     NacreError
         If the codec is for other directions only.
     """
-    encode = codec.encoder(texture.wi, texture.wo)
+    encode = on_all_cores(codec, codec.encoder(texture.wi, texture.wo))
     chosen = np.random.default_rng(seed).permutation(texture.texel_count)[:texels]
     parts = [
         encode(texture.texels(np.sort(chosen)[part]))
-        for part in _runs(len(chosen), texture.pair_count)
+        for part in texture.blocks(_BLOCK, stop=len(chosen))
     ]
     return np.concatenate(parts).astype(np.float32)
 
@@ -137,15 +135,9 @@ def noise(texture: Btf, again: Btf) -> float:
     if not (same and np.array_equal(texture.wi, again.wi) and np.array_equal(texture.wo, again.wo)):
         raise ValueError("is not of the same size and directions")
     total = 0.0
-    for part in _runs(texture.texel_count, texture.pair_count):
+    for part in texture.blocks(_BLOCK):
         total += float(np.square(texture.texels(part) - again.texels(part)).mean(axis=(1, 2)).sum())
     return 0.5 * total / texture.texel_count
-
-
-def _runs(count: int, pairs: int) -> Iterator[slice]:
-    step = max(1, _BLOCK // (12 * pairs))
-    for start in range(0, count, step):
-        yield slice(start, min(start + step, count))
 
 
 def _taken(values: Floats, pairs: Pairs) -> Floats:

@@ -1,0 +1,28 @@
+"""States of trainings: those of a machine with a GPU are read on one without."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("torch", reason="needs the extra 'latent'")
+import torch
+
+from nacre.checkpoint import load_state, save_state
+
+
+def test_tensors_of_a_gpu_are_read_to_the_processor(tmp_path: Path):
+    path, other = tmp_path / "here.state", tmp_path / "gpu.state"
+    save_state(path, "made", {"values": torch.arange(5.0)})
+    with zipfile.ZipFile(path) as source, zipfile.ZipFile(other, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name.endswith("data.pkl"):  # texts are preceded by X and their length
+                assert b"X\x03\0\0\0cpu" in content
+                content = content.replace(b"X\x03\0\0\0cpu", b"X\x06\0\0\0cuda:0")
+            target.writestr(name, content)
+    values = load_state(other, "made", lambda state: state["values"])
+    assert values.device.type == "cpu"
+    assert values.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
