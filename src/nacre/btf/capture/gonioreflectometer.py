@@ -3,8 +3,8 @@
 For each view, rays of an orthographic camera pass through jittered points of a texel on the plane
 z = 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
 hides and shadows. At each of at most three surface points of a path all directional lights are
-evaluated; whether they reach a triangle is found beforehand. Light that comes by way of other
-points is limited to :data:`nacre.btf.capture.tracing.FIREFLY` a path, for single rare paths would
+evaluated; whether they reach a triangle is found beforehand. What each point behind the first adds
+to a channel is limited to :data:`nacre.btf.capture.tracing.FIREFLY`, for single rare paths would
 show as bright dots.
 """
 
