@@ -36,7 +36,7 @@ _LARGEST_FACTOR = 1e8
 Angles = npt.NDArray[np.float32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Header:
     """All that a file says beside its matrices.
 
