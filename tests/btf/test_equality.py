@@ -27,7 +27,7 @@ def _compared(source: str) -> list[str]:
 
 
 def test_dataclasses_with_arrays_are_equal_only_to_themselves() -> None:
-    found = {path.name: _compared(path.read_text("utf-8")) for path in _FILES}
+    found = {str(path): _compared(path.read_text("utf-8")) for path in _FILES}
     assert {name: classes for name, classes in found.items() if classes} == {}
 
 
