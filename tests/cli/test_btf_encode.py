@@ -71,7 +71,9 @@ def test_other_directions(felt, capsys):
         options = "-o", "x.npz", "--directions", directions
         assert run("btf", "decode", "felt.safetensors", *options) == 0
         assert btf.load("x.npz").pair_count == count
-    capsys.readouterr()
+    assert "error" not in capsys.readouterr().out
+    assert run("btf", "decode", "felt.safetensors", "-o", "x.btf", "--directions", "list.csv") == 0
+    assert "mean absolute error" in capsys.readouterr().out
     for content, message in (
         ("theta_l,phi_l,theta_v\n0,0,30\n", "columns: phi_v missing"),
         ("theta_l,phi_l,theta_v,phi_v\n", "lists no directions"),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, console, file_path
 
 if TYPE_CHECKING:
@@ -88,11 +89,7 @@ def _one(
     check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
     line = stages.add(found.name)
     btf = settings.take(found, line)
-    save(btf, output, progress=line)
+    error = save(btf, output, progress=line)
     if picture:
         write_image(sheet(btf), picture)
-    console.print(
-        f"{output}: {btf.width} x {btf.height} texels, {btf.pair_count:,} pairs of directions, "
-        f"{output.stat().st_size:,} bytes",
-        markup=False,
-    )
+    print_written(output, btf, error)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.btf.written import print_written
+from nacre.cli.console import Stages, check_outputs, file_path
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -34,12 +35,8 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     if directions is not None:
         btf = btf.decoded(*_pairs(directions))
     with Stages() as stages:
-        save(btf, output, progress=stages.add(output.stem))
-    size = output.stat().st_size
-    console.print(
-        f"{output}: {btf.width} x {btf.height} texels, {btf.pair_count:,} pairs, {size:,} bytes",
-        markup=False,
-    )
+        error = save(btf, output, progress=stages.add(output.stem))
+    print_written(output, btf, error)
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
