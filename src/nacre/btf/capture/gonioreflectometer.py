@@ -21,11 +21,14 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf.capture.mesostructure import Mesostructure
 from nacre.btf.capture.tracing import photograph, visibility
+from nacre.btf.domes import below
 from nacre.btf.texture import TableBtf
 from nacre.files import NacreError
 from nacre.parallel import thread_map
 from nacre.progress import Progress
 
+STEEPEST = 89.0
+"""Largest polar angle in degrees."""
 DEPTH = 3
 """Surface points of the longest paths."""
 
@@ -63,7 +66,7 @@ def capture(
     surface
         What is measured.
     wi, wo
-        Unit directions to the light and to the viewer, above the horizon, shape (n, 3).
+        Unit directions to the light and to the viewer, within :data:`STEEPEST`, shape (n, 3).
     width, height
         Texels; as many rows as columns where not given.
     samples
@@ -85,15 +88,15 @@ def capture(
     Raises
     ------
     ValueError
-        If directions do not lie above the horizon, or a number is less than 1.
+        If a direction is steeper, or a number is less than 1.
     NacreError
         If there is no room for the values.
     """
     height = width if height is None else height
     if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
         raise ValueError(f"expected two arrays of shape (n, 3), got {wi.shape} and {wo.shape}")
-    if min(wi[:, 2].min(), wo[:, 2].min()) < 0.01:
-        raise ValueError("directions must lie at least half a degree above the horizon")
+    if not (below(wi, STEEPEST).all() and below(wo, STEEPEST).all()):
+        raise ValueError(f"directions must lie within {STEEPEST:g} degrees, above the horizon")
     if min(width, height, samples, depth) < 1:
         raise ValueError("width, height, samples and depth must be at least 1")
     lights, light_of = np.unique(wi, axis=0, return_inverse=True)

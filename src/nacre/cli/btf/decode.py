@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     "--directions",
     metavar="bonn|utia|PATH",
     help="Pairs of directions: every light with every view of a dome; those of another texture; or "
-    "a list (.csv) with columns as of photographs. Default: those of the texture that was encoded.",
+    "a list (.csv) as nacre btf capture takes. Default: those of the texture that was encoded.",
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that was encoded in SOURCE to a file, in the format of its name."""
@@ -40,15 +40,10 @@ def command(source: Path, output: Path, directions: str | None) -> None:
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
-    from nacre.btf.domes import BONN, UTIA
+    from nacre.btf.direction_list import DOMES, named_directions
     from nacre.btf.formats import load
-    from nacre.btf.photographs import read_pairs
 
-    domes = {"bonn": BONN, "utia": UTIA}
-    if directions.lower() in domes:
-        return domes[directions.lower()].pairs()
-    path = Path(directions)
-    if path.suffix.lower() == ".csv":
-        return read_pairs(path)
-    btf = load(path)
+    if directions.lower() in DOMES or directions.lower().endswith(".csv"):
+        return named_directions(directions)
+    btf = load(directions)
     return btf.wi, btf.wo
