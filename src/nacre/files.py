@@ -88,7 +88,7 @@ class Format:
     extensions: tuple[str, ...]
     recognise: Callable[[bytes], bool] | None
     load: Callable[..., Any]
-    save: Callable[..., object] | None = None
+    save: Callable[..., Any] | None = None
     isotropic: bool = False
     holds: str = ""
     resolution: type[Any] | None = None

@@ -8,14 +8,17 @@ import tracemalloc
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from nacre import btf
 from nacre.btf import UTIA, image_folder
 from nacre.btf.directions import from_degrees
 from nacre.btf.transposition import by_texel
+from nacre.btf.ubo2014 import ColorModel, save
 from nacre.btf.utia_folder import load
 from tests.btf.support import HEIGHT, WIDTH, assert_refused, linear, pixels, write_image
+from tests.cli.support import run
 from tests.specimens.images import png_bytes
 
 mi = pytest.importorskip("mitsuba")
@@ -218,10 +221,70 @@ def test_pixels_that_are_not_finite_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_temporary_file_that_cannot_be_written_is_refused(folder: Path, tmp_path: Path) -> None:
+    """On a full disk: at once, or not before the last bytes leave the buffer."""
     from tests.test_writing import full_disk
 
     found = load(folder)
     found.images(slice(None))
+    bytes_of_all = 6 * WIDTH * HEIGHT * 16
+    for size, step in ((100, bytes_of_all), (100, 1), (bytes_of_all - 1, 1)):
+        with full_disk(size):
+            assert_refused(
+                lambda step=step: by_texel(found, tmp_path, size_limit=step).__enter__(),
+                f"{tmp_path}: temporary file cannot be written: File too large",
+            )
     with full_disk(100):
         assert_refused(lambda: btf.save(found, tmp_path / "x.npz"), "cannot be written")
+    absent = tmp_path / "absent"
+    assert_refused(
+        lambda: by_texel(found, absent).__enter__(), f"{absent}: temporary", "No such file"
+    )
     assert list(tmp_path.iterdir()) == [folder]
+
+
+# Values beyond those of half floats
+
+
+@pytest.fixture
+def bright(tmp_path: Path) -> tuple[Path, npt.NDArray[np.float32]]:
+    """A folder of two pictures, the second with highlights; and their texels."""
+    path = tmp_path / "foil"
+    images = [pixels(4, "f4"), pixels(5, "f4")]
+    images[1][2, 3] = 1e5, 70_000.0, 9e4
+    for theta, image in zip((0, 30), images, strict=True):
+        write_image(path / f"tl{theta:03}_pl000_tv015_pv060.exr", image)
+    return path, np.stack(images, axis=2).reshape(-1, 2, 3)
+
+
+def test_images_that_need_single_precision_get_it(bright, tmp_path: Path) -> None:
+    path, expected = bright
+    with by_texel(load(path), tmp_path, size_limit=1) as turned:
+        np.testing.assert_array_equal(turned.texels(slice(None)), expected)
+    stages: list[tuple[str, int, int]] = []
+    btf.save(load(path), tmp_path / "x.npz", progress=lambda *a: stages.append(a[:3]))
+    back = btf.load(tmp_path / "x.npz")
+    assert back.describe()["values"] == "float32"
+    np.testing.assert_array_equal(back.texels(slice(None)), expected)
+    assert stages[-2:] == [("reading images", 2, 2), ("writing", 35, 35)]
+    assert_refused(
+        lambda: btf.save(load(path), tmp_path / "y.npz", precision="half"),
+        "some are too large for float16; ask for single precision",
+    )
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["foil", "x.npz"]
+
+
+def test_a_factored_file_of_images_is_as_exact_as_its_numbers(bright, tmp_path: Path) -> None:
+    path, expected = bright
+    error = save(load(path), tmp_path / "x.btf", 2, ColorModel.LOG_RGB, 8)
+    found = btf.load(tmp_path / "x.btf").texels(slice(None))
+    np.testing.assert_allclose(found, expected, rtol=2e-5, atol=1e-5)
+    assert error < 1e-5
+    btf.save(load(path), tmp_path / "half.btf")
+
+
+def test_commands_take_such_images(bright, tmp_path: Path) -> None:
+    path, _ = bright
+    model = tmp_path / "foil.safetensors"
+    assert run("btf", "convert", path, "-o", tmp_path / "x.npz") == 0
+    assert run("btf", "compare", path, tmp_path / "x.npz") == 0
+    assert run("btf", "encode", path, "-o", model) == 0

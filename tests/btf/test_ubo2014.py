@@ -14,6 +14,7 @@ from nacre.btf.ubo2014 import FORMAT, ColorModel, load, save
 from nacre.btf.ubo2014.color_models import Decorrelation
 from nacre.files import FormatError
 from tests.btf.ubo2014_file import FIELDS, btf_bytes, factors
+from tests.cli.support import run
 
 DOME = UTIA.directions[below(UTIA.directions, 30.0)]
 
@@ -190,6 +191,21 @@ def test_rewriting_keeps_the_notes(tmp_path: Path) -> None:
     assert not second.header.cosine
     np.testing.assert_array_equal(second.header.rotations, first.header.rotations)
     np.testing.assert_allclose(everything(second), everything(first), rtol=1e-4)
+
+
+def test_notes_in_other_encodings_are_kept(tmp_path: Path) -> None:
+    """Of old programs; a text that takes all the bytes there are must not grow."""
+    notes = {"setup": b"K\xfchler ".ljust(80, b"\xff"), "xml": "<a>Köln</a>".encode("latin-1")}
+    path = written(tmp_path / "x.btf", **notes, names=(b"\xff" * 80, b"G\n", b"B"))
+    save(load(path), tmp_path / "y.btf", 6, ColorModel.RGB, 4)
+    first, second = (p.read_bytes() for p in (path, tmp_path / "y.btf"))
+    start = 18  # behind the size and version
+    end = first.index(b"<a>K") + len(notes["xml"]) + 4 + 3 * 4 + 83
+    assert second[start:end] == first[start:end]
+    assert notes["setup"] in second
+    assert run("btf", "info", path) == 0
+    path.write_bytes(btf_bytes(names=(b"\xff", b"G", b"B"), scalar=3))
+    assert run("btf", "info", path) == 2
 
 
 def test_pairs_in_any_order_are_written(tmp_path: Path) -> None:

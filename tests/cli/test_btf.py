@@ -66,6 +66,18 @@ def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
     assert btf.load("x.npz").describe()["values"] == "float32"
 
 
+def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
+    assert run("btf", "convert", "cloth.npz", "-o", "x.btf", "--components", "1") == 0
+    shown = capsys.readouterr().out
+    assert "x.btf: 3 x 2 texels, 6,561 pairs of directions, " in shown
+    back, values = btf.load("x.btf").texels(slice(None)), cloth.texels(slice(None))
+    error = 100.0 * np.abs(back - values).mean() / values.mean()
+    assert error > 1e-3
+    assert f"mean absolute error {error:.2g} % of the mean value" in shown
+    assert run("btf", "convert", "x.btf", "-o", "y.npz") == 0
+    assert "error" not in capsys.readouterr().out
+
+
 def test_a_picture_of_the_nearest_pair(capsys, cloth: TableBtf) -> None:
     options = ("--light", "58,3", "--view", "30,-91")
     assert run("btf", "picture", "cloth.npz", "-o", "x.exr", *options) == 0

@@ -67,11 +67,15 @@ def test_the_way_from_a_texture_to_a_report(felt, capsys):
 def test_other_directions(felt, capsys):
     assert run(*ENCODE, "--half") == 0
     Path("list.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,10\n45,90,0,0\n")
-    for directions, count in (("bonn", 22801), ("utia", 6561), ("list.csv", 2), ("felt.npz", 6561)):
+    Path("each.csv").write_text("theta,phi\n0,0\n45,90\n")
+    counts = {"bonn": 22801, "utia": 6561, "list.csv": 2, "each.csv": 4, "felt.npz": 6561}
+    for directions, count in counts.items():
         options = "-o", "x.npz", "--directions", directions
         assert run("btf", "decode", "felt.safetensors", *options) == 0
         assert btf.load("x.npz").pair_count == count
-    capsys.readouterr()
+    assert "error" not in capsys.readouterr().out
+    assert run("btf", "decode", "felt.safetensors", "-o", "x.btf", "--directions", "list.csv") == 0
+    assert "mean absolute error" in capsys.readouterr().out
     for content, message in (
         ("theta_l,phi_l,theta_v\n0,0,30\n", "columns: phi_v missing"),
         ("theta_l,phi_l,theta_v,phi_v\n", "lists no directions"),

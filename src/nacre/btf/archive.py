@@ -14,6 +14,7 @@ import struct
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import IO, Any, Literal, TypeAlias
 
@@ -24,7 +25,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf.directions import PAIR_LIMIT, check_directions
 from nacre.btf.texture import Btf, Indices, TableBtf
-from nacre.btf.transposition import by_texel, narrowed
+from nacre.btf.transposition import by_texel, in_narrowest, narrowed
 from nacre.files import Format, FormatError, PathLike, atomic_path, read_head, reason
 from nacre.npy import TEXT_LIMIT, map_npy, parse_npy, parse_text, unpack_member
 from nacre.progress import Progress
@@ -38,6 +39,7 @@ _ALIGNMENT = 64
 _PADDING = 0xD935
 """Kind of extra field that only pads, as other programs that align archives write it."""
 _TYPES = ("f2", "f4", "f8")
+_DTYPES: dict[Precision, str] = {"half": "<f2", "single": "<f4"}
 _ENCRYPTED = 1
 
 
@@ -130,7 +132,8 @@ def save(
     path
         File to write.
     precision
-        Of values; "single" of a table that is wider than half, else "half" where None.
+        Of values; where None, "single" of a table that is wider than half, else "half" unless a
+        value is too large for it.
     progress
         Called with the texels done.
 
@@ -140,21 +143,26 @@ def save(
         If the path cannot be written, or a value is too large for the precision.
     """
     path = Path(path)
-    if precision is None:
-        wide = isinstance(btf, TableBtf) and btf.values.dtype.itemsize > 2
-        precision = "single" if wide else "half"
-    dtype = np.dtype("<f4" if precision == "single" else "<f2")
-    shape = (btf.height, btf.width, btf.pair_count, 3)
+    if precision is None and isinstance(btf, TableBtf) and btf.values.dtype.itemsize > 2:
+        precision = "single"
+    dtype = precision and _DTYPES[precision]
     with (
         atomic_path(path) as temporary,
         by_texel(btf, path.parent, dtype, progress=progress) as source,
-        temporary.open("wb") as file,
-        zipfile.ZipFile(file, "w") as archive,
     ):
+        in_narrowest(partial(_write, source, path, temporary, progress), dtype)
+
+
+def _write(
+    source: Btf, path: Path, temporary: Path, progress: Progress | None, dtype: np.dtype[Any]
+) -> None:
+    """Write the archive in one type of values."""
+    shape = (source.height, source.width, source.pair_count, 3)
+    with temporary.open("wb") as file, zipfile.ZipFile(file, "w") as archive:
         for name, array in (
-            ("wi", btf.wi),
-            ("wo", btf.wo),
-            ("name", np.array(btf.name[:TEXT_LIMIT])),
+            ("wi", source.wi),
+            ("wo", source.wo),
+            ("name", np.array(source.name[:TEXT_LIMIT])),
         ):
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member:
                 npy.write_array(member, array, (1, 0), allow_pickle=False)

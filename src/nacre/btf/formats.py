@@ -49,7 +49,7 @@ def load(path: PathLike, quantity: Quantity | None = None) -> Btf:
     return btf
 
 
-def save(btf: Btf, path: PathLike, **options: Any) -> None:
+def save(btf: Btf, path: PathLike, **options: Any) -> float | None:
     """Write a texture to the format that the file name ends in.
 
     Parameters
@@ -61,6 +61,12 @@ def save(btf: Btf, path: PathLike, **options: Any) -> None:
     options
         As its writer has them: `progress`, `precision` of an archive, `components` of a `.btf`.
 
+    Returns
+    -------
+    error
+        Mean absolute error relative to the mean value, of a format that keeps some components of
+        the values (`.btf`); else None.
+
     Raises
     ------
     FormatError
@@ -71,7 +77,8 @@ def save(btf: Btf, path: PathLike, **options: Any) -> None:
     assert entry.save is not None
     for name in options.keys() - inspect.signature(entry.save).parameters.keys():
         raise FormatError(f"{path}: {name}: is not for {entry.name} files; leave it out")
-    entry.save(btf, Path(path), **options)
+    error: float | None = entry.save(btf, Path(path), **options)
+    return error
 
 
 def target(path: PathLike) -> Format:

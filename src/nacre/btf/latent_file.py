@@ -18,6 +18,7 @@ from nacre.btf.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.btf.shipped import PUBLISHED
 from nacre.files import Format, FormatError, PathLike, check_json, digest, write_encoded
 from nacre.tensors import (
+    HALF_LARGEST,
     Tensors,
     check_numbers,
     damage_named,
@@ -29,7 +30,8 @@ from nacre.tensors import (
 VERSION = 1
 KEY = "nacre latent map"
 _LIMIT = 1 << 32
-_LARGEST = 6e4
+_LARGEST = 1e9
+"""Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
 _CODEC = "codec."
 """In front of the names of an embedded codec's tensors."""
 
@@ -66,7 +68,7 @@ def load_latent_map(path: PathLike) -> LatentMap:
 
 def _encode(latent: LatentMap) -> bytes:
     try:
-        check_numbers({"codes": latent.codes}, _LARGEST)
+        _check_codes(latent.codes)
     except ValueError as error:
         raise FormatError(str(error)) from error
     tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
@@ -84,6 +86,10 @@ def _encode(latent: LatentMap) -> bytes:
     return to_bytes(KEY, header, tensors, _LIMIT)
 
 
+def _check_codes(codes: npt.NDArray[Any]) -> None:
+    check_numbers({"codes": codes}, HALF_LARGEST if codes.itemsize < 4 else _LARGEST)
+
+
 def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
     if header["version"] != VERSION:
         raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
@@ -94,7 +100,7 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
     if not isinstance(name, str) or not isinstance(model, dict):
         raise ValueError("name is no text, or codec no object")
     codes = tensors["codes"]
-    check_numbers({"codes": codes}, _LARGEST)
+    _check_codes(codes)
     wi, wo = _unpack_pairs(str(path), tensors)
     codec, reference = _codec(path, model, tensors)
     return LatentMap(codes, codec, wi, wo, name, reference, metadata)

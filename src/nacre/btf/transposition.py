@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from nacre.files import FormatError, PathLike, reason
 from nacre.progress import Progress
 
 _MEMORY = 1 << 28
+_T = TypeVar("_T")
 
 
 class _TransposedBtf(Btf):
@@ -36,11 +37,15 @@ class _TransposedBtf(Btf):
         return self._btf.images(chosen)
 
 
+class TooLargeError(FormatError):
+    """A value that does not fit the type it is to have."""
+
+
 @contextmanager
 def by_texel(
     btf: Btf,
     folder: PathLike | None = None,
-    dtype: npt.DTypeLike = np.float16,
+    dtype: npt.DTypeLike | None = None,
     size_limit: int = _MEMORY,
     progress: Progress | None = None,
 ) -> Iterator[Btf]:
@@ -57,7 +62,8 @@ def by_texel(
         For the temporary file, as large as the texture in the type `dtype`; the system's where
         None.
     dtype
-        Of the temporary file: half, unless values need more.
+        Of the temporary file; where None, half, or single where a value needs it: images are read
+        again then.
     size_limit
         Bytes of memory for pictures.
     progress
@@ -71,30 +77,50 @@ def by_texel(
     if not btf.by_image:
         yield btf
         return
-    dtype = np.dtype(dtype)
-    step = max(1, size_limit // (3 * (4 + dtype.itemsize) * btf.texel_count))
-    with tempfile.TemporaryFile(dir=folder) as file:
-        for start in range(0, btf.pair_count, step):
-            pictures = btf.images(slice(start, min(start + step, btf.pair_count)))
-            by_pair = pictures.reshape(len(pictures), -1, 3)
-            part = narrowed(by_pair.swapaxes(0, 1), dtype, btf.name)
-            try:
-                file.write(part.data)
-            except OSError as error:
-                raise FormatError(
-                    f"{file.name}: temporary file cannot be written: {reason(error)}"
-                ) from error
-            if progress:
-                progress("reading images", start + len(pictures), btf.pair_count, "")
-        file.flush()
-        table = np.memmap(file, dtype, "r")
+    place = folder or tempfile.gettempdir()
+
+    def transposed(dtype: np.dtype[Any]) -> Btf:
+        step = max(1, size_limit // (3 * (4 + dtype.itemsize) * btf.texel_count))
+        try:
+            table = _table(btf, place, dtype, step, progress)
+        except OSError as error:
+            raise FormatError(
+                f"{place}: temporary file cannot be written: {error.strerror or reason(error)}"
+            ) from error
         parts, offset = [], 0
         for start in range(0, btf.pair_count, step):
             count = min(step, btf.pair_count - start)
             size = 3 * count * btf.texel_count
             parts.append(table[offset : offset + size].reshape(btf.texel_count, count, 3))
             offset += size
-        yield _TransposedBtf(btf, parts)
+        return _TransposedBtf(btf, parts)
+
+    yield in_narrowest(transposed, dtype)
+
+
+def _table(
+    btf: Btf, place: PathLike, dtype: np.dtype[Any], step: int, progress: Progress | None
+) -> npt.NDArray[Any]:
+    """Values by texel of `step` pictures after the other, in a file that vanishes with them."""
+    with tempfile.TemporaryFile(dir=place) as file:
+        for start in range(0, btf.pair_count, step):
+            pictures = btf.images(slice(start, min(start + step, btf.pair_count)))
+            by_pair = pictures.reshape(len(pictures), -1, 3)
+            file.write(narrowed(by_pair.swapaxes(0, 1), dtype, btf.name).data)
+            if progress:
+                progress("reading images", start + len(pictures), btf.pair_count, "")
+        file.flush()
+        return np.memmap(file, dtype, "r")
+
+
+def in_narrowest(attempt: Callable[[np.dtype[Any]], _T], dtype: npt.DTypeLike | None) -> _T:
+    """What is made in a type or, where that is None, in half or, if a value needs it, single."""
+    if dtype is not None:
+        return attempt(np.dtype(dtype))
+    try:
+        return attempt(np.dtype("<f2"))
+    except TooLargeError:
+        return attempt(np.dtype("<f4"))
 
 
 def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[Any]:
@@ -102,11 +128,13 @@ def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[An
 
     Raises
     ------
-    FormatError
+    TooLargeError
         If one is too large for it; the message starts with `where`.
     """
     with np.errstate(over="ignore"):
         result = values.astype(dtype, order="C")
     if not np.isfinite(result).all():
-        raise FormatError(f"{where}: values: some are too large for {result.dtype} precision")
+        raise TooLargeError(
+            f"{where}: values: some are too large for {result.dtype}; ask for single precision"
+        )
     return result

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nacre.parallel
-from nacre.btf.capture import Mesostructure, capture
+from nacre.btf.capture import Mesostructure, capture, gonioreflectometer
 from nacre.btf.domes import pairs
 from nacre.files import NacreError
 from tests.btf.capture.mitsuba_reference import diffuse_under_ggx, reference
@@ -147,6 +147,33 @@ def test_pairs_need_not_be_all_lights_with_all_views() -> None:
     chosen = np.array([3, 0, 1, 3])
     assert np.array_equal(capture(surface, wi[chosen], wo[chosen], 4, samples=3).values,
                           whole[:, :, chosen])  # fmt: skip
+
+
+def test_many_lights_are_taken_in_groups(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a list of scattered pairs, two lights at a time, in bands of a row; each with its view."""
+    surface = bumps(0.05, PATCHES, 0.05)
+    wi = directions(*((10.0 * k, 70.0 * k) for k in range(7)))
+    wo = directions(*((9.0 * k, 200.0 * k) for k in range(7)))
+    again = np.array([0, 1, 2, 3, 4, 5, 6, 0, 2])
+    wi, wo = wi[again], wo[np.roll(again, 1)]
+    told: list[tuple[int, int]] = []
+    counts: list[int] = []
+    whole = capture(surface, wi, wo, 4, samples=3, seed=1).values
+
+    def counted(*arguments: np.ndarray) -> None:
+        counts.append(arguments[-1].shape[-1])
+        visibility(*arguments)
+
+    visibility = gonioreflectometer.visibility
+    monkeypatch.setattr(gonioreflectometer, "visibility", counted)
+    monkeypatch.setattr(gonioreflectometer, "_VISIBLE", 4 * CELLS * CELLS)
+    monkeypatch.setattr(gonioreflectometer, "_BAND", 1)
+    grouped = capture(
+        surface, wi, wo, 4, samples=3, seed=1, progress=lambda *state: told.append(state[1:3])
+    )
+    assert set(counts) == {1, 2}
+    np.testing.assert_allclose(grouped.values, whole, rtol=2e-3)
+    assert told == [(n, len(told)) for n in range(1, len(told) + 1)]
 
 
 def test_values_of_large_textures_lie_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:

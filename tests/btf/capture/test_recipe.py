@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from nacre.btf.capture import built_in, find
+from nacre.btf.capture import Recipe, built_in, find
+from nacre.btf.capture.families import FAMILIES
 from nacre.btf.capture.patterns import cells, fractal, lay_fibres, scattered
 from nacre.files import FormatError
 
@@ -67,6 +69,27 @@ def test_a_fibre_is_a_cylinder_over_the_seam() -> None:
     assert (owner[4:-3] == -1).all()
 
 
+@pytest.mark.parametrize("name", FAMILIES)
+def test_every_parameter_may_be_at_its_bounds(name: str) -> None:
+    """Each alone at its least, and all together; a surface checks itself."""
+    family = FAMILIES[name]
+    bounds = {f.name: f.metadata for f in fields(family) if "low" in f.metadata}
+    given = [{key: m["low"]} for key, m in bounds.items()]
+    given += [{key: m[end] for key, m in bounds.items()} for end in ("low", "high")]
+    for parameters in given:
+        Recipe("x", family.from_json(parameters)).build(32)
+
+
+def test_planks_may_touch() -> None:
+    """Without a gap, as with one that is too narrow for any cell's corner but those in it."""
+    wide, none = ({"planks": 3, "gap": gap} for gap in (1e-9, 0.0))
+    surfaces = [Recipe("x", FAMILIES["wood"].from_json(p)).build(32) for p in (wide, none)]
+    inside = abs(np.arange(32) * 3 / 32 % 1.0 - 0.5) < 0.49
+    first, second = (s.albedo[:, inside] for s in surfaces)
+    assert np.array_equal(first, second)
+    assert surfaces[1].albedo[:, 0].mean() > 2.0 * surfaces[0].albedo[:, 0].mean()
+
+
 def write(path: Path, content: Any) -> Path:
     path.write_text(content if isinstance(content, str) else json.dumps(content))
     return path
@@ -106,6 +129,7 @@ def test_a_file_is_a_recipe(tmp_path: Path) -> None:
         ({"family": "fabric", "parameters": {"warp": []}}, "warp"),
         ({"family": "fabric", "parameters": {"warp": ["red"]}}, "warp"),
         ({"family": "fabric", "parameters": {"warp": ["#00000g"]}}, "warp"),
+        ({"family": "stone", "parameters": {"vein_colour": ["#000000"] * 2}}, "list of 1 colour"),
         ({"family": "leather", "parameters": {"roughness": 0.1}}, "roughness"),
         ({"family": "leather", "parameters": {"roughness": "rough"}}, "roughness"),
         ('{"family": "leather", "parameters": {"depth": NaN}}', "depth"),

@@ -25,7 +25,7 @@ MANIFEST = "capture.json"
 _MANIFEST_LIMIT = 1 << 20
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Settings:
     """How to capture.
 

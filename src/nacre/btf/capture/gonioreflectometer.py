@@ -3,8 +3,8 @@
 For each view, rays of an orthographic camera pass through jittered points of a texel on the plane
 z = 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
 hides and shadows. At each of at most three surface points of a path all directional lights are
-evaluated; whether they reach a triangle is found beforehand. Light that comes by way of other
-points is limited to :data:`nacre.btf.capture.tracing.FIREFLY` a path, for single rare paths would
+evaluated; whether they reach a triangle is found beforehand. What each point behind the first adds
+to a channel is limited to :data:`nacre.btf.capture.tracing.FIREFLY`, for single rare paths would
 show as bright dots.
 """
 
@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import shutil
 import tempfile
+from itertools import groupby, product
 
 import numpy as np
 import numpy.typing as npt
@@ -20,11 +21,14 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf.capture.mesostructure import Mesostructure
 from nacre.btf.capture.tracing import photograph, visibility
+from nacre.btf.domes import below
 from nacre.btf.texture import TableBtf
 from nacre.files import NacreError
 from nacre.parallel import thread_map
 from nacre.progress import Progress
 
+STEEPEST = 89.0
+"""Largest polar angle in degrees."""
 DEPTH = 3
 """Surface points of the longest paths."""
 
@@ -32,6 +36,8 @@ _SHADOW_RAYS = 1 << 18
 """At least so many a light, over all triangles."""
 _BAND = 1 << 28
 """Bytes of values that are worked on at a time."""
+_VISIBLE = 1 << 30
+"""Bytes of what the triangles see of the lights that are worked on at a time."""
 _IN_MEMORY = 1 << 31
 """Values of more bytes lie in a file without a name."""
 
@@ -52,14 +58,15 @@ def capture(
     """Measure a periodic surface at pairs of directions.
 
     The texture covers one period, so it tiles. A view costs as much for one light as for all that
-    occur with any view: name the same lights for all views where there is a choice.
+    occur with any view: name the same lights for all views where there is a choice. More lights
+    than fit in memory are taken in groups, each with the views that occur with it.
 
     Parameters
     ----------
     surface
         What is measured.
     wi, wo
-        Unit directions to the light and to the viewer, above the horizon, shape (n, 3).
+        Unit directions to the light and to the viewer, within :data:`STEEPEST`, shape (n, 3).
     width, height
         Texels; as many rows as columns where not given.
     samples
@@ -81,36 +88,43 @@ def capture(
     Raises
     ------
     ValueError
-        If directions do not lie above the horizon, or a number is less than 1.
+        If a direction is steeper, or a number is less than 1.
     NacreError
         If there is no room for the values.
     """
     height = width if height is None else height
     if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
         raise ValueError(f"expected two arrays of shape (n, 3), got {wi.shape} and {wo.shape}")
-    if min(wi[:, 2].min(), wo[:, 2].min()) < 0.01:
-        raise ValueError("directions must lie at least half a degree above the horizon")
+    if not (below(wi, STEEPEST).all() and below(wo, STEEPEST).all()):
+        raise ValueError(f"directions must lie within {STEEPEST:g} degrees, above the horizon")
     if min(width, height, samples, depth) < 1:
         raise ValueError("width, height, samples and depth must be at least 1")
     lights, light_of = np.unique(wi, axis=0, return_inverse=True)
     views, view_of = np.unique(wo, axis=0, return_inverse=True)
-    pairs_of = np.split(np.argsort(view_of, kind="stable"), np.cumsum(np.bincount(view_of))[:-1])
     seeds = np.random.SeedSequence(seed).generate_state(len(views), np.uint64)
     values = _empty((height, width, len(wi), 3))
-    scene = _Scene(surface, lights)
     band = max(1, _BAND // (6 * width * len(wi)))
-    parts = [(first, view) for first in range(0, height, band) for view in range(len(views))]
+    most = max(1, _VISIBLE // (2 * surface.size**2))
+    group_of = light_of // most
+    order = np.lexsort((view_of, group_of))
+    ends = np.diff(view_of[order]) | np.diff(group_of[order])
+    runs = np.split(order, np.flatnonzero(ends) + 1)  # pairs of one view and one group
+    total, done = len(runs) * math.ceil(height / band), 0
+    scene = _Scene(surface)
 
-    def take(part: tuple[int, int]) -> None:
-        first, view = part
-        out = np.empty((min(band, height - first), width, len(lights), 3), np.float32)
+    def take(part: tuple[int, npt.NDArray[np.int64]]) -> None:
+        first, pairs = part
+        view = view_of[pairs[0]]
+        out = np.empty((min(band, height - first), width, scene.light_count, 3), np.float32)
         scene.photograph(views[view], depth, samples, height, first, seeds[view], out)
-        pairs = pairs_of[view]
-        values[first : first + band, :, pairs] = out[:, :, light_of[pairs]]
+        values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % most]
 
-    for done, _ in enumerate(thread_map(take, parts), 1):
-        if progress:
-            progress("capture", done, len(parts), "")
+    for group, its_runs in groupby(runs, lambda pairs: group_of[pairs[0]]):
+        scene.light(lights[group * most : (group + 1) * most])
+        for _ in thread_map(take, product(range(0, height, band), its_runs)):
+            done += 1
+            if progress:
+                progress("capture", done, total, "")
     return TableBtf(values, np.asarray(wi, np.float32), np.asarray(wo, np.float32), name)
 
 
@@ -130,24 +144,19 @@ def _empty(shape: tuple[int, ...]) -> npt.NDArray[np.float16]:
 
 
 class _Scene:
-    """A surface with what each of its triangles sees of the lights.
+    """A surface with what each of its triangles sees of some lights."""
 
-    Parameters
-    ----------
-    surface
-        As heights and coverings.
-    lights
-        Unit directions, shape (k, 3).
-    """
-
-    def __init__(self, surface: Mesostructure, lights: Floats) -> None:
+    def __init__(self, surface: Mesostructure) -> None:
         heights = surface.heights_in_cells()
         above = np.maximum(heights, np.roll(heights, -1, 0))
         tops = np.maximum(above, np.roll(above, -1, 1))
         self._geometry = heights, tops, float(heights.min()), float(heights.max())
-        self._lights = np.ascontiguousarray(lights.T, np.float32)
         self._coverings = surface.coverings()
-        size = surface.size
+
+    def light(self, lights: Floats) -> None:
+        """Put up other lights: unit directions, shape (k, 3)."""
+        self.light_count, size = len(lights), len(self._coverings)
+        self._lights = np.ascontiguousarray(lights.T, np.float32)
         self._visible = np.empty((size, size, 2, len(lights)), np.uint8)
         points = max(1, _SHADOW_RAYS // (2 * size * size))
 

@@ -13,7 +13,7 @@ SMOOTHEST = 0.15
 """Least roughness alpha: sharper lobes would need more samples than are taken."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesostructure:
     """A square period of a surface on a grid of cells, seen as two flat triangles a cell.
 

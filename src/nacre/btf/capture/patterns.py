@@ -64,7 +64,7 @@ def fractal(
     return total
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cells:
     """The Voronoi cells of points, on a grid.
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.sheet import laid_out, nearest_pairs, reduced_pictures
 from nacre.btf.texture import Btf
-from nacre.geometry import from_spherical, join
 
 _LIGHTS = ((0.0, 0.0), (45.0, 180.0), (45.0, 90.0), (75.0, 0.0))
 _VIEWS = ((0.0, 0.0), (45.0, 0.0), (75.0, 90.0))
@@ -16,7 +15,7 @@ _LEAST = 160
 """Pixels that a picture's width is enlarged to, about."""
 
 
-def sheet(btf: Btf, repeats: int = 2) -> npt.NDArray[np.floating]:
+def sheet(btf: Btf, repeats: int = 2) -> Floats:
     """Linear values of pictures at four lights (columns) and three views (rows), tiled.
 
     Each is of the pair nearest to what is wanted, under a lamp of the same power throughout, which
@@ -27,20 +26,11 @@ def sheet(btf: Btf, repeats: int = 2) -> npt.NDArray[np.floating]:
     array
         Shape (rows, columns, 3).
     """
-    wi, wo = _directions(_LIGHTS), _directions(_VIEWS)
-    score = (btf.wi @ wi.T)[:, None, :] + (btf.wo @ wo.T)[:, :, None]  # (n, views, lights)
-    chosen = score.argmax(0).ravel()
-    pictures = btf.images(chosen) * btf.wi[chosen, 2][:, None, None, None]
-    bright = np.quantile(pictures[0].max(-1), 0.9)
-    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, repeats, repeats, 1))
-    pictures = pictures.repeat(enlarged := max(1, _LEAST // pictures.shape[2]), 1).repeat(
-        enlarged, 2
-    )
-    framed = np.pad(pictures, ((0, 0), (1, 1), (1, 1), (0, 0)), constant_values=1.0)
-    rows = framed.reshape(len(wo), len(wi), *framed.shape[1:])
-    return np.concatenate([np.concatenate(list(row), 1) for row in rows], 0)
-
-
-def _directions(angles: tuple[tuple[float, float], ...]) -> Floats:
-    theta, phi = np.radians(np.array(angles)).T
-    return join(from_spherical(theta, phi))
+    chosen = nearest_pairs(btf, _LIGHTS, _VIEWS)
+    pictures = reduced_pictures(btf, chosen) * btf.wi[chosen, 2][..., None, None, None]
+    bright = float(np.quantile(pictures[0, 0].max(-1), 0.9))
+    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, 1, repeats, repeats, 1))
+    enlarged = max(1, _LEAST // pictures.shape[3])
+    pictures = pictures.repeat(enlarged, 2).repeat(enlarged, 3)
+    framed = np.pad(pictures, ((0, 0), (0, 0), (1, 1), (1, 1), (0, 0)), constant_values=1.0)
+    return laid_out(framed)

@@ -12,8 +12,8 @@ from nacre.btf.capture.traversal import intersect, slopes
 from nacre.compilation import compiled, inner, inner_fast
 
 FIREFLY = 8.0
-"""Most light that a path brings by way of other points, in units of what a white diffuse surface
-that faces the light sends."""
+"""Most that each surface point of a path behind the first adds to a channel, in units of what a
+white diffuse surface that faces the light sends."""
 
 _OFFSET = 1e-4
 """How far above the surface a ray leaves it, in cells."""

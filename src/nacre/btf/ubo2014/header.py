@@ -36,7 +36,7 @@ _LARGEST_FACTOR = 1e8
 Angles = npt.NDArray[np.float32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Header:
     """All that a file says beside its matrices.
 
@@ -61,7 +61,7 @@ class Header:
     xml
         Notes on the measurement as XML, never parsed here.
     channels
-        Names of the channels.
+        Names of the channels. Bytes of these texts that are not UTF-8 are lone surrogates.
     rotations
         Matrices of local frames, shape (m, 3, 3); kept, but not applied.
     """
@@ -223,7 +223,12 @@ def _name(reader: BinaryReader) -> str:
 
 
 def _text(raw: bytes) -> str:
-    return raw.partition(b"\0")[0].decode("utf-8", errors="replace")
+    """A text up to its end; bytes that are not UTF-8 come back from :func:`_bytes`."""
+    return raw.partition(b"\0")[0].decode("utf-8", "surrogateescape")
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "surrogateescape")
 
 
 def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
@@ -295,7 +300,7 @@ def pack(header: Header, components: int) -> bytes:
         Most components that a channel has.
     """
     notes = b"".join(
-        text.encode()[:_TEXT].ljust(_TEXT, b"\0")
+        _bytes(text)[:_TEXT].ljust(_TEXT, b"\0")
         for text in (header.setup, header.sensor, header.light_source)
     )
     notes += struct.pack("<4fI", header.pixels_per_mm, *header.rgb_scale, header.cosine)
@@ -319,5 +324,5 @@ def pack_factors(factors: Factors) -> bytes:
 
 
 def _sized(text: str) -> bytes:
-    raw = text.encode()
+    raw = _bytes(text)
     return struct.pack("<I", len(raw)) + raw

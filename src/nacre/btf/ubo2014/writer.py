@@ -97,8 +97,8 @@ def save(
     scalar = SCALARS[scalar_size]
     k = min(components, btf.pair_count, btf.texel_count, COMPONENT_LIMIT)
     views, lights = _grid(btf, str(path))
-    folder = Path(path).parent
-    with atomic_path(path) as temporary, by_texel(btf, folder, progress=progress) as texels:
+    folder, dtype = Path(path).parent, None if scalar_size == 2 else np.float32
+    with atomic_path(path) as temporary, by_texel(btf, folder, dtype, progress=progress) as texels:
         source = _Source(texels, str(path), PASSES + 2 + (model is ColorModel.PCA), progress)
         colors = source.principal_colors() if model is ColorModel.PCA else Decorrelation(model)
         header = replace(_notes(btf), views=views, lights=lights, colors=colors)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, console, file_path
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--texels", default=32, type=click.IntRange(1, 4096), help="Rows, and columns.")
 @click.option("--samples", default=64, type=click.IntRange(1, 1 << 16), help="Paths a texel.")
 @click.option(
-    "--dome", default="bonn", metavar="bonn|utia|CSV", help="Directions; a CSV file has degrees."
+    "--dome", default="bonn", metavar="bonn|utia|PATH", help="Directions; or a list of some (.csv)."
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same values.")
 @click.option(
@@ -47,17 +48,18 @@ def command(
     captured: eleven of a family into OUTPUT/train, the twelfth into OUTPUT/unseen; a run that was
     stopped goes on where it was.
 
-    A CSV file of directions has the columns theta,phi (every pair of them is taken) or
-    theta_l,phi_l,theta_v,phi_v (light and view of a pair).
+    A list of directions has the columns theta,phi in degrees (every pair of them is taken), or
+    theta_l,phi_l,theta_v,phi_v or the unit vectors lx,ly,lz,vx,vy,vz (light and view of a pair).
     """
     from nacre.btf.capture.dataset import Settings, capture_all
-    from nacre.btf.capture.direction_list import read_directions
+    from nacre.btf.capture.gonioreflectometer import STEEPEST
+    from nacre.btf.direction_list import named_directions
 
     if everything == (recipe is not None):
         raise click.UsageError("expected either RECIPE or --all")
     if everything and picture:
         raise click.UsageError("--picture shows a single RECIPE")
-    settings = Settings(*read_directions(dome), texels, samples, seed)
+    settings = Settings(*named_directions(dome, STEEPEST), texels, samples, seed)
     with Stages() as stages:
         if recipe is not None:
             _one(recipe, output, settings, picture, stages)
@@ -88,11 +90,7 @@ def _one(
     check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
     line = stages.add(found.name)
     btf = settings.take(found, line)
-    save(btf, output, progress=line)
+    error = save(btf, output, progress=line)
     if picture:
         write_image(sheet(btf), picture)
-    console.print(
-        f"{output}: {btf.width} x {btf.height} texels, {btf.pair_count:,} pairs of directions, "
-        f"{output.stat().st_size:,} bytes",
-        markup=False,
-    )
+    print_written(output, btf, error)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.btf.written import print_written
+from nacre.cli.console import Stages, check_outputs, file_path
 
 if TYPE_CHECKING:
     from nacre.btf.image_folder import Quantity
@@ -49,9 +50,5 @@ def command(
     given: dict[str, Any] = {"precision": precision, "components": components}
     options = {name: value for name, value in given.items() if value is not None}
     with Stages() as stages:
-        save(btf, output, progress=stages.add(output.stem), **options)
-    size = output.stat().st_size
-    console.print(
-        f"{output}: {btf.width} x {btf.height} texels, {btf.pair_count:,} pairs, {size:,} bytes",
-        markup=False,
-    )
+        error = save(btf, output, progress=stages.add(output.stem), **options)
+    print_written(output, btf, error)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.btf.written import print_written
+from nacre.cli.console import Stages, check_outputs, file_path
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     "--directions",
     metavar="bonn|utia|PATH",
     help="Pairs of directions: every light with every view of a dome; those of another texture; or "
-    "a list (.csv) with columns as of photographs. Default: those of the texture that was encoded.",
+    "a list (.csv) as nacre btf capture takes. Default: those of the texture that was encoded.",
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that was encoded in SOURCE to a file, in the format of its name."""
@@ -34,24 +35,15 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     if directions is not None:
         btf = btf.decoded(*_pairs(directions))
     with Stages() as stages:
-        save(btf, output, progress=stages.add(output.stem))
-    size = output.stat().st_size
-    console.print(
-        f"{output}: {btf.width} x {btf.height} texels, {btf.pair_count:,} pairs, {size:,} bytes",
-        markup=False,
-    )
+        error = save(btf, output, progress=stages.add(output.stem))
+    print_written(output, btf, error)
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
-    from nacre.btf.domes import BONN, UTIA
+    from nacre.btf.direction_list import DOMES, named_directions
     from nacre.btf.formats import load
-    from nacre.btf.photographs import read_pairs
 
-    domes = {"bonn": BONN, "utia": UTIA}
-    if directions.lower() in domes:
-        return domes[directions.lower()].pairs()
-    path = Path(directions)
-    if path.suffix.lower() == ".csv":
-        return read_pairs(path)
-    btf = load(path)
+    if directions.lower() in DOMES or directions.lower().endswith(".csv"):
+        return named_directions(directions)
+    btf = load(directions)
     return btf.wi, btf.wo

@@ -14,7 +14,6 @@ from nacre.array import Floats
 from nacre.btf.capture.mesostructure import SMOOTHEST, Mesostructure
 
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
-_MOST_COLOURS = 16
 
 
 def number(default: float, low: float, high: float) -> Any:
@@ -32,9 +31,9 @@ def choice(*options: str) -> Any:
     return dataclasses.field(default=options[0], metadata={"options": options})
 
 
-def colours(*default: str) -> Any:
-    """A parameter of sRGB colours, up to 16, like "#a0522d"."""
-    return dataclasses.field(default=default, metadata={"colours": True})
+def colours(*default: str, most: int = 16) -> Any:
+    """A parameter of sRGB colours, up to `most`, like "#a0522d"."""
+    return dataclasses.field(default=default, metadata={"colours": most})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,8 +73,10 @@ def _checked(key: str, value: Any, rule: Mapping[str, Any]) -> Any:
             raise ValueError(f"{key}: expected one of {', '.join(rule['options'])}, got {value!r}")
         return value
     if "colours" in rule:
-        if not isinstance(value, list) or not 1 <= len(value) <= _MOST_COLOURS:
-            raise ValueError(f"{key}: expected a list of 1 to {_MOST_COLOURS} colours")
+        most = rule["colours"]
+        if not isinstance(value, list) or not 1 <= len(value) <= most:
+            count = f"1 to {most} colours" if most > 1 else "1 colour"
+            raise ValueError(f"{key}: expected a list of {count}")
         for colour in value:
             if not isinstance(colour, str) or not _COLOUR.fullmatch(colour):
                 raise ValueError(f'{key}: expected colours like "#a0522d", got {colour!r}')

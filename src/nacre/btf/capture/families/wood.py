@@ -52,8 +52,10 @@ class Wood(Family):
         fibres = noise(random, size, 90.0, 20.0)
         place = self.contrast * late + 0.06 * fibres + 0.08 * fractal(random, size, 2.0, 3)
         albedo = blend(linear(self.palette), place) * (1.0 - 0.55 * pore)[..., None]
-        side = abs(x * self.planks - plank - 0.5)
-        edge = smooth_step(0.5 - self.gap * self.planks, 0.5, side) * (self.planks > 1)
+        edge = np.zeros_like(x)
+        if self.gap > 0.0 and self.planks > 1:
+            side = abs(x * self.planks - plank - 0.5)
+            edge = smooth_step(0.5 - self.gap * self.planks, 0.5, side)
         albedo = albedo * (lightness[plank] * (1.0 - 0.8 * edge))[..., None]
         height = self.relief * (late + 0.3 * fibres) - self.pore_depth * pore - 0.02 * edge
         return cover(
