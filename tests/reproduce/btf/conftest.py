@@ -21,6 +21,7 @@ __all__ = ["one_thread"]
 
 BASIS = replace(
     BasisRecipe(),
+    values=8,
     greys=12,
     chromas=4,
     width=16,
