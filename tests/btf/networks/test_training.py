@@ -341,6 +341,9 @@ def test_an_interrupt_waits_for_the_step_and_saves(tmp_path):
         time.sleep(0.05)
     before = state.stat().st_mtime_ns
     stopped.send_signal(signal.SIGINT)
-    assert stopped.wait(30) != 0
+    try:
+        assert stopped.wait(30) != 0
+    finally:
+        stopped.kill()
     assert state.stat().st_mtime_ns > before
     assert not (tmp_path / "0 of 1.safetensors").exists()
