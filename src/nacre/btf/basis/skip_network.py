@@ -64,12 +64,21 @@ class SkipNetwork:
         *hidden, last = self.layers
         first, *others = hidden
         state, slope = _silu_and_slope(x @ first.weights + first.biases)
-        change = first.weights * slope[:, None]
+        change: Floats = first.weights * slope[:, None]
         for layer in others:
             state, slope = _silu_and_slope(state @ layer.weights + layer.biases)
-            change = (change @ layer.weights) * slope[:, None]
+            change = _rows_times(change, layer.weights) * slope[:, None]
         value = x @ self.linear + state @ last.weights + last.biases
-        return value, change @ last.weights + self.linear
+        slopes = _rows_times(change, last.weights)
+        slopes += self.linear
+        return value, slopes
+
+
+def _rows_times(many: Floats, matrix: Floats) -> Floats:
+    """Matrices (b, k, m) times one, as a single product."""
+    count, rows, inputs = many.shape
+    product: Floats = many.reshape(count * rows, inputs) @ matrix
+    return product.reshape(count, rows, matrix.shape[1])
 
 
 def _silu_and_slope(x: Floats) -> tuple[Floats, Floats]:
