@@ -182,6 +182,19 @@ def test_a_list_of_photographs_is_what_its_folder_is(photographs, felt, capsys):
     assert f"bytes of the source             {size:,}" in capsys.readouterr().out
 
 
+def test_measurements_are_not_overwritten(photographs, felt, capsys):
+    before = (photographs / "a.png").read_bytes(), Path("felt.npz").read_bytes()
+    assert run(*ENCODE) == 0
+    for arguments in (
+        ("picture", photographs, "-o", photographs / "a.png"),
+        ("compare", photographs, photographs, "--picture", photographs / "a.png"),
+        ("decode", "felt.safetensors", "--directions", "felt.npz", "-o", "felt.npz"),
+    ):
+        assert run("btf", *arguments) == 2
+        assert "is the input as well" in capsys.readouterr().err
+    assert ((photographs / "a.png").read_bytes(), Path("felt.npz").read_bytes()) == before
+
+
 def test_a_folder_of_images_is_encoded(felt, tmp_path, capsys):
     folder = tmp_path / "cloth"
     folder.mkdir()

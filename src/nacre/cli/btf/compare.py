@@ -50,13 +50,16 @@ def command(
     """
     from nacre.btf.comparison import compare_textures
     from nacre.btf.formats import lies_in_images, load
+    from nacre.btf.identity import source_files
     from nacre.btf.transposition import by_texel
     from nacre.evaluate.texture_sheet import texture_sheet
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
-        check_outputs([picture], [truth, other])
+        check_outputs(
+            [picture], [f for path in (truth, other) for f in (path, *source_files(path))]
+        )
     images = [lies_in_images(path) for path in (truth, other)]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture lies in images")

@@ -30,7 +30,7 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     from nacre.btf.latent_map import NeuralBtf
 
     target(output)
-    check_outputs([output], [source])
+    check_outputs([output], [source, *([] if directions is None else [Path(directions)])])
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
         btf = btf.decoded(*_pairs(directions))

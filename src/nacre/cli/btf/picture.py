@@ -57,11 +57,12 @@ def command(
     """
     from nacre.btf.formats import load
     from nacre.btf.sheet import laid_out, nearest_pairs, reduced_pictures
+    from nacre.btf.identity import source_files
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_image
 
     check_image_path(output)
-    check_outputs([output], [source])
+    check_outputs([output], [source, *source_files(source)])
     btf = load(source, pixels)
     lights, views = [light] if light else _LIGHTS, [view] if view else _VIEWS
     pairs = nearest_pairs(btf, lights, views)
