@@ -56,8 +56,8 @@ def command(
     reflectance factors: 1 is white.
     """
     from nacre.btf.formats import load
-    from nacre.btf.sheet import laid_out, nearest_pairs, reduced_pictures
     from nacre.btf.identity import source_files
+    from nacre.btf.sheet import laid_out, nearest_pairs, reduced_pictures
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_image
 
