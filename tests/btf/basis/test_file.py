@@ -80,7 +80,7 @@ def test_half_precision_rounds_all_but_the_prior(path, tmp_path):
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
-        (("version",), 2, "version 2"),
+        (("version",), 1, "version 1"),
         (("model",), "future", "unknown model 'future'"),
         (("metadata",), [], "metadata"),
         (("numbers",), 3, "metadata or numbers"),

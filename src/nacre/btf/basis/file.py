@@ -20,7 +20,7 @@ from nacre.tensors import HALF_LARGEST, Tensors, in_precision, in_single
 
 MODEL = "basis"
 """What files and commands call the codec."""
-VERSION = 1
+VERSION = 2
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
 _LARGEST = 1e9
@@ -42,7 +42,7 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
         "version": VERSION,
         "model": MODEL,
         "numbers": numbers,
-        "values": "pi f_r, linear Rec. 709, as grey values and pairs of colours",
+        "values": "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours",
         "metadata": metadata,
     }
     return header, written
