@@ -14,7 +14,7 @@ from nacre.color import tone_map
 from tests.cli.support import run
 from tests.specimens.images import png_bytes
 
-mi = pytest.importorskip("mitsuba")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 
 @pytest.fixture
