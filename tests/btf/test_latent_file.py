@@ -113,10 +113,10 @@ def test_only_files_beside_it_are_referred_to(path, name):
         ({"version": 7}, "version 7"),
         ({"name": 3}, "name is no text"),
         ({"metadata": 3}, "metadata is not an object"),
-        ({"metadata": {"errors": 3}}, "metadata is not an object"),
+        ({"metadata": {"errors": 3}}, "errors in the metadata are not an object"),
         ({"codec": 3}, "codec no object"),
-        ({"codec": {}}, "'model' is missing"),
-        ({"codec": {"model": "other"}}, "unknown model 'other'"),
+        ({"codec": {}}, "'version' is missing"),
+        ({"codec": {"version": 1, "metadata": {}, "model": "other"}}, "unknown model 'other'"),
         ({"codec": {"file": "x", "sha256": "0"}}, "no SHA-256"),
     ],
 )

@@ -76,7 +76,7 @@ def test_half_precision_rounds_all_but_the_prior(path, tmp_path):
         (("version",), 2, "version 2"),
         (("model",), "future", "unknown model 'future'"),
         (("metadata",), [], "metadata"),
-        (("numbers",), 3, "metadata or numbers"),
+        (("numbers",), 3, "numbers are not an object"),
         (("numbers", "prior.noise"), "x", "prior.noise is 'x', expected a float"),
         (("numbers", "prior.noise"), float("nan"), "not JSON compliant"),
         (("numbers", "functions.greys"), 3.0, "functions.greys is 3.0, expected a int"),
