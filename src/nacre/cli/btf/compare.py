@@ -57,16 +57,16 @@ def command(
 
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
-        check_outputs(
-            [picture], [f for path in (truth, other) for f in (path, *source_files(path))]
-        )
-    images = [lies_in_images(path) for path in (truth, other)]
+    paths = truth, other
+    images = [lies_in_images(path) for path in paths]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture lies in images")
     textures = [
-        load(path, pixels if inside else None)
-        for path, inside in zip((truth, other), images, strict=True)
+        load(path, pixels if inside else None) for path, inside in zip(paths, images, strict=True)
     ]
+    if picture is not None:
+        files = map(source_files, paths, textures)
+        check_outputs([picture], [*paths, *(file for some in files for file in some)])
     with Stages() as stages, ExitStack() as stack:
         progress = stages.add(other.stem)
         readable = [stack.enter_context(by_texel(btf, progress=progress)) for btf in textures]

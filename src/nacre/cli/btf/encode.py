@@ -88,7 +88,7 @@ def command(
                 half=half,
                 texels_per_block=texels_per_block,
                 state=state,
-                mark=f"{source_mark(source)} {pixels} {digest(model)}",
+                mark=f"{source_mark(source, btf)} {pixels} {digest(model)}",
                 progress=progress,
             )
     seconds = time.monotonic() - began
@@ -97,7 +97,7 @@ def command(
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
     save_latent_map(latent, output)
     state.unlink(missing_ok=True)
-    before = sum(path.stat().st_size for path in source_files(source))
+    before = sum(path.stat().st_size for path in source_files(source, btf))
     after = output.stat().st_size
     by_view = errors.pop("MSE x 1e4 by view")
     rows = [

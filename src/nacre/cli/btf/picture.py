@@ -62,8 +62,8 @@ def command(
     from nacre.render.preview import check_image_path, write_image
 
     check_image_path(output)
-    check_outputs([output], [source, *source_files(source)])
     btf = load(source, pixels)
+    check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [light] if light else _LIGHTS, [view] if view else _VIEWS
     pairs = nearest_pairs(btf, lights, views)
     sheet = laid_out(reduced_pictures(btf, pairs))
