@@ -89,4 +89,4 @@ def command(
         [(f"{w['x']}, {w['y']}", w["MSE x 1e4"]) for w in worst],
     )
     if picture is not None:
-        console.print(f"{picture}: truth | other | error", markup=False)
+        console.print(f"{picture}: reference | other | error", markup=False)
