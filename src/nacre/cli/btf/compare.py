@@ -49,6 +49,7 @@ def command(
     a temporary file of the system's.
     """
     from nacre.btf.comparison import compare_textures
+    from nacre.btf.errors import UNITS
     from nacre.btf.formats import lies_in_images, load
     from nacre.btf.identity import source_files
     from nacre.btf.transposition import by_texel
@@ -81,8 +82,7 @@ def command(
         return
     by_view = facts.pop("MSE x 1e4 by view")
     rows = [("pairs compared", found.compared), *facts.items()]
-    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
-    print_facts(f"{other.name} against {truth.name}", rows, units)
+    print_facts(f"{other.name} against {truth.name}", rows, UNITS)
     print_table(("views", "MSE x 1e4"), by_view.items())
     print_table(
         ("worst texels (x, y)", "MSE x 1e4"),

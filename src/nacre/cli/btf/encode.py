@@ -59,6 +59,7 @@ def command(
     """
     from nacre.btf.codec_file import load_codec
     from nacre.btf.encoding import encode
+    from nacre.btf.errors import UNITS
     from nacre.btf.formats import load
     from nacre.btf.identity import source_files, source_mark
     from nacre.btf.latent_file import save_latent_map
@@ -110,8 +111,7 @@ def command(
         ("bytes of the source", before),
         ("ratio", before / after),
     ]
-    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
-    print_facts(output.name, rows, units)
+    print_facts(output.name, rows, UNITS)
     if not embed and model != PUBLISHED:
         console.print(f"{output}: keep {model.name} beside it", markup=False)
 
