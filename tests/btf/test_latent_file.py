@@ -115,8 +115,8 @@ def test_only_files_beside_it_are_referred_to(path, name):
         ({"metadata": 3}, "metadata is not an object"),
         ({"metadata": {"errors": 3}}, "errors in the metadata are not an object"),
         ({"codec": 3}, "codec no object"),
-        ({"codec": {}}, "'version' is missing"),
-        ({"codec": {"version": 1, "metadata": {}, "model": "other"}}, "unknown model 'other'"),
+        ({"codec": {}}, "'model' is missing"),
+        ({"codec": {"model": "other"}}, "unknown model 'other'"),
         ({"codec": {"file": "x", "sha256": "0"}}, "no SHA-256"),
     ],
 )

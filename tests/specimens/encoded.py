@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.btf.codec_file import pack_codec
+from nacre.btf.basis.file import pack_basis
 from tests.btf.basis.made import codec
 from tests.specimens.networks import safetensors_bytes
 from tests.specimens.specimen import Array, Specimen, odd_array, odd_json, odd_shape, packed
@@ -19,7 +19,7 @@ _NUMBERS = "functions.greys", "prior.noise"
 
 def _tensors(scattered: bool = False) -> dict[str, Array]:
     directions = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], "<f4")
-    _, weights = pack_codec(codec(), "single")
+    _, weights = pack_basis(codec(), "single")
     tensors = {
         "codes": np.linspace(-1.0, 1.0, 2 * 3 * 2, dtype="<f4").reshape(2, 3, 2),
         "lights": directions,
@@ -35,7 +35,7 @@ def _header() -> dict[str, Any]:
     return {
         "version": 1,
         "name": "cloth",
-        "codec": pack_codec(codec(), "single")[0],
+        "codec": pack_basis(codec(), "single")[0],
         "metadata": {"source": {"file": "a", "sha256": "b"}, "errors": {"MSE x 1e4": 1.0}},
     }
 

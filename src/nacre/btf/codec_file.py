@@ -10,11 +10,10 @@ from nacre.btf.codec import TexelCodec
 from nacre.btf.principal import file as principal_file
 from nacre.btf.principal.codec import PcaCodec
 from nacre.files import FormatError, PathLike, write_encoded
-from nacre.tensors import Tensors, check_header, damage_named, from_file, to_bytes
+from nacre.tensors import Tensors, damage_named, from_file, to_bytes
 
 KEY = "nacre texel network"
 """Name of the header in a file."""
-VERSION = 1
 LIMIT = 1 << 29
 """Bytes of a file."""
 _NETWORKS = "unified", "custom"
@@ -75,11 +74,6 @@ def pack_codec(
     FormatError
         If a weight is not finite or too large.
     """
-    header, tensors = _pack(codec, precision)
-    return {"version": VERSION, **header}, tensors
-
-
-def _pack(codec: TexelCodec, precision: str | None) -> tuple[dict[str, Any], Tensors]:
     if isinstance(codec, BasisCodec):
         return pack_basis(codec, precision)
     if isinstance(codec, PcaCodec):
@@ -102,7 +96,6 @@ def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
     MissingExtraError
         See :func:`load_codec`.
     """
-    check_header(header, VERSION)
     if header["model"] == MODEL:
         return unpack_basis(header, tensors)
     if header["model"] == principal_file.MODEL:

@@ -16,10 +16,11 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.domes import pairs
-from nacre.tensors import HALF_LARGEST, Tensors, in_precision, in_single
+from nacre.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 
 MODEL = "basis"
 """What files and commands call the codec."""
+VERSION = 1
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
 _LARGEST = 1e9
@@ -38,6 +39,7 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
         kind = "single" if exact else precision
         written |= in_precision({name: array}, kind, _LARGEST)
     header = {
+        "version": VERSION,
         "model": MODEL,
         "numbers": numbers,
         "values": "pi f_r, linear Rec. 709, as grey values and pairs of colours",
@@ -48,6 +50,7 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
 
 def unpack_basis(header: dict[str, Any], tensors: Tensors) -> BasisCodec:
     """A codec; see :func:`nacre.btf.codec_file.unpack_codec`."""
+    check_header(header, VERSION)
     metadata, numbers = header["metadata"], header["numbers"]
     if not isinstance(numbers, dict):
         raise ValueError("numbers are not an object")

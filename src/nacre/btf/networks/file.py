@@ -9,8 +9,9 @@ from nacre.btf.networks.custom import CustomNetwork, CustomSettings
 from nacre.btf.networks.network import TexelNetwork
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.btf.networks.unified import UnifiedNetwork, UnifiedSettings
-from nacre.tensors import Tensors, check_unit_vectors, in_precision, in_single
+from nacre.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
 
+VERSION = 1
 _SETTINGS: dict[str, type[UnifiedSettings] | type[CustomSettings]] = {
     "unified": UnifiedSettings,
     "custom": CustomSettings,
@@ -25,6 +26,7 @@ def pack_network(
     if isinstance(network, CustomNetwork):  # directions are single always
         tensors |= {"wi": network.wi, "wo": network.wo}
     header = {
+        "version": VERSION,
         "model": network.model,
         "settings": asdict(network.settings),
         "values": "whitened log(pi f_r + offset), linear Rec. 709",
@@ -36,6 +38,7 @@ def pack_network(
 
 def unpack_network(header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
     """A network, onto the CPU; see :func:`nacre.btf.codec_file.unpack_codec`."""
+    check_header(header, VERSION)
     metadata = header["metadata"]
     whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
     settings = _settings(_SETTINGS[header["model"]], header["settings"])

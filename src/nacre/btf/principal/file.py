@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from nacre.btf.principal.codec import PcaCodec
-from nacre.tensors import Tensors, check_numbers, check_unit_vectors
+from nacre.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 
 MODEL = "principal components"
+VERSION = 1
 _LARGEST = 1e12
 _ARRAYS = ("wi", "wo", "mean", "components", "variances")
 
@@ -18,6 +19,7 @@ def pack_components(codec: PcaCodec) -> tuple[dict[str, Any], Tensors]:
     """Header and tensors, single always; see :func:`nacre.btf.codec_file.pack_codec`."""
     tensors = {name: np.ascontiguousarray(getattr(codec, name), np.float32) for name in _ARRAYS}
     header = {
+        "version": VERSION,
         "model": MODEL,
         "values": "pi f_r, linear Rec. 709",
         "noise": float(codec.noise),
@@ -28,6 +30,7 @@ def pack_components(codec: PcaCodec) -> tuple[dict[str, Any], Tensors]:
 
 def unpack_components(header: dict[str, Any], tensors: Tensors) -> PcaCodec:
     """A codec; see :func:`nacre.btf.codec_file.unpack_codec`."""
+    check_header(header, VERSION)
     noise = header["noise"]
     if not isinstance(noise, float) or not 0.0 < noise < _LARGEST:
         raise ValueError(f"noise is {noise!r}, expected a number above 0")
