@@ -12,8 +12,8 @@ from nacre.files import FormatError
 from nacre.image_file import HEADER_LIMIT, decode, read_header
 from tests.specimens.images import png_bytes
 
-mi = pytest.importorskip("mitsuba")
-pillow = pytest.importorskip("PIL.Image")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+pillow = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
 PIXELS = np.random.default_rng(0).integers(0, 256, (6, 9, 3), "u1")
 
 

@@ -21,7 +21,7 @@ from tests.btf.support import HEIGHT, WIDTH, assert_refused, linear, pixels, wri
 from tests.cli.support import run
 from tests.specimens.images import png_bytes
 
-mi = pytest.importorskip("mitsuba")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 RINGS = [(0, 0), *((15, 60 * k) for k in range(3))]
 

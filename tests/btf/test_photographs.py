@@ -12,7 +12,7 @@ from nacre.btf import load_photographs
 from nacre.btf.directions import from_degrees
 from tests.btf.support import HEIGHT, WIDTH, assert_refused, linear, pixels, write_image
 
-pytest.importorskip("mitsuba")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 LIGHTS, VIEWS = ((0.0, 0.0), (60.0, 30.0)), ((45.0, 180.0), (12.5, 271.0))
 ANGLES = """# made
 theta_v,phi_v,file,theta_l,phi_l

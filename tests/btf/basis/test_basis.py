@@ -207,7 +207,7 @@ def made_texture(seed: int, wi: Floats, wo: Floats) -> TableBtf:
 
 
 @pytest.fixture(scope="module")
-def codec():  # type: ignore[no-untyped-def]
+def codec():
     pytest.importorskip("torch", reason="training takes PyTorch")
     from nacre.btf.basis.recipe import BasisRecipe
     from nacre.btf.basis.training import train_basis
@@ -227,7 +227,7 @@ def relative_error(decoded: Floats, texels: Floats) -> float:
     return float(np.square(decoded - texels).mean() / spread)
 
 
-def test_an_unseen_texture_comes_back(codec) -> None:  # type: ignore[no-untyped-def]
+def test_an_unseen_texture_comes_back(codec) -> None:
     wi, wo = SMALL.pairs()
     texels = made_texture(99, wi, wo).texels(slice(None))
     codes = codec.encoder(wi, wo)(texels)
@@ -239,7 +239,7 @@ def test_an_unseen_texture_comes_back(codec) -> None:  # type: ignore[no-untyped
     assert relative_error(codec.decoder(wi, wo)(few), texels) < 0.06
 
 
-def test_steep_views_are_guessed_from_the_others(codec) -> None:  # type: ignore[no-untyped-def]
+def test_steep_views_are_guessed_from_the_others(codec) -> None:
     wi, wo = SMALL.pairs()
     texels = made_texture(98, wi, wo).texels(slice(None))
     near = below(wo, 45.0)
@@ -247,7 +247,7 @@ def test_steep_views_are_guessed_from_the_others(codec) -> None:  # type: ignore
     assert relative_error(codec.decoder(wi, wo)(codes)[:, ~near], texels[:, ~near]) < 0.3
 
 
-def test_directions_of_another_dome_are_encoded_and_decoded(codec) -> None:  # type: ignore[no-untyped-def]
+def test_directions_of_another_dome_are_encoded_and_decoded(codec) -> None:
     wi, wo = (w[::7] for w in UTIA.pairs())
     inside = below(wi, 61.0) & below(wo, 61.0)
     wi, wo = wi[inside], wo[inside]
@@ -256,7 +256,7 @@ def test_directions_of_another_dome_are_encoded_and_decoded(codec) -> None:  # t
     assert relative_error(codec.decoder(wi, wo)(codes), texels) < 0.25
 
 
-def test_the_same_seed_gives_the_same_codec(codec) -> None:  # type: ignore[no-untyped-def]
+def test_the_same_seed_gives_the_same_codec(codec) -> None:
     from nacre.btf.basis.recipe import BasisRecipe
     from nacre.btf.basis.training import train_basis
 
@@ -271,7 +271,7 @@ def test_the_same_seed_gives_the_same_codec(codec) -> None:  # type: ignore[no-u
     np.testing.assert_array_equal(one.functions.last.weights, other.functions.last.weights)
 
 
-def small_recipe(**sizes: int):  # type: ignore[no-untyped-def]
+def small_recipe(**sizes: int):
     """Of a training that takes a moment."""
     pytest.importorskip("torch", reason="training takes PyTorch")
     from nacre.btf.basis.recipe import BasisRecipe

@@ -16,7 +16,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.domes import pairs
-from nacre.tensors import HALF_LARGEST, Tensors, in_precision, in_single
+from nacre.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 
 MODEL = "basis"
 """What files and commands call the codec."""
@@ -50,11 +50,10 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
 
 def unpack_basis(header: dict[str, Any], tensors: Tensors) -> BasisCodec:
     """A codec; see :func:`nacre.btf.codec_file.unpack_codec`."""
-    if header["version"] != VERSION:
-        raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
+    check_header(header, VERSION)
     metadata, numbers = header["metadata"], header["numbers"]
-    if not isinstance(metadata, dict) or not isinstance(numbers, dict):
-        raise ValueError("metadata or numbers are not an object")
+    if not isinstance(numbers, dict):
+        raise ValueError("numbers are not an object")
     wide = [name for name, array in tensors.items() if max(array.shape, default=0) > _WIDEST]
     if wide:
         raise ValueError(f"{wide[0]} is {tensors[wide[0]].shape}, wider than {_WIDEST:,}")

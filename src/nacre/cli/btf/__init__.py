@@ -12,7 +12,7 @@ _COMMANDS: dict[str, str] = {
     "convert": "Write a texture in another format.",
     "decode": "Write the texture that was encoded.",
     "encode": "Make the texels of a texture into a few values each.",
-    "info": "Show what is in a texture.",
+    "info": "Show what is in a texture, or in a model of some.",
     "picture": "Show a texture under some lights from some views.",
     "train": "Train a model that encodes textures.",
 }

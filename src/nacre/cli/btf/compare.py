@@ -49,6 +49,7 @@ def command(
     a temporary file of the system's.
     """
     from nacre.btf.comparison import compare_textures
+    from nacre.btf.errors import UNITS
     from nacre.btf.formats import lies_in_images, load
     from nacre.btf.identity import source_files
     from nacre.btf.transposition import by_texel
@@ -57,16 +58,16 @@ def command(
 
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
-        check_outputs(
-            [picture], [f for path in (truth, other) for f in (path, *source_files(path))]
-        )
-    images = [lies_in_images(path) for path in (truth, other)]
+    paths = truth, other
+    images = [lies_in_images(path) for path in paths]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture lies in images")
     textures = [
-        load(path, pixels if inside else None)
-        for path, inside in zip((truth, other), images, strict=True)
+        load(path, pixels if inside else None) for path, inside in zip(paths, images, strict=True)
     ]
+    if picture is not None:
+        files = map(source_files, paths, textures)
+        check_outputs([picture], [*paths, *(file for some in files for file in some)])
     with Stages() as stages, ExitStack() as stack:
         progress = stages.add(other.stem)
         readable = [stack.enter_context(by_texel(btf, progress=progress)) for btf in textures]
@@ -81,12 +82,11 @@ def command(
         return
     by_view = facts.pop("MSE x 1e4 by view")
     rows = [("pairs compared", found.compared), *facts.items()]
-    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
-    print_facts(f"{other.name} against {truth.name}", rows, units)
+    print_facts(f"{other.name} against {truth.name}", rows, UNITS)
     print_table(("views", "MSE x 1e4"), by_view.items())
     print_table(
         ("worst texels (x, y)", "MSE x 1e4"),
         [(f"{w['x']}, {w['y']}", w["MSE x 1e4"]) for w in worst],
     )
     if picture is not None:
-        console.print(f"{picture}: truth | other | error", markup=False)
+        console.print(f"{picture}: reference | other | error", markup=False)

@@ -59,6 +59,7 @@ def command(
     """
     from nacre.btf.codec_file import load_codec
     from nacre.btf.encoding import encode
+    from nacre.btf.errors import UNITS
     from nacre.btf.formats import load
     from nacre.btf.identity import source_files, source_mark
     from nacre.btf.latent_file import save_latent_map
@@ -88,7 +89,7 @@ def command(
                 half=half,
                 texels_per_block=texels_per_block,
                 state=state,
-                mark=f"{source_mark(source)} {pixels} {digest(model)}",
+                mark=f"{source_mark(source, btf)} {pixels} {digest(model)}",
                 progress=progress,
             )
     seconds = time.monotonic() - began
@@ -97,7 +98,7 @@ def command(
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
     save_latent_map(latent, output)
     state.unlink(missing_ok=True)
-    before = sum(path.stat().st_size for path in source_files(source))
+    before = sum(path.stat().st_size for path in source_files(source, btf))
     after = output.stat().st_size
     by_view = errors.pop("MSE x 1e4 by view")
     rows = [
@@ -110,8 +111,7 @@ def command(
         ("bytes of the source", before),
         ("ratio", before / after),
     ]
-    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
-    print_facts(output.name, rows, units)
+    print_facts(output.name, rows, UNITS)
     if not embed and model != PUBLISHED:
         console.print(f"{output}: keep {model.name} beside it", markup=False)
 
