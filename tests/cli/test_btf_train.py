@@ -111,6 +111,10 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         (["--minutes", "1"], "--minutes is for --model unified and custom"),
         (["--device", "cpu"], "--device is for --model unified and custom"),
         (["--latent", "200"], "basis has up to 128 values"),
+        (["--seed", "99999999999999999999"], "--seed"),
+        (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
+        (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
+        (["--model", "unified", "--minutes", "nan"], "is not a finite number"),
     ],
 )
 def test_wrong_options_are_errors_of_one_line(files, tmp_path, capsys, options, message):

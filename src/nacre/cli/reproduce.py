@@ -18,6 +18,7 @@ from nacre.cli.console import (
     print_facts,
     status,
 )
+from nacre.cli.ranges import SEED
 from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
 from nacre.cli.reproduce_btf import command as texture_command
 from nacre.files import NacreError, printable
@@ -113,7 +114,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
 @click.option("--epochs", type=click.IntRange(1), default=100, help="Of networks.")
 @click.option("--quick", is_flag=True, help="Small pictures and short fits: figures to look at.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of fits.")
+@click.option("--seed", type=SEED, default=0, help="Of fits.")
 @click.option("--cache", type=file_path(), help="Finished trials. Default: OUTPUT/cache.")
 @click.option("--fresh", is_flag=True, help="Make trials again that are in the cache.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")

@@ -9,6 +9,7 @@ import click
 
 from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.ranges import SEED
 
 if TYPE_CHECKING:
     from nacre.btf.capture.dataset import Settings
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 @click.option(
     "--dome", default="bonn", metavar="bonn|utia|PATH", help="Directions; or a list of some (.csv)."
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same values.")
+@click.option("--seed", default=0, type=SEED, help="Same seed, same values.")
 @click.option(
     "--picture", type=file_path(), help="Also write a sheet of pictures (.png, .jpg, .exr)."
 )

@@ -18,6 +18,7 @@ from nacre.cli.console import (
     print_json,
     print_table,
 )
+from nacre.cli.ranges import SEED
 
 if TYPE_CHECKING:
     from nacre.btf.image_folder import Quantity
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 @click.option(
     "--pairs", type=click.IntRange(1), help="Random pairs of directions to compare.  [default: all]"
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of those.")
+@click.option("--seed", default=0, type=SEED, help="Of those.")
 @click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
 @pixels_option
 def command(

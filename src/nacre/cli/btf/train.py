@@ -10,6 +10,7 @@ from click.core import ParameterSource
 
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.ranges import SEED, FiniteRange
 from nacre.files import NacreError
 
 _NETWORKS_ONLY = (
@@ -45,7 +46,7 @@ _NETWORKS_ONLY = (
     default="efficient",
     help="Of networks. reference: as the paper trains, which takes days. efficient: ours.",
 )
-@click.option("--minutes", type=click.FloatRange(0.0, min_open=True), help="Length, about.")
+@click.option("--minutes", type=FiniteRange(0.0, 1e6, min_open=True), help="Length, about.")
 @click.option("--steps", type=click.IntRange(1), help="Length; of basis, steps of both its stages.")
 @click.option(
     "--latent",
@@ -65,7 +66,7 @@ _NETWORKS_ONLY = (
 )
 @click.option("--loss", type=click.Choice(["l1", "l2"]), help="[default: l1, custom: l2]")
 @click.option("--batch", type=click.IntRange(1), help="Texels a step.  [default: the recipe's]")
-@click.option("--learning-rate", type=click.FloatRange(0.0, min_open=True), help="Its peak.")
+@click.option("--learning-rate", type=FiniteRange(0.0, 1e3, min_open=True), help="Its peak.")
 @click.option(
     "--patience",
     default=0,
@@ -78,7 +79,7 @@ _NETWORKS_ONLY = (
 )
 @click.option("--half", is_flag=True, help="Write weights in half precision.")
 @click.option("--device", default="cpu", help="PyTorch device: cpu, cuda, cuda:1.")
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of everything random.")
+@click.option("--seed", default=0, type=SEED, help="Of everything random.")
 @click.option(
     "--events", type=file_path(), help="Folder for a log that TensorBoard reads; there is a CSV."
 )
