@@ -91,7 +91,7 @@ def _one(
     check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
     line = stages.add(found.name)
     btf = settings.take(found, line)
-    error = save(btf, output, progress=line)
+    loss = save(btf, output, progress=line)
     if picture:
         write_image(sheet(btf), picture)
-    print_written(output, btf, error)
+    print_written(output, btf, loss)

@@ -50,5 +50,5 @@ def command(
     given: dict[str, Any] = {"precision": precision, "components": components}
     options = {name: value for name, value in given.items() if value is not None}
     with Stages() as stages:
-        error = save(btf, output, progress=stages.add(output.stem), **options)
-    print_written(output, btf, error)
+        loss = save(btf, output, progress=stages.add(output.stem), **options)
+    print_written(output, btf, loss)

@@ -35,8 +35,8 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     if directions is not None:
         btf = btf.decoded(*_pairs(directions))
     with Stages() as stages:
-        error = save(btf, output, progress=stages.add(output.stem))
-    print_written(output, btf, error)
+        loss = save(btf, output, progress=stages.add(output.stem))
+    print_written(output, btf, loss)
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
