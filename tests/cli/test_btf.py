@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +66,16 @@ def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
     np.testing.assert_allclose(btf.load("felt.npz").texels(slice(None)), expected, rtol=5e-4)
     assert run("btf", "convert", "felt.npz", "-o", "x.npz", "--precision", "single") == 0
     assert btf.load("x.npz").describe()["values"] == "float32"
+
+
+def test_a_command_that_is_terminated_leaves_nothing(
+    capsys, cloth: TableBtf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "fsync", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    assert run("btf", "convert", "cloth.npz", "-o", "x.npz") == 143
+    assert capsys.readouterr().err.strip() == "nacre: terminated"
+    assert [path.name for path in Path().iterdir()] == ["cloth.npz"]
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
 def test_negative_values_that_a_factored_file_loses_are_told(capsys, cloth: TableBtf) -> None:
