@@ -94,6 +94,8 @@ def target(path: PathLike) -> Format:
         if suffix in entry.extensions and entry.save is not None:
             return entry
     endings = ", ".join(e for entry in FORMATS if entry.save for e in entry.extensions)
+    if not suffix and Path(path).is_dir():
+        raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
     raise FormatError(f"{path}: no format of textures ends in {suffix!r} (known: {endings})")
 
 

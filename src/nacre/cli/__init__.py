@@ -62,6 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _stop(str(error))
     except MemoryError:
         _stop("out of memory")
+    except FileExistsError as error:  # of a folder that is to be made
+        _stop(f"{error.filename}: is a file, expected a folder; name another one")
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _stop(f"{where}{error.strerror or error}")

@@ -77,7 +77,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 
 
 @click.command("reproduce", cls=_Command)
-@click.argument("experiment", type=click.Choice(_EXPERIMENTS))
+@click.argument("experiment", type=click.Choice((*_EXPERIMENTS, *_TEXTURES)))
 @click.argument("files", nargs=-1, required=True, type=file_path())
 @click.option(
     "-o",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import (
     Stages,
@@ -32,7 +33,12 @@ if TYPE_CHECKING:
     "--pairs", type=click.IntRange(1), help="Random pairs of directions to compare.  [default: all]"
 )
 @click.option("--seed", default=0, type=SEED, help="Of those.")
-@click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="One object, as JSON; what is infinite or undefined is null.",
+)
 @pixels_option
 def command(
     truth: Path,
@@ -56,6 +62,8 @@ def command(
     from nacre.evaluate.texture_sheet import texture_sheet
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
+    for path in (truth, other):
+        expect(path, "a texture", "an encoded texture")
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
         check_outputs(
@@ -81,6 +89,7 @@ def command(
         print_json({**names, "pairs": found.compared, "errors": facts, "worst texels": worst})
         return
     by_view = facts.pop("MSE x 1e4 by view")
+    facts["PSNR"] = found.errors.psnr  # JSON has no infinity
     rows = [("pairs compared", found.compared), *facts.items()]
     units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
     print_facts(f"{other.name} against {truth.name}", rows, units)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.console import Stages, check_outputs, console, counted, file_path
 from nacre.cli.ranges import SEED, FiniteRange
 from nacre.files import NacreError
 
@@ -151,6 +152,8 @@ def command(
         raise click.BadParameter(f"{output}: a model is a .safetensors file")
     if steps is not None and minutes is not None:
         raise click.BadParameter("--steps and --minutes: give one of them")
+    for path in files:
+        expect(path, "a texture", "an encoded texture")
     if model == "basis":
         for name in _NETWORKS_ONLY:
             if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
@@ -208,7 +211,10 @@ def command(
         return
     save_codec(network, output, "half" if half else "single")
     state.unlink(missing_ok=True)
-    facts = [f"{network.metadata['steps']:,} steps", f"{network.values} values a code"]
+    facts = [
+        counted(network.metadata["steps"], "step", "steps"),
+        counted(network.values, "value a code", "values a code"),
+    ]
     if network.metadata["held out"] is not None:
         facts.append(f"loss on held-out texels {network.metadata['held out']:.4f}")
     facts.append(f"{output.stat().st_size:,} bytes")
@@ -273,8 +279,8 @@ def _train_basis(
     save_codec(replace(codec, metadata=facts), output, "half" if half else "single")
     kept.remove()
     console.print(
-        f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, {codec.values} values a "
-        f"code, {output.stat().st_size:,} bytes",
+        f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, "
+        f"{counted(codec.values, 'value', 'values')} a code, {output.stat().st_size:,} bytes",
         markup=False,
     )
 

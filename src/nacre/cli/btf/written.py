@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nacre.cli.console import console
+from nacre.cli.console import console, counted
 
 if TYPE_CHECKING:
     from nacre.btf.texture import Btf
@@ -16,7 +16,7 @@ def print_written(path: Path, btf: Btf, loss: Loss | None) -> None:
     """A line, and one on what was clipped; `loss` is what :func:`nacre.btf.formats.save` gave."""
     facts = [
         f"{btf.width} x {btf.height} texels",
-        f"{btf.pair_count:,} pairs of directions",
+        counted(btf.pair_count, "pair of directions", "pairs of directions"),
         f"{path.stat().st_size:,} bytes",
     ]
     if loss is not None:
