@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +69,29 @@ def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
     assert btf.load("x.npz").describe()["values"] == "float32"
 
 
+def test_a_command_that_is_terminated_leaves_nothing(
+    capsys, cloth: TableBtf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "fsync", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    assert run("btf", "convert", "cloth.npz", "-o", "x.npz") == 143
+    assert capsys.readouterr().err.strip() == "nacre: terminated"
+    assert [path.name for path in Path().iterdir()] == ["cloth.npz"]
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_negative_values_that_a_factored_file_loses_are_told(capsys, cloth: TableBtf) -> None:
+    values = cloth.values.astype(np.float32)
+    values[0] -= 2.0
+    btf.save(TableBtf(values, cloth.wi, cloth.wo), "low.npz")
+    assert run("btf", "convert", "low.npz", "-o", "x.btf") == 0
+    shown = capsys.readouterr().out
+    assert "x.btf: 50 % of the values were negative and became 0" in shown
+    back = btf.load("x.btf").texels(slice(None)).reshape(values.shape)
+    error = 100.0 * np.abs(back - values).mean() / np.abs(values).mean()
+    assert 50.0 < error < 100.0
+    assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
+
+
 def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
     assert run("btf", "convert", "cloth.npz", "-o", "x.btf", "--components", "1") == 0
     shown = capsys.readouterr().out
@@ -74,7 +99,8 @@ def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
     back, values = btf.load("x.btf").texels(slice(None)), cloth.texels(slice(None))
     error = 100.0 * np.abs(back - values).mean() / values.mean()
     assert error > 1e-3
-    assert f"mean absolute error {error:.2g} % of the mean value" in shown
+    assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
+    assert "negative" not in shown
     assert run("btf", "convert", "x.btf", "-o", "y.npz") == 0
     assert "error" not in capsys.readouterr().out
 

@@ -93,7 +93,7 @@ def test_other_directions(felt, capsys):
     for content, message in (
         ("theta_l,phi_l,theta_v\n0,0,30\n", "columns: phi_v missing"),
         ("theta_l,phi_l,theta_v,phi_v\n", "lists no directions"),
-        ("theta_l,phi_l,theta_v,phi_v\n95,0,0,0\n", "not above the horizon"),
+        ("theta_l,phi_l,theta_v,phi_v\n95,0,0,0\n", "is not from 0 to below 90"),
     ):
         Path("list.csv").write_text(content)
         options = "-o", "x.npz", "--directions", "list.csv"
@@ -258,8 +258,8 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
             ("encode", "felt.npz", "-o", "model.safetensors", "--model", "model.safetensors"),
             "is the input as well",
         ),
-        (("decode", "felt.npz", "-o", "x.npz"), "not a whole safetensors file"),
-        (("decode", "model.safetensors", "-o", "x.npz"), "not a texture encoded by nacre"),
+        (("decode", "felt.npz", "-o", "x.npz"), "is a texture, expected an encoded"),
+        (("decode", "model.safetensors", "-o", "x.npz"), "is a model of textures, expected an"),
         (("decode", "model.safetensors", "-o", "x.foo"), "no format of textures ends in"),
         (("compare", "felt.npz", "small.npz"), "4 x 3 and 2 x 2 texels"),
         (("compare", "felt.npz", "felt.npz", "--picture", "x.foo"), "a picture ends in"),

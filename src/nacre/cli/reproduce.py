@@ -11,6 +11,7 @@ import click
 from click.core import ParameterSource
 
 from nacre.cli.console import Stages, console, environment_option, file_path, print_facts
+from nacre.cli.ranges import SEED
 from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
 from nacre.cli.reproduce_btf import command as texture_command
 from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
@@ -67,7 +68,7 @@ def _print_names() -> None:
 
 
 @click.command("reproduce", cls=_Command)
-@click.argument("experiment", type=click.Choice(_EXPERIMENTS))
+@click.argument("experiment", type=click.Choice((*_EXPERIMENTS, *_TEXTURES)))
 @click.argument("files", nargs=-1, required=True, type=file_path())
 @output_option
 @click.option(
@@ -95,7 +96,7 @@ def _print_names() -> None:
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
 @click.option("--epochs", type=click.IntRange(1), default=100, help="Of networks.")
 @click.option("--quick", is_flag=True, help="Small pictures and short fits: figures to look at.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of fits.")
+@click.option("--seed", type=SEED, default=0, help="Of fits.")
 @click.option("--cache", type=file_path(), help="Finished trials. Default: OUTPUT/cache.")
 @click.option("--fresh", is_flag=True, help="Make trials again that are in the cache.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")

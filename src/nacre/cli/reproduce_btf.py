@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from nacre.cli.console import Stages, file_path, print_facts
+from nacre.cli.ranges import SEED, FiniteRange
 from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
 
 EXPERIMENTS = ("btf-table1", "btf-fig4", "btf-fig6", "btf-fig7", "btf-fig8", "btf-tsne")
@@ -55,10 +56,10 @@ def _print_names() -> None:
     help="Folder of second measurements for btf-table1, with other noise and the same names.",
 )
 @click.option(
-    "--minutes", type=click.FloatRange(0.0, min_open=True), help="A network.  [default: 10]"
+    "--minutes", type=FiniteRange(0.0, 1e6, min_open=True), help="A network.  [default: 10]"
 )
 @click.option("--quick", is_flag=True, help="Short trainings, few texels: figures to look at.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of everything random.")
+@click.option("--seed", type=SEED, default=0, help="Of everything random.")
 @click.option("--cache", type=file_path(), help="Codecs and results. Default: OUTPUT/cache.")
 @click.option("--fresh", is_flag=True, help="Make again what is in the cache.")
 def command(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import (
     Stages,
@@ -18,6 +19,7 @@ from nacre.cli.console import (
     print_json,
     print_table,
 )
+from nacre.cli.ranges import SEED
 
 if TYPE_CHECKING:
     from nacre.btf.image_folder import Quantity
@@ -30,8 +32,13 @@ if TYPE_CHECKING:
 @click.option(
     "--pairs", type=click.IntRange(1), help="Random pairs of directions to compare.  [default: all]"
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of those.")
-@click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
+@click.option("--seed", default=0, type=SEED, help="Of those.")
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="One object, as JSON; what is infinite or undefined is null.",
+)
 @pixels_option
 def command(
     truth: Path,
@@ -56,6 +63,8 @@ def command(
     from nacre.evaluate.texture_sheet import texture_sheet
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
+    for path in (truth, other):
+        expect(path, "a texture", "an encoded texture")
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
     paths = truth, other
@@ -81,6 +90,7 @@ def command(
         print_json({**names, "pairs": found.compared, "errors": facts, "worst texels": worst})
         return
     by_view = facts.pop("MSE x 1e4 by view")
+    facts["PSNR"] = found.errors.psnr  # JSON has no infinity
     rows = [("pairs compared", found.compared), *facts.items()]
     print_facts(f"{other.name} against {truth.name}", rows, UNITS)
     print_table(("views", "MSE x 1e4"), by_view.items())

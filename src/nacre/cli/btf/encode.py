@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.console import Stages, check_outputs, console, file_path, print_facts
+from nacre.cli.console import Stages, check_outputs, console, counted, file_path, print_facts
 from nacre.files import FormatError, NacreError, digest
 
 if TYPE_CHECKING:
@@ -77,6 +78,8 @@ def command(
             f"{state}: an encoding was stopped here; add --resume to go on, or remove the file"
         )
     check_outputs([output, state], [source, model])
+    expect(source, "a texture", "an encoded texture")
+    expect(model, "a model of textures")
     codec = load_codec(model)
     btf = load(source, pixels)
     began = time.monotonic()
@@ -101,8 +104,9 @@ def command(
     before = sum(path.stat().st_size for path in source_files(source, btf))
     after = output.stat().st_size
     by_view = errors.pop("MSE x 1e4 by view")
+    errors["PSNR"] = found.errors.psnr  # files have no infinity
     rows = [
-        ("texels", f"{btf.width} x {btf.height}, {codec.values} values each"),
+        ("texels", f"{btf.width} x {btf.height}, {counted(codec.values, 'value', 'values')} each"),
         *errors.items(),
         *((f"MSE x 1e4, views {name}", mse) for name, mse in by_view.items()),
         ("seconds", seconds),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import check_outputs, console, file_path, print_table
 
@@ -63,6 +64,7 @@ def command(
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_bytes, write_image
 
+    expect(source, "a texture", "an encoded texture")
     check_image_path(output)
     btf = load(source, pixels)
     check_outputs([output], [source, *source_files(source, btf)])
