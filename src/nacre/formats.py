@@ -10,10 +10,14 @@ from pathlib import Path
 from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
 from nacre.btf.formats import is_btf
+from nacre.btf.latent_file import KEY as CODES
+from nacre.btf.latent_file import load_latent_map
+from nacre.btf.uniform import material_of
 from nacre.files import Format, FormatError, PathLike, digest, read_head
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
+from nacre.tensors import has_header
 
 _MODELS: tuple[Format, ...] = (NEURAL, *ANALYTIC, *PUBLISHED)
 _formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]
@@ -58,7 +62,7 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
     Parameters
     ----------
     path
-        A measured table, or a neural or analytic material.
+        A measured table, a neural or analytic material, or an encoded texture of one texel.
     material
         Name of a material, for files that hold several.
 
@@ -69,7 +73,7 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
     """
     path = Path(path)
     if is_btf(path):
-        raise FormatError(f"{path}: is a texture (BTF), not one material; see nacre btf info")
+        return _of_texture(path)
     head = read_head(path)
     suffix = path.suffix.lower()
     known = [entry for entry in _formats if entry.recognise and entry.recognise(head)]
@@ -83,6 +87,19 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
     brdf: Brdf = entry.load(path, material) if entry.several else entry.load(path)
+    brdf.source = {"file": path.name, "sha256": digest(path)}
+    brdf.name = brdf.name or path.stem
+    return brdf
+
+
+def _of_texture(path: Path) -> Brdf:
+    """The material of an encoded texture of one texel."""
+    try:
+        if not has_header(path, CODES):
+            raise ValueError("is a texture (BTF), not one material")
+        brdf = material_of(load_latent_map(path))
+    except ValueError as error:
+        raise FormatError(f"{path}: {error}; nacre btf average makes one of it") from error
     brdf.source = {"file": path.name, "sha256": digest(path)}
     brdf.name = brdf.name or path.stem
     return brdf

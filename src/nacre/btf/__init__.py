@@ -15,5 +15,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "photographs": ["load_photographs"],
         "texture": ["Btf", "TableBtf"],
         "transposition": ["by_texel"],
+        "uniform": ["TexelBrdf", "average", "spread"],
     },
 )

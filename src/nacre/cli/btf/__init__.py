@@ -7,6 +7,7 @@ import click
 from nacre.cli.group import LazyGroup
 
 _COMMANDS: dict[str, str] = {
+    "average": "Make one material of a texture: the mean of its texels.",
     "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
     "compare": "Errors of one texture against another.",
     "convert": "Write a texture in another format.",
@@ -14,6 +15,7 @@ _COMMANDS: dict[str, str] = {
     "encode": "Make the texels of a texture into a few values each.",
     "info": "Show what is in a texture, or in a model of some.",
     "picture": "Show a texture under some lights from some views.",
+    "spread": "Make a texture of one material.",
     "train": "Train a model that encodes textures.",
 }
 

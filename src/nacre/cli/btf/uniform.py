@@ -1,0 +1,73 @@
+"""What the commands that make uniform textures share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from nacre.cli.btf.kinds import expect
+from nacre.cli.btf.written import print_written
+from nacre.cli.console import file_path, print_facts
+
+if TYPE_CHECKING:
+    from nacre.btf.texture import Btf
+
+model_option = click.option(
+    "--model",
+    type=file_path(),
+    help="What encodes it, where the output is a .safetensors. Default: the one that comes with "
+    "nacre.",
+)
+
+
+def is_encoded(output: Path) -> bool:
+    """Whether codes are written rather than values."""
+    return output.suffix.lower() == ".safetensors"
+
+
+def check_model(output: Path, model: Path | None) -> None:
+    """Refuse a model that is none, or that nothing is encoded by, and formats that are unknown."""
+    from nacre.btf.formats import target
+
+    encoded = is_encoded(output)
+    if not encoded:
+        target(output)
+    if model is None:
+        return
+    if not encoded:
+        raise click.BadParameter("--model encodes; it is for an output that ends in .safetensors")
+    expect(model, "a model of textures")
+
+
+def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
+    """Write a texture of one texel, repeated to width and height, and say what it became."""
+    from nacre.btf.codec_file import load_codec
+    from nacre.btf.encoding import encode
+    from nacre.btf.errors import UNITS
+    from nacre.btf.formats import save
+    from nacre.btf.latent_file import save_latent_map
+    from nacre.btf.latent_map import LatentMap
+    from nacre.btf.shipped import PUBLISHED
+    from nacre.btf.texture import TableBtf
+
+    width, height = size
+    if not is_encoded(output):
+        values = np.broadcast_to(texture.texels(slice(0, 1)), (height, width, len(texture.wi), 3))
+        uniform = TableBtf(values, texture.wi, texture.wo, texture.name)
+        print_written(output, uniform, save(uniform, output))
+        return
+    model = model or PUBLISHED
+    codec = load_codec(model)
+    found = encode(texture, codec)
+    codes = np.tile(found.codes, (height, width, 1))
+    errors = found.errors.facts()
+    facts: dict[str, Any] = {"model": model.name, "errors": errors}
+    latent = LatentMap(codes, codec, texture.wi, texture.wo, texture.name, None, facts)
+    save_latent_map(latent, output)
+    errors.pop("MSE x 1e4 by view")
+    errors["PSNR"] = found.errors.psnr  # files have no infinity
+    rows = [("texels", f"{width} x {height}"), *errors.items(), ("bytes", output.stat().st_size)]
+    print_facts(output.name, rows, UNITS)
