@@ -129,7 +129,7 @@ def _codec(
     if found != expected:
         raise FormatError(
             f"{beside}: is another model (SHA-256 {found[:12]}...) than {path.name} was encoded "
-            f"with ({expected[:12]}...)"
+            f"with ({expected[:12]}...); put that one beside it, or encode again"
         )
     return load_codec(beside), CodecFile(name, expected)
 
