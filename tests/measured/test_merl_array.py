@@ -119,10 +119,10 @@ def test_value_that_is_not_finite_is_refused(tmp_path: Path, value: float) -> No
 
 def test_other_types_are_refused(tmp_path: Path) -> None:
     for array in (np.zeros((*SMALL, 3), np.int32), np.zeros((*SMALL, 3), complex)):
-        assert_refused(load_npy, write(tmp_path / "a.npy", npy_bytes(array)), "promises")
+        assert_refused(load_npy, write(tmp_path / "a.npy", npy_bytes(array)), "expected floats")
     pickled = io.BytesIO()
     np.save(pickled, np.array([{}] * 3, object), allow_pickle=True)
-    assert_refused(load_npy, write(tmp_path / "a.npy", pickled.getvalue()), "promises")
+    assert_refused(load_npy, write(tmp_path / "a.npy", pickled.getvalue()), "expected floats")
 
 
 def test_file_cut_short_or_too_long_is_refused(tmp_path: Path) -> None:

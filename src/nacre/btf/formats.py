@@ -114,7 +114,7 @@ def recognised(path: PathLike) -> Format:
                 return entry
         raise FormatError(
             f"{path}: is a directory with neither images named like tl000_pl000_tv000_pv000.png "
-            f"nor a list {photographs.LIST}"
+            f"nor a list {photographs.LIST}; where files in it are textures, name these"
         )
     head = read_head(path)
     for entry in FORMATS:
