@@ -7,13 +7,16 @@ import click
 from nacre.cli.group import LazyGroup
 
 _COMMANDS: dict[str, str] = {
+    "blend": "Mix two encoded textures by a mask.",
     "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
     "compare": "Errors of one texture against another.",
     "convert": "Write a texture in another format.",
     "decode": "Write the texture that was encoded.",
     "encode": "Make the texels of a texture into a few values each.",
     "info": "Show what is in a texture.",
+    "mipmap": "Filter an encoded texture for views from afar.",
     "picture": "Show a texture under some lights from some views.",
+    "synthesise": "Make an encoded texture larger, of patches of it.",
     "train": "Train a model that encodes textures.",
 }
 

@@ -1,13 +1,15 @@
-"""What commands print of a texture that they wrote."""
+"""What commands print of a texture that they write, and put into it."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nacre.cli.console import console
+from nacre.files import digest
 
 if TYPE_CHECKING:
+    from nacre.btf.latent_map import CodecFile, LatentMap
     from nacre.btf.texture import Btf
 
 
@@ -21,3 +23,17 @@ def print_written(path: Path, btf: Btf, error: float | None) -> None:
     if error is not None:
         facts.append(f"mean absolute error {100.0 * error:.2g} % of the mean value")
     console.print(f"{path}: {', '.join(facts)}", markup=False)
+
+
+def source_of(path: Path) -> dict[str, Any]:
+    """What an encoded texture says of where it is from."""
+    return {"file": path.resolve().name, "sha256": digest(path) if path.is_file() else None}
+
+
+def written_reference(latent: LatentMap, source: Path, output: Path) -> CodecFile | None:
+    """The model's file, if the texture read from `source` names one that lies beside the output.
+
+    None where the model is to be embedded.
+    """
+    beside = source.resolve().parent == output.resolve().parent
+    return latent.reference if beside else None
