@@ -11,6 +11,7 @@ pytest.importorskip("torch", reason="needs the extra 'latent'")
 import torch
 
 from nacre.checkpoint import load_state, save_state
+from nacre.files import FormatError
 
 
 def test_tensors_of_a_gpu_are_read_to_the_processor(tmp_path: Path):
@@ -26,3 +27,16 @@ def test_tensors_of_a_gpu_are_read_to_the_processor(tmp_path: Path):
     values = load_state(other, "made", lambda state: state["values"])
     assert values.device.type == "cpu"
     assert values.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_a_state_that_finds_no_room_is_an_error_with_its_name(tmp_path: Path):
+    resource = pytest.importorskip("resource", reason="files have no largest size here")
+    path = tmp_path / "full.state"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
+    try:
+        with pytest.raises(FormatError, match=r"full\.state: cannot be written: File too large"):
+            save_state(path, "made", {"values": torch.zeros(100_000)})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(tmp_path.iterdir())

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +14,8 @@ from nacre.files import FormatError
 from nacre.image_file import HEADER_LIMIT, decode, read_header
 from tests.specimens.images import png_bytes
 
-mi = pytest.importorskip("mitsuba")
-pillow = pytest.importorskip("PIL.Image")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+pillow = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
 PIXELS = np.random.default_rng(0).integers(0, 256, (6, 9, 3), "u1")
 
 
@@ -81,3 +83,23 @@ def test_what_is_no_image_is_refused(tmp_path: Path) -> None:
     refused(tmp_path / "pipe.png", "is not a regular file")
     (tmp_path / "x.png").write_bytes(b"GIF89a")
     refused(tmp_path / "x.png", "is not an OpenEXR, PNG or JPEG image")
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores cannot be left out here")
+def test_openexr_images_are_written_and_read_on_one_core(tmp_path: Path) -> None:
+    script = """
+import os, sys
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+import numpy as np
+from pathlib import Path
+from nacre.image_file import decode, read_header
+from nacre.render.environment import load_environment
+from nacre.render.preview import write_image
+path = Path(sys.argv[1])
+picture = np.full((4, 6, 3), 0.5)
+write_image(picture, path)
+assert (decode(path.read_bytes(), read_header(path), path) == picture).all()
+assert load_environment(path).pixels.shape == picture.shape
+"""
+    command = [sys.executable, "-c", script, str(tmp_path / "x.exr")]
+    subprocess.run(command, check=True, timeout=60)

@@ -20,7 +20,7 @@ from hypothesis.extra.numpy import arrays
 import nacre
 from nacre import formats
 from nacre.brdf import Brdf, CosineSampler
-from nacre.files import Format, FormatError
+from nacre.files import Format, FormatError, atomic_path
 from nacre.measured import MerlBrdf, ScatteredBrdf, UtiaBrdf, rgl, rgl_tables
 from nacre.measured.utia_table import SHAPE
 from nacre.neural import Layer, NeuralBrdf
@@ -111,12 +111,25 @@ def test_a_killed_writer_leaves_the_old_file_and_does_not_hinder_the_next(tmp_pa
     command = [sys.executable, "-c", KILLED, str(source), str(path)]
     assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
     assert path.read_bytes() == b"old"
-    left = [p for p in path.parent.iterdir() if p != path]
-    assert len(left) <= 1
-    assert all(p.name.startswith(".") for p in left)
+    (left,) = (p for p in path.parent.iterdir() if p != path)
+    assert left.name.startswith(".")
+    nacre.save(nacre.load(source), path.with_name("other.binary"))
+    assert left.exists()
     nacre.save(nacre.load(source), path)
     assert path.stat().st_size == source.stat().st_size
-    assert sorted(path.parent.iterdir()) == sorted([path, *left])
+    assert sorted(p.name for p in path.parent.iterdir()) == ["other.binary", "paint.binary"]
+
+
+def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+    path = tmp_path / "x.txt"
+    with atomic_path(path) as mine:
+        mine.write_text("mine")
+        script = "import sys; from nacre.files import atomic_path\n"
+        script += "with atomic_path(sys.argv[1]) as path: path.write_text('theirs')"
+        subprocess.run([sys.executable, "-c", script, str(path)], check=True)
+        assert path.read_text() == "theirs"
+    assert path.read_text() == "mine"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 # Round trips

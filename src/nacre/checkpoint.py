@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -29,9 +30,11 @@ def save_state(path: Path, mark: str, state: dict[str, Any]) -> None:
     FormatError
         If the path cannot be written.
     """
-    # By its name, PyTorch would refuse a hidden file.
-    with atomic_path(path) as temporary, temporary.open("wb") as file:
-        torch.save({**state, "mark": mark}, file)
+    # To a file, PyTorch would hide why it cannot be written.
+    content = io.BytesIO()
+    torch.save({**state, "mark": mark}, content)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content.getbuffer())
 
 
 def load_state(path: Path, mark: str, restore: Callable[[dict[str, Any]], _Result]) -> _Result:

@@ -6,11 +6,12 @@ import hashlib
 import importlib
 import json
 import os
+import platform
 import re
 import secrets
 import stat
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -97,8 +98,10 @@ class Format:
     claims: Callable[[Path], bool] | None = None
 
 
-_TEMPORARY = re.compile(r"\.[0-9a-f]{16}(\.\w+)?")
-"""Names that :func:`atomic_path` gives."""
+_TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
+"""Names that :func:`atomic_path` gives: a mark of the file to write, the process, anything."""
+_PROCESSES = 0xFFFFFF
+"""Numbers of processes; Windows has larger ones, but there none is asked for."""
 
 HEAD = 128
 """Bytes from the start of a file that :attr:`Format.recognise` sees."""
@@ -223,7 +226,8 @@ def atomic_path(path: PathLike) -> Iterator[Path]:
     """A temporary path in the folder of `path` that replaces `path` when the block succeeds.
 
     The temporary name keeps the suffix of `path`. If the block raises, nothing is left behind and
-    an existing file at `path` stays as it was.
+    an existing file at `path` stays as it was. What a process that was killed here left behind goes
+    when the same file is written again.
 
     Raises
     ------
@@ -271,9 +275,34 @@ def _claim(path: Path) -> Path:
         raise FormatError(f"{path}: is a directory, expected a file name to write")
     if not path.parent.is_dir():
         raise FormatError(f"{path}: folder {path.parent} does not exist; create it first")
-    temporary = path.with_name(f".{secrets.token_hex(8)}{path.suffix}")
+    owner = hashlib.sha256(os.fsencode(f"{platform.node()}/{path.name}")).hexdigest()[:6]
+    _remove_stale(path.parent, owner)
+    process = f"{os.getpid() & _PROCESSES:06x}"
+    temporary = path.with_name(f".{owner}{process}{secrets.token_hex(2)}{path.suffix}")
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
         raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
     return temporary
+
+
+def _remove_stale(folder: Path, owner: str) -> None:
+    """Remove temporary files with the mark of a file whose processes, on this machine, are dead."""
+    with suppress(OSError):  # a folder that cannot be listed or changed
+        for path in abandoned(folder):
+            match = _TEMPORARY.fullmatch(path.name)
+            if match and match[1] == owner and not _runs(int(match[2], 16)):
+                path.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    """Whether there is such a process, as far as one can know."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

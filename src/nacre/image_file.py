@@ -212,8 +212,24 @@ def _critical_chunks(data: bytes, path: PathLike) -> bytes:
     return b"".join(kept)
 
 
+def bitmaps() -> Any:
+    """Mitsuba, with threads enough that its `Bitmap` reads and writes OpenEXR images.
+
+    Where it has one thread only, as on one core, that thread waits for another for ever.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    mi, drjit = require("mitsuba", "render"), require("drjit", "render")
+    if drjit.thread_count() < 2:
+        drjit.set_thread_count(2)
+    return mi
+
+
 def _decode_by_mitsuba(data: bytes, path: PathLike) -> npt.NDArray[Any]:
-    mi = require("mitsuba", "render")
+    mi = bitmaps()
     source: Any = str(path)
     if data.startswith(PNG_MAGIC):
         # Must be whole: Mitsuba does not notice that a stream in memory ends.

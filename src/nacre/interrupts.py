@@ -1,4 +1,4 @@
-"""Ctrl-C at a time that suits."""
+"""Ctrl-C and SIGTERM at a time that suits."""
 
 from __future__ import annotations
 
@@ -7,18 +7,54 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+_SIGNALS = signal.SIGINT, signal.SIGTERM
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends work as Ctrl-C does."""
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """A block that SIGTERM ends by :class:`Terminated`, so that what was begun is tidied up.
+
+    Nothing changes where the process already treats SIGTERM in a way of its own.
+    """
+    own = threading.current_thread() is threading.main_thread()
+    if not own or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+
+    def end(_number: int, _frame: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the tidying up
+        raise Terminated
+
+    signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """A block that Ctrl-C does not tear: what it does, it does when the block is over."""
+    """A block that no Ctrl-C or SIGTERM tears: what they do, they do when the block is over."""
     if threading.current_thread() is not threading.main_thread():  # others are never interrupted
         yield
         return
     caught: list[int] = []
-    previous = signal.signal(signal.SIGINT, lambda number, _: caught.append(number))
+    previous = {
+        number: signal.signal(number, lambda number, _: caught.append(number))
+        for number in _SIGNALS
+    }
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, previous)
-    if caught and callable(previous):
-        previous(caught[0], None)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+    for first in caught[:1]:
+        handler = previous[signal.Signals(first)]
+        if callable(handler):
+            handler(first, None)
+        else:
+            signal.raise_signal(first)

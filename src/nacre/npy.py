@@ -148,6 +148,9 @@ def _header(
         raise FormatError(f"{where}: is not a whole .npy file: {reason(error)}") from error
     start = file.tell() - before
     left = length - start
-    if dtype.kind != kind or min(shape, default=1) < 0 or math.prod(shape) * dtype.itemsize != left:
+    if dtype.kind != kind:
+        wanted = "floats (float32)" if kind == "f" else "text"
+        raise FormatError(f"{where}: is of type {dtype}, expected {wanted}")
+    if min(shape, default=1) < 0 or math.prod(shape) * dtype.itemsize != left:
         raise FormatError(f"{where}: header promises {shape} {dtype}, {left} bytes follow")
     return shape, fortran, dtype, start

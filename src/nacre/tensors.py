@@ -86,6 +86,37 @@ def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Ten
     return header, tensors
 
 
+def check_header(header: dict[str, Any], version: int) -> None:
+    """Refuse a header that is of another version, has no metadata or could not be written again.
+
+    Raises
+    ------
+    KeyError
+        If it has no version or metadata.
+    ValueError
+        Saying what is wrong.
+    """
+    if header["version"] != version:
+        raise ValueError(f"version {header['version']!r}; this nacre reads version {version}")
+    check_json(header)
+    if not isinstance(header["metadata"], dict):
+        raise ValueError("metadata is not an object")
+
+
+def check_unit_vectors(tensors: Tensors) -> None:
+    """Refuse what is not of shape (n, 3), finite and of unit length to about a thousandth.
+
+    Raises
+    ------
+    ValueError
+        With the name of the tensor.
+    """
+    check_numbers(tensors, _LARGEST)
+    for name, array in tensors.items():
+        if array.ndim != 2 or not np.allclose(np.square(array).sum(axis=-1), 1.0, atol=1e-3):
+            raise ValueError(f"{name} are no unit directions")
+
+
 def check_numbers(tensors: Tensors, largest: float) -> None:
     """Refuse numbers that are not finite, or whose products could overflow.
 

@@ -1,4 +1,4 @@
-"""Folders of images that tests of several readers make."""
+"""Folders of images that tests of several readers make, and a texture that stands for one."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from nacre.btf import TableBtf
+from nacre.btf.texture import Indices
 from nacre.files import FormatError
 
 WIDTH, HEIGHT = 7, 5
@@ -44,6 +46,23 @@ def linear(image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
     bitmap = mi.Bitmap(np.ascontiguousarray(image))
     bitmap.set_srgb_gamma(True)
     return np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
+
+
+class ByImage(TableBtf):
+    """A texture that may be read by image only, and notes the pairs of those that were."""
+
+    by_image = True
+
+    def __init__(self, made: TableBtf) -> None:
+        super().__init__(made.values, made.wi, made.wo, made.name)
+        self.read: list[int] = []
+
+    def texels(self, chosen: Indices | slice) -> npt.NDArray[np.float32]:
+        raise AssertionError("reads every image")
+
+    def images(self, chosen: Indices | slice) -> npt.NDArray[np.float32]:
+        self.read += np.arange(self.pair_count)[chosen].tolist()
+        return super().images(chosen)
 
 
 def assert_refused(read: Callable[[], Any], *parts: str) -> None:

@@ -19,6 +19,7 @@ from nacre.btf.encoding import encode
 from nacre.btf.errors import ErrorSums
 from nacre.files import NacreError
 from tests.btf.basis.made import codec
+from tests.btf.support import ByImage
 
 COARSE = pairs(*[BONN.directions[below(BONN.directions, 70.0)][::5]] * 2)
 MADE = np.random.default_rng(8).normal(size=(7, 20, 2)).astype(np.float32)
@@ -213,13 +214,6 @@ def test_equal_and_black_textures_have_figures():
 
 def test_a_picture_folder_is_encoded_by_texel(tmp_path):
     made = texture()
-
-    class ByImage(TableBtf):
-        by_image = True
-
-        def texels(self, chosen):
-            raise AssertionError("reads every picture")
-
-    with btf.by_texel(ByImage(made.values, *COARSE, "felt"), tmp_path, np.float32) as source:
+    with btf.by_texel(ByImage(made), tmp_path, np.float32) as source:
         found = encode(source, codec())
     np.testing.assert_array_equal(found.codes, encode(made, codec()).codes)

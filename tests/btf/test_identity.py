@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from nacre.btf import load
 from nacre.btf.identity import source_mark
 from nacre.files import FormatError
 from tests.btf.networks.made import texture
@@ -69,6 +70,12 @@ def test_photographs_have_the_mark_of_the_list_and_all_images(photographs, name)
     touch(photographs / name)
     for source, mark in zip(sources, marks, strict=True):
         assert source_mark(source) != mark
+
+
+def test_images_that_were_loaded_are_not_looked_at_again(photographs, monkeypatch):
+    mark, loaded = source_mark(photographs), load(photographs)
+    monkeypatch.setattr("nacre.btf.image_folder.read_header", None)
+    assert source_mark(photographs, loaded) == mark
 
 
 def test_a_folder_keeps_its_mark_when_it_is_moved(photographs, tmp_path, monkeypatch):

@@ -21,7 +21,7 @@ from tests.btf.support import HEIGHT, WIDTH, assert_refused, linear, pixels, wri
 from tests.cli.support import run
 from tests.specimens.images import png_bytes
 
-mi = pytest.importorskip("mitsuba")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 RINGS = [(0, 0), *((15, 60 * k) for k in range(3))]
 
@@ -139,7 +139,7 @@ def test_folders_that_are_none_are_refused(tmp_path: Path) -> None:
         ("tv000_pv000/tl000_pl000_tv015_pv000.png", "lies in the folder of another view"),
         ("tl015_pl060_tv015_pv000.png", "have the same light and view"),
         ("tl000_pl120_tv000_pv000.png", "have the same light and view"),
-        ("tl095_pl000_tv000_pv000.png", "lights: 5 of 17"),
+        ("tl095_pl000_tv000_pv000.png", "lights: tl095_pl000_tv000_pv000.png, "),
         ("tl000_pl000_tv090_pv000.png", "is not above the horizon"),
     ],
 )
@@ -275,7 +275,7 @@ def test_images_that_need_single_precision_get_it(bright, tmp_path: Path) -> Non
 
 def test_a_factored_file_of_images_is_as_exact_as_its_numbers(bright, tmp_path: Path) -> None:
     path, expected = bright
-    error = save(load(path), tmp_path / "x.btf", 2, ColorModel.LOG_RGB, 8)
+    error = save(load(path), tmp_path / "x.btf", 2, ColorModel.LOG_RGB, 8).error
     found = btf.load(tmp_path / "x.btf").texels(slice(None))
     np.testing.assert_allclose(found, expected, rtol=2e-5, atol=1e-5)
     assert error < 1e-5

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-import safetensors.numpy
 
 from nacre.btf import (
     UTIA,
@@ -20,10 +18,10 @@ from nacre.btf import (
     save_latent_map,
 )
 from nacre.btf.formats import is_btf
-from nacre.btf.latent_file import KEY
 from nacre.btf.latent_map import CodecFile
 from nacre.files import FormatError, digest
 from tests.btf.basis.made import codec
+from tests.btf.codec_files import header_and_tensors, rewrite
 
 PAIRS = UTIA.directions[[0, 4, 20, 50]], UTIA.directions[[3, 0, 70, 9]]
 FACTS = {"source": {"file": "felt.npz"}, "errors": {"MSE x 1e4": 2.5}}
@@ -39,17 +37,6 @@ def path(tmp_path: Path) -> Path:
     path = tmp_path / "felt.safetensors"
     save_latent_map(latent(), path)
     return path
-
-
-def header_and_tensors(path: Path):
-    data = path.read_bytes()
-    size = int.from_bytes(data[:8], "little")
-    metadata = json.loads(data[8 : 8 + size])["__metadata__"]
-    return json.loads(metadata[KEY]), safetensors.numpy.load(data)
-
-
-def rewrite(path: Path, header, tensors) -> None:
-    safetensors.numpy.save_file(tensors, path, {KEY: json.dumps(header)})
 
 
 @pytest.mark.parametrize("dtype", ["f2", "f4"])
@@ -126,7 +113,7 @@ def test_only_files_beside_it_are_referred_to(path, name):
         ({"version": 7}, "version 7"),
         ({"name": 3}, "name is no text"),
         ({"metadata": 3}, "metadata is not an object"),
-        ({"metadata": {"errors": 3}}, "metadata is not an object"),
+        ({"metadata": {"errors": 3}}, "errors in the metadata are not an object"),
         ({"codec": 3}, "codec no object"),
         ({"codec": {}}, "'model' is missing"),
         ({"codec": {"model": "other"}}, "unknown model 'other'"),

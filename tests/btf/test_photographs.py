@@ -12,7 +12,7 @@ from nacre.btf import load_photographs
 from nacre.btf.directions import from_degrees
 from tests.btf.support import HEIGHT, WIDTH, assert_refused, linear, pixels, write_image
 
-pytest.importorskip("mitsuba")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 LIGHTS, VIEWS = ((0.0, 0.0), (60.0, 30.0)), ((45.0, 180.0), (12.5, 271.0))
 ANGLES = """# made
 theta_v,phi_v,file,theta_l,phi_l
@@ -99,9 +99,9 @@ def test_jpeg_images_are_read(folder: Path) -> None:
         ("file", "image", "'image' is not one of"),
         ("60,30", "60", "line 5: 4 values, not 5"),
         ("60,30", "60,30,1", "line 5: 6 values, not 5"),
-        ("60,30", "95,30", "lights: 2 of 2"),
-        ("60,30", "90,30", "is not above the horizon"),
-        ("12.5,271", "110,271", "views: 2 of 2"),
+        ("60,30", "95,30", "line 5: column theta_l: 95 is not from 0"),
+        ("60,30", "-60,30", "line 5: column theta_l: -60 is not from 0 to below 90 degrees"),
+        ("12.5,271", "110,271", "column theta_v: 110 is not from 0"),
         ("60,30", "٦٠,30", "line 5: column theta_l: '٦٠' is not a finite number"),
         ("60,30", "6_0,30", "line 5: column theta_l: '6_0' is not a finite number"),
         ("60,30", "nan,30", "'nan' is not a finite number"),
@@ -128,7 +128,7 @@ def test_bad_lists_are_refused(folder: Path, old: str, new: str, words: str) -> 
 @pytest.mark.parametrize(
     ("vector", "words"),
     [
-        ("0.6,0,-0.8", "is not above the horizon"),
+        ("0.6,0,-0.8", "lights: line 2, (0.6, 0, -0.8), is not above the horizon"),
         ("0.6,0,0.9", "is not of unit length"),
         ("0,0,0", "is not of unit length"),
         ("1e300,0,0", "is not"),

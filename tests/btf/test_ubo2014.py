@@ -120,7 +120,7 @@ def test_color_models_invert(model: ColorModel) -> None:
 @pytest.mark.parametrize("scalar", [2, 4])
 def test_a_texture_comes_back(tmp_path: Path, model: ColorModel, scalar: int) -> None:
     btf, path = made(), tmp_path / "x.btf"
-    error = save(btf, path, 35, model, scalar)
+    error = save(btf, path, 35, model, scalar).error
     back, values = load(path), everything(btf)
     assert back.header.colors.model is model
     np.testing.assert_allclose(back.wi, btf.wi, atol=2e-7)
@@ -146,10 +146,10 @@ def test_few_components_are_nearly_the_best(tmp_path: Path, components: int) -> 
 
 def test_pysmtb_reads_the_same(tmp_path: Path) -> None:
     """The reader of one of the authors of the format; it needs files without rotations."""
-    read_ubo_btf_dfmf = pytest.importorskip("pysmtb.btf").read_ubo_btf_dfmf
+    pysmtb = pytest.importorskip("pysmtb.btf", reason="its reader is the oracle")
     btf, path = made(), tmp_path / "x.btf"
     save(btf, path, 9, scalar_size=4)
-    meta, data = read_ubo_btf_dfmf(str(path))
+    meta, data = pysmtb.read_ubo_btf_dfmf(str(path))
     back = load(path)
     assert (meta.width, meta.height, meta.num_rotations) == (7, 5, 0)
     assert (meta.num_components, meta.color_model, meta.cosine_in_data) == (9, 11, 0)
@@ -173,9 +173,9 @@ def test_pysmtb_reads_the_same(tmp_path: Path) -> None:
 
 
 def test_pysmtb_reads_files_put_together_by_hand(tmp_path: Path) -> None:
-    read_ubo_btf_dfmf = pytest.importorskip("pysmtb.btf").read_ubo_btf_dfmf
+    pysmtb = pytest.importorskip("pysmtb.btf", reason="its reader is the oracle")
     path = written(tmp_path / "x.btf", rotations=(), model=3)
-    meta, data = read_ubo_btf_dfmf(str(path))
+    meta, data = pysmtb.read_ubo_btf_dfmf(str(path))
     back = load(path)
     np.testing.assert_array_equal(data.U[2], back.factors(2)[0])
     np.testing.assert_array_equal(data.SxV[2], back.factors(2)[1])

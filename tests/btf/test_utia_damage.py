@@ -14,7 +14,7 @@ from tests.btf.support import pixels, write_image
 from tests.reading import check_texture
 from tests.specimens.specimen import mutated
 
-pytest.importorskip("mitsuba")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 _LETTERS = [*"0019tlpv_. \n", "٣", "\udcff", ".exr", ".PNG", ".jpg", "000", "90", "tv015_pv000"]
 _ANGLES = ("000_pl000", "015_pl000", "015_pl180", "075_pl359")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,12 @@ import pytest
 
 from nacre import btf
 from nacre.btf import UTIA, TableBtf
+from nacre.btf.directions import from_degrees
 from nacre.color import tone_map
 from tests.cli.support import run
 from tests.specimens.images import png_bytes
 
-mi = pytest.importorskip("mitsuba")
+mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 
 @pytest.fixture
@@ -66,6 +69,29 @@ def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
     assert btf.load("x.npz").describe()["values"] == "float32"
 
 
+def test_a_command_that_is_terminated_leaves_nothing(
+    capsys, cloth: TableBtf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "fsync", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    assert run("btf", "convert", "cloth.npz", "-o", "x.npz") == 143
+    assert capsys.readouterr().err.strip() == "nacre: terminated"
+    assert [path.name for path in Path().iterdir()] == ["cloth.npz"]
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_negative_values_that_a_factored_file_loses_are_told(capsys, cloth: TableBtf) -> None:
+    values = cloth.values.astype(np.float32)
+    values[0] -= 2.0
+    btf.save(TableBtf(values, cloth.wi, cloth.wo), "low.npz")
+    assert run("btf", "convert", "low.npz", "-o", "x.btf") == 0
+    shown = capsys.readouterr().out
+    assert "x.btf: 50 % of the values were negative and became 0" in shown
+    back = btf.load("x.btf").texels(slice(None)).reshape(values.shape)
+    error = 100.0 * np.abs(back - values).mean() / np.abs(values).mean()
+    assert 50.0 < error < 100.0
+    assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
+
+
 def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
     assert run("btf", "convert", "cloth.npz", "-o", "x.btf", "--components", "1") == 0
     shown = capsys.readouterr().out
@@ -73,7 +99,8 @@ def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
     back, values = btf.load("x.btf").texels(slice(None)), cloth.texels(slice(None))
     error = 100.0 * np.abs(back - values).mean() / values.mean()
     assert error > 1e-3
-    assert f"mean absolute error {error:.2g} % of the mean value" in shown
+    assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
+    assert "negative" not in shown
     assert run("btf", "convert", "x.btf", "-o", "y.npz") == 0
     assert "error" not in capsys.readouterr().out
 
@@ -91,25 +118,46 @@ def test_a_picture_of_the_nearest_pair(capsys, cloth: TableBtf) -> None:
 
 
 def test_a_sheet_of_some_pairs(cloth: TableBtf) -> None:
+    lit = [np.cos(np.radians(30)), 1.0, 0.25]
+    seen = [1.0, np.cos(np.radians(60)), 0.25]
+    assert run("btf", "picture", "cloth.npz", "-o", "x.exr") == 0
+    sheet = np.array(mi.Bitmap("x.exr"))
+    assert sheet.shape == (3 * 2, 4 * 3, 3)
+    np.testing.assert_allclose(sheet[1, 4], lit, atol=1e-3)
+    np.testing.assert_allclose(sheet[5, 1], seen, atol=1e-3)
     assert run("btf", "picture", "cloth.npz", "-o", "x.png") == 0
     sheet = np.array(mi.Bitmap("x.png")) / 255.0
-    assert sheet.shape == (3 * 2, 4 * 3, 3)
-    wanted = tone_map(np.array([[np.cos(np.radians(30)), 1.0, 0.25]]))[0]
-    np.testing.assert_allclose(sheet[1, 4], wanted, atol=0.01)
-    wanted = tone_map(np.array([[1.0, np.cos(np.radians(60)), 0.25]]))[0]
-    np.testing.assert_allclose(sheet[5, 1], wanted, atol=0.01)
+    panels, down = [24, 24 + 255 + 16], [108, 108 + 2 * (170 + 40 + 16)]
+    np.testing.assert_allclose(sheet[down[0], panels[1]], tone_map(np.array(lit)), atol=0.01)
+    np.testing.assert_allclose(sheet[down[1], panels[0]], tone_map(np.array(seen)), atol=0.01)
+
+
+def test_a_sheet_shows_each_pair_once(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    wi = from_degrees([0.0, 30.0, 60.0], [0.0, 0.0, 90.0]).astype(np.float32)
+    values = np.broadcast_to(np.array([0.1, 0.2, 0.3], "f4")[:, None], (2, 2, 3, 3))
+    btf.save(TableBtf(values, wi, np.roll(wi, 1, 0)), "three.npz")
+    assert run("btf", "picture", "three.npz", "-o", "x.exr") == 0
+    lines = capsys.readouterr().out.splitlines()
+    shown = [line.split()[0] for line in lines[1:-1]]
+    assert sorted(shown) == sorted(set(shown))
+    sheet = np.array(mi.Bitmap("x.exr"))
+    assert sheet.shape == (2, 2 * len(shown), 3)
+    for place, pair in enumerate(shown):
+        panel = sheet[:, 2 * place : 2 * place + 2]
+        np.testing.assert_allclose(panel, 0.1 * (int(pair) + 1), atol=1e-3)
 
 
 def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    up = np.array([[0.0, 0.0, 1.0]], np.float32)
-    values = np.zeros((9, 600, 1, 3), np.float32)
+    wi = from_degrees([0.0, 60.0], [0.0, 0.0]).astype(np.float32)
+    values = np.zeros((9, 602, 2, 3), np.float32)
     values[:, ::3] = 0.9
-    btf.save(TableBtf(values, up, up), "wide.npz")
+    btf.save(TableBtf(values, wi, wi[[0, 0]]), "wide.npz")
     assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--view", "0,0") == 0
-    sheet = np.array(mi.Bitmap("x.exr"))
-    assert sheet.shape == (3, 4 * 200, 3)
-    np.testing.assert_allclose(sheet, 0.3, rtol=1e-5)
+    sheet = np.array(mi.Bitmap("x.exr")).reshape(3, 2, 201, 3)
+    np.testing.assert_allclose(sheet[:, :, :-1], 0.3, rtol=1e-5)
+    np.testing.assert_allclose(sheet[:, :, -1], 0.45, rtol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,9 @@ pytest.importorskip("torch", reason="needs the extra 'btf'")
 
 from nacre.btf.basis import network_training
 from nacre.btf.basis.codec import BasisCodec
+from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.codec_file import load_codec
-from nacre.btf.networks import CustomNetwork, UnifiedNetwork, training
+from nacre.btf.networks import CustomNetwork, TrainingRecipe, UnifiedNetwork, training
 from tests.btf.networks.conftest import one_thread
 from tests.btf.networks.made import OTHER, texture, write
 from tests.cli.support import run
@@ -52,7 +53,7 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
     codes = network.encoder(made.wi, made.wo)(made.texels(slice(None)))
     assert codes.shape == (36, 5)
     assert np.isfinite(codes).all()
-    rows = output.with_suffix(".csv").read_text().splitlines()
+    rows = output.with_name("model.safetensors.journal.csv").read_text().splitlines()
     assert rows[0] == "step,seconds,learning_rate,loss,validation"
     assert [row.split(",")[0] for row in rows[1:]] == ["10", "12"]
     assert not output.with_name("model.safetensors.state").exists()
@@ -111,6 +112,10 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         (["--minutes", "1"], "--minutes is for --model unified and custom"),
         (["--device", "cpu"], "--device is for --model unified and custom"),
         (["--latent", "200"], "basis has up to 128 values"),
+        (["--seed", "99999999999999999999"], "--seed"),
+        (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
+        (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
+        (["--model", "unified", "--minutes", "nan"], "is not a finite number"),
     ],
 )
 def test_wrong_options_are_errors_of_one_line(files, tmp_path, capsys, options, message):
@@ -202,3 +207,68 @@ def test_the_default_model_goes_on_to_the_same_bytes(
     output.unlink()
     assert run(*arguments) == 0
     assert output.read_bytes() == content
+
+
+def test_a_table_that_is_no_journal_is_not_written_over(files, tmp_path, capsys):
+    output = tmp_path / "model.safetensors"
+    arguments = "btf", "train", *files, "-o", output, "--model", "unified", "--steps", 1
+    journal = tmp_path / "model.safetensors.journal.csv"
+    for path in (tmp_path / "model.csv", journal):
+        path.write_text("sample,weight\n1,2\n")
+    assert run(*arguments) == 2
+    assert f"{journal}: is no table of a training" in capsys.readouterr().err
+    journal.unlink()
+    for _ in range(2):
+        assert run(*arguments) == 0
+        assert len(journal.read_text().splitlines()) == 2
+    assert (tmp_path / "model.csv").read_text() == "sample,weight\n1,2\n"
+
+
+def test_bad_textures_leave_nothing_of_the_default_model_behind(files, tmp_path, capsys):
+    (tmp_path / "other").mkdir()
+    (other,) = write(tmp_path / "other", 1, directions=OTHER)
+    large, bad = texture(5), tmp_path / "bad.npz"
+    large.values[:] = 1e6
+    np.savez(bad, values=large.values, wi=large.wi, wo=large.wo, name="another name")
+    before = sorted(tmp_path.iterdir())
+    for given, latent, words in (
+        ((files[0], other), 5, f"{other}: is not measured at the directions of {files[0]}"),
+        ((files[0],), 10, "40 texels at least, up to 100 of a texture; there are 36"),
+        ((*files, bad), 5, f"{bad}: values: some are too large"),
+    ):
+        options = "-o", tmp_path / "model.safetensors", "--latent", latent
+        assert run("btf", "train", *given, *options) == 2
+        assert words in capsys.readouterr().err
+        assert sorted(tmp_path.iterdir()) == before
+
+
+def test_states_of_other_models_are_not_mixed(files, tmp_path, capsys):
+    output = tmp_path / "model.safetensors"
+    for name, model in (("state.codes.stage", "unified"), ("state", "basis")):
+        other = tmp_path / f"model.safetensors.{name}"
+        other.touch()
+        for options in ([], ["--resume"]):
+            assert run("btf", "train", *files, "-o", output, "--model", model, *options) == 2
+            error = capsys.readouterr().err
+            assert f"{other}: something else was stopped here" in error
+            assert "remove model.safetensors.state*" in error
+        other.unlink()
+
+
+def test_one_process_trains_the_default_model(files, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("WORLD_SIZE", "2")
+    assert run("btf", "train", *files, "-o", tmp_path / "model.safetensors") == 2
+    assert "leave out torchrun" in capsys.readouterr().err
+
+
+def test_help_tells_the_defaults_of_every_model(capsys):
+    assert run("btf", "train", "--help") == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    basis, reference = BasisRecipe(), TrainingRecipe.named("reference")
+    steps = basis.function_steps + basis.code_steps
+    most = basis.greys + 2 * basis.chromas
+    assert f"[default: {steps}, of networks {TrainingRecipe().epochs} epochs" in shown
+    assert f"up to {most} of basis. [default: {basis.values}, custom: 8]" in shown
+    for word in ("batch", "learning_rate"):
+        default = getattr(TrainingRecipe(), word), getattr(reference, word)
+        assert "[default: {}, of the reference {}]".format(*default) in shown

@@ -136,6 +136,7 @@ def test_reproduce_lists_methods(here, capsys):
     [
         (["fig5", "a.safetensors"], "'fig5' is not one of"),
         (["fig6"], "Missing argument 'FILES...'"),
+        (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--methods", "ggx,magic"], "'magic' is no method"),
         (["fig6", "a.safetensors", "--methods", "truth"], "'truth' is no method"),

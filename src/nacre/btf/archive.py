@@ -107,12 +107,15 @@ def load(path: PathLike) -> TableBtf:
         else:
             values = parse_npy(unpacked("values", size), where)
     shape = values.shape
-    if values.dtype.str[1:] not in _TYPES or not values.flags.c_contiguous:
-        raise FormatError(f"{where}: must be float16, float32 or float64 in C order")
+    if values.dtype.str[1:] not in _TYPES:
+        kind = values.dtype
+        raise FormatError(f"{where}: is of type {kind}, expected float16, float32 or float64")
     if len(shape) != 4 or shape[3] != 3 or not values.size:
-        raise FormatError(f"{where}: has shape {shape}, expected (height, width, n, 3)")
+        raise FormatError(f"{where}: has shape {shape}, expected (height, width, n, 3), none of 0")
+    if not values.flags.c_contiguous:
+        raise FormatError(f"{where}: is in Fortran order; save numpy.ascontiguousarray(values)")
     if not len(wi) == len(wo) == shape[2]:
-        raise FormatError(f"{where}: is of {shape[2]} pairs; there are {len(wi)} wi, {len(wo)} wo")
+        raise FormatError(f"{where}: has n = {shape[2]}; there are {len(wi)} wi, {len(wo)} wo")
     return _ArchiveBtf(path, values, wi, wo, name or path.stem)
 
 
@@ -222,7 +225,7 @@ def _directions(content: bytes, where: str) -> Floats:
     directions = parse_npy(content, where)
     if directions.ndim != 2 or directions.shape[1] != 3 or not 1 <= len(directions) <= PAIR_LIMIT:
         shape = directions.shape
-        raise FormatError(f"{where}: has shape {shape}, expected (n, 3), n up to {PAIR_LIMIT}")
+        raise FormatError(f"{where}: has shape {shape}, expected (n, 3), n from 1 to {PAIR_LIMIT}")
     return check_directions(directions, where)
 
 

@@ -9,7 +9,7 @@ from nacre.btf.basis.file import MODEL, pack_basis, unpack_basis
 from nacre.btf.codec import TexelCodec
 from nacre.btf.principal import file as principal_file
 from nacre.btf.principal.codec import PcaCodec
-from nacre.files import FormatError, PathLike, check_json, write_encoded
+from nacre.files import FormatError, PathLike, write_encoded
 from nacre.tensors import Tensors, damage_named, from_file, to_bytes
 
 KEY = "nacre texel network"
@@ -96,7 +96,6 @@ def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
     MissingExtraError
         See :func:`load_codec`.
     """
-    check_json(header)  # so that what was read can be written again
     if header["model"] == MODEL:
         return unpack_basis(header, tensors)
     if header["model"] == principal_file.MODEL:

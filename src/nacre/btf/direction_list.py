@@ -54,8 +54,8 @@ def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Float
     ------
     FormatError
         If there is no such dome or list; a column is missing, unknown or there twice; a value is
-        not a finite number; a direction is not of unit length, lies below the horizon or is too
-        steep; or pairs appear twice or are too many.
+        not a finite number; a polar angle is negative; a direction is not of unit length, lies
+        below the horizon or is too steep; or pairs appear twice or are too many.
     """
     if source.lower() in DOMES:
         return DOMES[source.lower()].pairs()
@@ -118,12 +118,13 @@ def row_pairs(path: PathLike, rows: Rows) -> tuple[Floats, Floats]:
     if count > PAIR_LIMIT:
         raise FormatError(f"{path}: has {count} pairs of directions, of at most {PAIR_LIMIT}")
     values = np.array([[_number(path, line, row, name) for name in names] for line, row in rows])
+    lines = [f"line {line}" for line, _ in rows]
     halves = (values, values) if names is _EACH else np.split(values, 2, axis=1)
     wi, wo = (
-        check_directions(_unit(half), f"{path}: {what}")
+        check_directions(_unit(half), f"{path}: {what}", lines)
         for half, what in zip(halves, ("lights", "views"), strict=True)
     )
-    check_distinct(wi, wo, [f"line {line}" for line, _ in rows], str(path))
+    check_distinct(wi, wo, lines, str(path))
     return wi, wo
 
 
@@ -153,12 +154,18 @@ def _check_columns(path: PathLike, columns: list[str], images: bool) -> None:
 
 
 def _number(path: PathLike, line: int, row: dict[str, str], name: str) -> float:
+    cell = row[name][:40]
     try:
-        return parse_number(row[name])
+        value = parse_number(row[name])
     except ValueError:
         raise FormatError(
-            f"{path}: line {line}: column {name}: {row[name][:40]!r} is not a finite number"
+            f"{path}: line {line}: column {name}: {cell!r} is not a finite number"
         ) from None
+    if name.startswith("theta") and not 0.0 <= value < 90.0:
+        raise FormatError(
+            f"{path}: line {line}: column {name}: {cell} is not from 0 to below 90 degrees"
+        )
+    return value
 
 
 def _unit(half: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,9 @@ def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bo
     return bool((distances < SAME**2).all())
 
 
-def check_directions(directions: npt.NDArray[Any], where: str) -> Floats:
+def check_directions(
+    directions: npt.NDArray[Any], where: str, names: Sequence[str] | None = None
+) -> Floats:
     """Directions as float32, once they are found to be some.
 
     Parameters
@@ -53,6 +56,8 @@ def check_directions(directions: npt.NDArray[Any], where: str) -> Floats:
         Shape (n, 3).
     where
         What error messages start with: the file's path, and what the directions are.
+    names
+        What they call each; its number where None.
 
     Raises
     ------
@@ -65,9 +70,8 @@ def check_directions(directions: npt.NDArray[Any], where: str) -> Floats:
         if bad.any():
             first = int(bad.argmax())
             x, y, z = directions[first]
-            raise FormatError(
-                f"{where}: {first + 1} of {len(bad)}, ({x:g}, {y:g}, {z:g}), {problem}"
-            )
+            name = names[first] if names else f"{first + 1} of {len(bad)}"
+            raise FormatError(f"{where}: {name}, ({x:g}, {y:g}, {z:g}), {problem}")
 
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.sqrt((directions**2).sum(axis=-1))

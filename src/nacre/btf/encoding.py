@@ -161,7 +161,8 @@ class _Run:
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:
     """Runs of texels from one on; the next is read while one is used."""
-    blocks = list(btf.blocks(12 * btf.pair_count * step, start))
+    total = btf.texel_count
+    blocks = [slice(first, min(first + step, total)) for first in range(start, total, step)]
     with ThreadPoolExecutor(1, "texels") as reader:
         ahead = [reader.submit(btf.texels, block) for block in blocks[:1]]
         for index, block in enumerate(blocks):

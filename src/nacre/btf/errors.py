@@ -13,6 +13,8 @@ from nacre.array import Floats
 
 BIN = 15.0
 """Degrees of polar angle of the view that are told apart."""
+UNITS = {"MAE": "reflectance factor", "PSNR": "dB, for a peak of 1"}
+"""What :meth:`Errors.facts` are in, where they have a unit."""
 _BINS = round(90.0 / BIN)
 _EDGE = 0.05
 """Degrees that a ring on an edge may be off."""

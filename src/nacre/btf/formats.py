@@ -9,6 +9,7 @@ from typing import Any
 from nacre.btf import archive, latent_file, photographs, ubo2014, utia_folder
 from nacre.btf.image_folder import Quantity
 from nacre.btf.texture import Btf
+from nacre.btf.ubo2014.writer import Loss
 from nacre.files import Format, FormatError, PathLike, first_bytes, read_head
 
 _FOLDERS: tuple[Format, ...] = (utia_folder.FORMAT, photographs.FORMAT)
@@ -49,7 +50,7 @@ def load(path: PathLike, quantity: Quantity | None = None) -> Btf:
     return btf
 
 
-def save(btf: Btf, path: PathLike, **options: Any) -> float | None:
+def save(btf: Btf, path: PathLike, **options: Any) -> Loss | None:
     """Write a texture to the format that the file name ends in.
 
     Parameters
@@ -63,9 +64,8 @@ def save(btf: Btf, path: PathLike, **options: Any) -> float | None:
 
     Returns
     -------
-    error
-        Mean absolute error relative to the mean value, of a format that keeps some components of
-        the values (`.btf`); else None.
+    loss
+        Of a format that keeps some components of the values (`.btf`); else None.
 
     Raises
     ------
@@ -77,8 +77,8 @@ def save(btf: Btf, path: PathLike, **options: Any) -> float | None:
     assert entry.save is not None
     for name in options.keys() - inspect.signature(entry.save).parameters.keys():
         raise FormatError(f"{path}: {name}: is not for {entry.name} files; leave it out")
-    error: float | None = entry.save(btf, Path(path), **options)
-    return error
+    loss: Loss | None = entry.save(btf, Path(path), **options)
+    return loss
 
 
 def target(path: PathLike) -> Format:
@@ -94,6 +94,8 @@ def target(path: PathLike) -> Format:
         if suffix in entry.extensions and entry.save is not None:
             return entry
     endings = ", ".join(e for entry in FORMATS if entry.save for e in entry.extensions)
+    if not suffix and Path(path).is_dir():
+        raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
     raise FormatError(f"{path}: no format of textures ends in {suffix!r} (known: {endings})")
 
 

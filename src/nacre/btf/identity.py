@@ -8,16 +8,19 @@ from pathlib import Path
 from nacre.btf.formats import lies_in_images, load
 from nacre.btf.image_folder import ImageFolderBtf
 from nacre.btf.photographs import LIST
+from nacre.btf.texture import Btf
 from nacre.files import FormatError, PathLike
 
 
-def source_files(path: PathLike) -> list[Path]:
+def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     """All files of a texture: one; or of images, the list of their directions and all of them.
 
     Parameters
     ----------
     path
         As :func:`nacre.btf.load` takes it.
+    texture
+        What that gave, where it was called before: images are looked at once.
 
     Raises
     ------
@@ -25,23 +28,23 @@ def source_files(path: PathLike) -> list[Path]:
         As :func:`nacre.btf.load`, though of a single file no more than its first bytes is read.
     """
     path = Path(path)
-    if not lies_in_images(path):
+    if texture is None and lies_in_images(path):
+        texture = load(path)
+    if not isinstance(texture, ImageFolderBtf):
         return [path]
-    texture = load(path)
-    assert isinstance(texture, ImageFolderBtf)
     listed = path / LIST if path.is_dir() else path
     return [*([listed] if listed.is_file() else []), *texture.files]
 
 
-def source_mark(path: PathLike) -> str:
+def source_mark(path: PathLike, texture: Btf | None = None) -> str:
     """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
 
     A folder keeps its mark when it is moved, not when it is renamed or copied without its times.
 
     Parameters
     ----------
-    path
-        As :func:`nacre.btf.load` takes it.
+    path, texture
+        As :func:`source_files` takes them.
 
     Raises
     ------
@@ -51,7 +54,7 @@ def source_mark(path: PathLike) -> str:
     path = Path(path)
     folder = path if path.is_dir() else path.parent
     total = hashlib.sha256(path.resolve().name.encode(errors="surrogateescape"))
-    for file in source_files(path):
+    for file in source_files(path, texture):
         try:
             facts = file.stat()
         except OSError as error:

@@ -77,8 +77,8 @@ class ImageFolderBtf(Btf):
         width, height = self._first.width, self._first.height
         if min(width, height) < 1 or width * height > _PIXEL_LIMIT:
             raise FormatError(
-                f"{self.files[0]}: has {width} x {height} pixels, of at most {_PIXEL_LIMIT:,}; "
-                "crop the images or scale them down"
+                f"{self.files[0]}: has {width} x {height} pixels, expected 1 to {_PIXEL_LIMIT:,} "
+                "in all; crop the images or scale them down"
             )
         self.width, self.height = width, height
         for path in self.files:

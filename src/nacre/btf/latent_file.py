@@ -16,10 +16,11 @@ from nacre.btf.directions import PAIR_LIMIT, check_directions
 from nacre.btf.domes import pairs
 from nacre.btf.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.btf.shipped import PUBLISHED
-from nacre.files import Format, FormatError, PathLike, check_json, digest, write_encoded
+from nacre.files import Format, FormatError, PathLike, digest, write_encoded
 from nacre.tensors import (
     HALF_LARGEST,
     Tensors,
+    check_header,
     check_numbers,
     damage_named,
     from_file,
@@ -105,12 +106,10 @@ def _check_codes(codes: npt.NDArray[Any]) -> None:
 
 
 def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
-    if header["version"] != VERSION:
-        raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
-    check_json(header)  # so that what was read can be written again
+    check_header(header, VERSION)
     metadata, name, model = header["metadata"], header["name"], header["codec"]
-    if not isinstance(metadata, dict) or not isinstance(metadata.get("errors", {}), dict):
-        raise ValueError("metadata is not an object")
+    if not isinstance(metadata.get("errors", {}), dict):
+        raise ValueError("errors in the metadata are not an object")
     if not isinstance(name, str) or not isinstance(model, dict):
         raise ValueError("name is no text, or codec no object")
     codes = tensors["codes"]

@@ -34,16 +34,16 @@ def reduced_pictures(btf: Btf, pairs: Indices) -> Floats:
     btf
         Any texture.
     pairs
-        Which, shape (rows, columns); where there is but one, it keeps its size.
+        Which, any shape; where there is but one, it keeps its size.
 
     Returns
     -------
     array
-        Shape (rows, columns, height, width, 3).
+        Shape (*pairs.shape, height, width, 3).
     """
-    step = 1 if pairs.size == 1 else math.ceil(max(btf.width, btf.height) / _CELL)
+    most = max(btf.width, btf.height) if pairs.size == 1 else _CELL
     shown, which = np.unique(pairs, return_inverse=True)
-    pictures = np.stack([_reduced(btf.images(np.array([pair]))[0], step) for pair in shown])
+    pictures = np.stack([reduced(btf.images(np.array([pair]))[0], most) for pair in shown])
     return pictures[which.reshape(pairs.shape)]
 
 
@@ -53,11 +53,23 @@ def laid_out(pictures: Floats) -> Floats:
     return pictures.swapaxes(1, 2).reshape(rows * height, columns * width, channels)
 
 
-def _reduced(picture: Floats, step: int) -> Floats:
-    """Means over squares of pixels; those that are left at the right and below are cut off."""
-    height, width = (n // step * step for n in picture.shape[:2])
-    if not height or not width:
-        return picture
-    squares = picture[:height, :width].reshape(height // step, step, width // step, step, 3)
-    mean: Floats = squares.mean(axis=(1, 3))
-    return mean
+def in_rows(pictures: Floats, columns: int) -> Floats:
+    """Pictures (n, height, width, 3) as rows of some, for :func:`laid_out`; the rest is black."""
+    rows = -(-len(pictures) // columns)
+    whole = np.zeros((rows * columns, *pictures.shape[1:]), pictures.dtype)
+    whole[: len(pictures)] = pictures
+    return whole.reshape(rows, columns, *pictures.shape[1:])
+
+
+def reduced(picture: Floats, most: int) -> Floats:
+    """A picture of at most as many pixels a side: means over squares of some, or as it is.
+
+    Squares at the right and below are cut by the edge. Any last axes, as that of channels, stay.
+    """
+    step = math.ceil(max(picture.shape[:2]) / most)
+    for axis in (0, 1) if step > 1 else ():
+        starts = np.arange(0, picture.shape[axis], step)
+        counts = np.diff(starts, append=picture.shape[axis]).astype(picture.dtype)
+        sums = np.moveaxis(np.add.reduceat(picture, starts, axis), axis, -1)
+        picture = np.moveaxis(sums / counts, -1, axis)
+    return picture

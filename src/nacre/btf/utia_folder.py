@@ -58,11 +58,12 @@ def load(path: PathLike, quantity: Quantity = "reflectance") -> ImageFolderBtf:
     if not found:
         raise FormatError(f"{path}: has no image with a name like tl000_pl000_tv000_pv000.png")
     degrees, files = np.array([angles for angles, _ in found]), [file for _, file in found]
+    names = [file.name for file in files]
     wi, wo = (
-        check_directions(from_degrees(*degrees[:, part].T), f"{path}: {what}")
+        check_directions(from_degrees(*degrees[:, part].T), f"{path}: {what}", names)
         for part, what in ((slice(0, 2), "lights"), (slice(2, 4), "views"))
     )
-    check_distinct(wi, wo, [file.name for file in files], str(path))
+    check_distinct(wi, wo, names, str(path))
     return ImageFolderBtf(files, wi, wo, path.resolve().name, [quantity] * len(files))
 
 

@@ -43,15 +43,18 @@ def _nacre() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
-    0 done, 1 done but for some materials of a folder, 2 wrong input or usage, 130 interrupted.
+    0 done, 1 done but for some materials of a folder, 2 wrong input or usage, 130 interrupted by
+    Ctrl-C, 143 by SIGTERM.
     """
     from nacre.files import NacreError
+    from nacre.interrupts import Terminated, terminable
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        _nacre.main(arguments, standalone_mode=False)
+        with terminable():
+            _nacre.main(arguments, standalone_mode=False)
     except click.UsageError as error:
         command = error.ctx.command_path if error.ctx else "nacre"
         _stop(f"{error.format_message()} (see {command} --help)")
@@ -59,10 +62,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _stop(str(error))
     except MemoryError:
         _stop("out of memory")
+    except FileExistsError as error:  # of a folder that is to be made
+        _stop(f"{error.filename}: is a file, expected a folder; name another one")
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _stop(f"{where}{error.strerror or error}")
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, click.Abort) as stop:
+        if isinstance(stop, Terminated) or isinstance(stop.__cause__, Terminated):
+            _stop("terminated", 143)
         _stop("interrupted", 130)
 
 

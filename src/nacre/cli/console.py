@@ -99,6 +99,11 @@ def print_facts(
         console.print(f"  [{unit}]" if unit else "", style="dim", markup=False)
 
 
+def counted(number: int, one: str, many: str) -> str:
+    """A number with the word that goes with it: "1 pair", "2 pairs"."""
+    return f"{number:,} {one if number == 1 else many}"
+
+
 def print_json(value: Any) -> None:
     """A value as JSON; what is not finite becomes null, which is all that JSON has for it."""
     click.echo(json.dumps(_finite(value), indent=2, allow_nan=False))

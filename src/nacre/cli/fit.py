@@ -20,6 +20,7 @@ from nacre.cli.console import (
     preset_option,
     raise_all,
 )
+from nacre.cli.ranges import SEED, FiniteRange
 
 if TYPE_CHECKING:
     from nacre.analytic import AnalyticBrdf
@@ -101,7 +102,7 @@ def _validation(quality: dict[str, Any]) -> str:
 )
 @click.option(
     "--gain",
-    type=click.FloatRange(0.0, 1e6, min_open=True),
+    type=FiniteRange(0.0, 1e6, min_open=True),
     help="Of the loss: more than 1 gives more weight to what is dark. Default: 1, and 32 of a "
     "network with enhanced inputs.",
 )
@@ -151,7 +152,7 @@ def _validation(quality: dict[str, Any]) -> str:
     "highlights, as in the paper; over the solid angle; or half the first and half as pictures "
     "show them.",
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same file.")
+@click.option("--seed", default=0, type=SEED, help="Same seed, same file.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
 @click.option(
     "--device",

@@ -9,6 +9,7 @@ import click
 
 from nacre.cli.console import Stages, check_outputs, console, file_path, numbers
 from nacre.cli.latent_views import basis_option, chart, interpolate
+from nacre.cli.ranges import SEED
 
 
 @click.group("latent", no_args_is_help=False)
@@ -48,7 +49,7 @@ def command() -> None:
     type=click.IntRange(1),
     help="Optimiser steps; not of pca.  [default: 8000, autoencoder: 4000]",
 )
-@click.option("--seed", type=click.IntRange(0), help="Of the training, not of pca.  [default: 0]")
+@click.option("--seed", type=SEED, help="Of the training, not of pca.  [default: 0]")
 def train(
     files: tuple[Path, ...],
     output: Path,

@@ -8,6 +8,7 @@ import click
 import numpy as np
 
 from nacre.cli.console import Stages, check_outputs, console, file_path, print_table
+from nacre.cli.ranges import SEED
 from nacre.files import NacreError
 
 basis_option = click.option(
@@ -85,7 +86,7 @@ def interpolate(
     multiple=True,
     help="A material among FILES to ring in red, and to list the nearest of. May be repeated.",
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same map.")
+@click.option("--seed", default=0, type=SEED, help="Same seed, same map.")
 def chart(
     files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
 ) -> None:

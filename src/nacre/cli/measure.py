@@ -17,6 +17,7 @@ from nacre.cli.console import (
     resolution_option,
     status,
 )
+from nacre.cli.ranges import SEED
 from nacre.files import NacreError
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 @click.option("--bsdf", "name", metavar="ID", help="Which BSDF of the scene; needed if several.")
 @resolution_option
 @preset_option
-@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same neural file.")
+@click.option("--seed", default=0, type=SEED, help="Same seed, same neural file.")
 def command(
     description: str | None,
     output: Path,

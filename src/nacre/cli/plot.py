@@ -10,6 +10,7 @@ import click
 
 from nacre.brdf import Brdf
 from nacre.cli.console import check_outputs, console, file_path
+from nacre.cli.ranges import FiniteRange
 from nacre.evaluate.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
 from nacre.files import NacreError, printable
 
@@ -24,14 +25,6 @@ def _angles(_context: click.Context, _parameter: click.Parameter, value: str) ->
     if len(degrees) > 6 or not all(0.0 <= angle < 90.0 for angle in degrees):
         raise click.BadParameter(f"expected up to 6 degrees from 0 to below 90, like {_DEFAULT}")
     return tuple(math.radians(angle) for angle in degrees)
-
-
-def _number(
-    _context: click.Context, _parameter: click.Parameter, value: float | None
-) -> float | None:
-    if value is not None and math.isnan(value):  # lies within every range to click
-        raise click.BadParameter("nan is not a number")
-    return value
 
 
 @click.command("plot")
@@ -52,9 +45,8 @@ def _number(
 )
 @click.option(
     "--azimuth",
-    type=click.FloatRange(-360.0, 360.0),
+    type=FiniteRange(-360.0, 360.0),
     default=0.0,
-    callback=_number,
     metavar="DEG",
     help="Of the plane, for anisotropic materials.",
 )
@@ -62,8 +54,7 @@ def _number(
 @click.option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer.")
 @click.option(
     "--floor",
-    type=click.FloatRange(1e-12, 1e12),
-    callback=_number,
+    type=FiniteRange(1e-12, 1e12),
     help="Value at the centre in 1/sr. Default: a power of ten below what is drawn.",
 )
 def command(

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from nacre.cli.console import Stages, check_outputs, console, environment_option, file_path
+from nacre.cli.ranges import SEED
 from nacre.render.preview import MAX_SIZE
 from nacre.render.scene import LIGHTS, SHAPES
 
@@ -32,7 +33,7 @@ _SIZE = click.IntRange(1, MAX_SIZE)
 @click.option("--size", type=_SIZE, default=512, help="Width of the picture in pixels.")
 @click.option("--height", type=_SIZE, help="Height in pixels. Default: the width.")
 @click.option("--spp", type=click.IntRange(1), default=256, help="Samples per pixel.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of the samples.")
+@click.option("--seed", type=SEED, default=0, help="Of the samples.")
 def command(
     file: Path,
     output: Path | None,

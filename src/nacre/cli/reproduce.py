@@ -10,17 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from nacre.cli.console import (
-    Stages,
-    console,
-    environment_option,
-    file_path,
-    print_facts,
-    status,
-)
+from nacre.cli.console import Stages, console, environment_option, file_path, print_facts
+from nacre.cli.ranges import SEED
 from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
 from nacre.cli.reproduce_btf import command as texture_command
-from nacre.files import NacreError, printable
+from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
+from nacre.files import NacreError
 
 if TYPE_CHECKING:
     from nacre.latent import NeuralBasis
@@ -60,10 +55,8 @@ class _Command(click.Command):
         return super().make_context(info_name, args, parent, **extra)
 
 
-def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    """Print every method and stop."""
-    if not value:
-        return
+def _print_names() -> None:
+    """Print every method."""
     from nacre.reproduce import Settings, methods
     from nacre.reproduce.codes import CODES
     from nacre.reproduce.samplers import SAMPLERS
@@ -72,19 +65,12 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
     console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(SAMPLERS)}", markup=False)
-    context.exit()
 
 
 @click.command("reproduce", cls=_Command)
-@click.argument("experiment", type=click.Choice(_EXPERIMENTS))
+@click.argument("experiment", type=click.Choice((*_EXPERIMENTS, *_TEXTURES)))
 @click.argument("files", nargs=-1, required=True, type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    type=file_path(),
-    default="reproduced",
-    help="Folder for the CSV, the Markdown table and the pictures.",
-)
+@output_option
 @click.option(
     "--methods",
     "chosen",
@@ -92,10 +78,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     help="What to compare: methods, codes of table2, or samplers of figures 13 to 16. Default: all "
     "that belong.",
 )
-@click.option(
-    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
-    help="Print the names of all methods.",
-)  # fmt: skip
+@list_option(_print_names)
 @click.option(
     "--published",
     type=file_path(),
@@ -113,7 +96,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
 @click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
 @click.option("--epochs", type=click.IntRange(1), default=100, help="Of networks.")
 @click.option("--quick", is_flag=True, help="Small pictures and short fits: figures to look at.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of fits.")
+@click.option("--seed", type=SEED, default=0, help="Of fits.")
 @click.option("--cache", type=file_path(), help="Finished trials. Default: OUTPUT/cache.")
 @click.option("--fresh", is_flag=True, help="Make trials again that are in the cache.")
 @click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
@@ -188,12 +171,7 @@ def command(
             reasons = sorted(set(study.skipped.values()))
             raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
         paths = kind.write(experiment, study, names, output, report)
-    for method, reason, where in study.left_out():
-        line = f"left out: {method} ({', '.join(where)}): {reason}"
-        status.print(printable(line), markup=False)
-    for path in paths:
-        console.print(printable(str(path)), markup=False)
-    console.print(f"differs from the paper: {kind.differs}", markup=False)
+    print_reproduced(paths, kind.differs, study.left_out())
 
 
 def _refuse_foreign(experiment: str) -> None:
@@ -253,8 +231,7 @@ def _of_codes(
             page = row_page(files, basis, *((64, 16) if quick else (192, 64)), report)
             note, differs = "", ROWS_DIFFER
     write_plot(page, path)
-    console.print(printable(f"{path}: {len(files)} materials{note}"), markup=False)
-    console.print(f"differs from the paper: {differs}", markup=False)
+    print_reproduced([f"{path}: {len(files)} materials{note}"], differs)
 
 
 def _basis(path: Path | None) -> AnyBasis:
@@ -296,9 +273,7 @@ def _noise(
         study = kind.run(
             files, names, settings, cache, stages.add(experiment), basis=basis, fresh=fresh
         )
-    for path in kind.write(experiment, study, names, files, output):
-        console.print(printable(str(path)), markup=False)
-    console.print(f"differs from the paper: {DIFFERS}", markup=False)
+    print_reproduced(kind.write(experiment, study, names, files, output), DIFFERS)
 
 
 def _predicting(path: Path | None) -> NeuralBasis:
@@ -313,7 +288,7 @@ def _predicting(path: Path | None) -> NeuralBasis:
 
 def _names(chosen: str, known: Container[str]) -> list[str]:
     """Names of methods with commas between them."""
-    names = list(dict.fromkeys(part.strip() for part in chosen.split(",")))
+    names = split_names(chosen)
     for name in names:
         if name not in known or name == "truth":
             raise click.BadParameter(f"--methods: {name!r} is no method; --list prints them")

@@ -7,46 +7,35 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import Stages, console, file_path, print_facts, status
-from nacre.files import printable
+from nacre.cli.console import Stages, file_path, print_facts
+from nacre.cli.ranges import SEED, FiniteRange
+from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
 
 EXPERIMENTS = ("btf-table1", "btf-fig4", "btf-fig6", "btf-fig7", "btf-fig8", "btf-tsne")
 _QUICK_TEXELS = 48
 """Of each texture at which errors are found, if it should be quick."""
 
 
-def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    """Print every method and stop."""
-    if not value:
-        return
+def _print_names() -> None:
+    """Print every experiment and method."""
     from nacre.reproduce.btf.experiments import EXPERIMENTS as KNOWN
     from nacre.reproduce.btf.methods import KINDS
 
     print_facts("experiments", [(name, kind.title) for name, kind in KNOWN.items()])
     print_facts("methods", [(f"{name}-VALUES", kind.about) for name, kind in KINDS.items()])
-    context.exit()
 
 
 @click.command("reproduce")
 @click.argument("experiment", type=click.Choice(EXPERIMENTS))
 @click.argument("textures", nargs=-1, required=True, type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    type=file_path(),
-    default="reproduced",
-    help="Folder for the CSV, the Markdown table and the pictures.",
-)
+@output_option
 @click.option(
     "--methods",
     "chosen",
     metavar="NAME,NAME",
     help="What to compare, like unified-32. Default: what the paper compares, and nacre's own.",
 )
-@click.option(
-    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
-    help="Print the names of all methods.",
-)  # fmt: skip
+@list_option(_print_names)
 @click.option(
     "--unseen",
     multiple=True,
@@ -67,10 +56,10 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     help="Folder of second measurements for btf-table1, with other noise and the same names.",
 )
 @click.option(
-    "--minutes", type=click.FloatRange(0.0, min_open=True), help="A network.  [default: 10]"
+    "--minutes", type=FiniteRange(0.0, 1e6, min_open=True), help="A network.  [default: 10]"
 )
 @click.option("--quick", is_flag=True, help="Short trainings, few texels: figures to look at.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of everything random.")
+@click.option("--seed", type=SEED, default=0, help="Of everything random.")
 @click.option("--cache", type=file_path(), help="Codecs and results. Default: OUTPUT/cache.")
 @click.option("--fresh", is_flag=True, help="Make again what is in the cache.")
 def command(
@@ -105,8 +94,7 @@ def command(
     if again and experiment != "btf-table1":
         raise click.BadParameter(f"--again is not for {experiment}")
     kind = KNOWN[experiment]
-    names = [part.strip() for part in chosen.split(",")] if chosen else kind.methods
-    methods = [find(name) for name in dict.fromkeys(names)]
+    methods = [find(name) for name in (split_names(chosen) if chosen else kind.methods)]
     settings = TrainingSettings.quick(seed) if quick else TrainingSettings(seed=seed)
     if minutes is not None:
         settings = replace(settings, minutes=minutes)
@@ -125,9 +113,4 @@ def command(
             progress=stages.add(experiment),
         )
         paths = kind.run(experiment, study, methods, output)
-    for (method, reason), where in sorted(study.skipped.items()):
-        line = f"left out: {method} ({', '.join(where)}): {reason}"
-        status.print(printable(line), markup=False)
-    for path in paths:
-        console.print(printable(str(path)), markup=False)
-    console.print(f"differs from the paper: {kind.differs}", markup=False)
+    print_reproduced(paths, kind.differs, study.left_out())

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nacre.color import tone_map
 from nacre.evaluate.comparison import Comparison, LightComparison
 from nacre.evaluate.metrics import flip
-from nacre.files import require
+from nacre.files import printable, require
 from nacre.render.sphere import MARGIN
 
 Floats = npt.NDArray[np.floating]
@@ -185,7 +185,8 @@ def draw_text(
     anchor: str = "ls",
     limit: float = math.inf,
 ) -> None:
-    """Text on its base line, cut with an ellipsis where it is wider than `limit`."""
+    """Text on one base line, cut with an ellipsis where it is wider than `limit`."""
+    text = printable(text)
     font = require("PIL.ImageFont", "render").load_default(size=size)
     if draw.textlength(text, font) > limit:
         while text and draw.textlength(text + "…", font) > limit:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.comparison import matched
 from nacre.btf.directions import from_degrees
+from nacre.btf.latent_map import NeuralBtf
 from nacre.btf.selection import nearest_pair
+from nacre.btf.sheet import reduced
 from nacre.btf.texture import Btf
 from nacre.color import tone_map
 from nacre.evaluate.drawing import (
@@ -25,8 +25,8 @@ from nacre.evaluate.drawing import (
     draw_text,
     magma,
 )
+from nacre.evaluate.texture_panels import SMALL, angles, enlarged, texels
 from nacre.files import require
-from nacre.geometry import split, to_spherical
 
 SHOWN = (
     ((0.0, 0.0), (0.0, 0.0)),
@@ -37,7 +37,9 @@ SHOWN = (
 )
 """Polar angle and azimuth of the light, then of the view, in degrees."""
 
-_CELL, _GAP, _MARGIN, _HEADER, _LABEL, _FOOTER = 256, 20, 36, 108, 34, 76
+_LARGEST = 512
+"""Pixels of an edge of a picture."""
+_GAP, _MARGIN, _HEADER, _LABEL, _FOOTER = 20, 36, 108, 34, 76
 _SCALES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Ends of the colour scale; the smallest that holds nearly all errors is taken."""
 
@@ -45,10 +47,11 @@ _SCALES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "other")) -> Bytes:
     """Draw two textures at the measured pairs of directions nearest to :data:`SHOWN`.
 
-    Columns are the truth, the other, and the largest absolute difference of the channels. Of a
-    texture wider or higher than a cell the middle is shown; smaller ones are enlarged without
-    smoothing. Each row has an exposure of its own, so that the brightest texels of the truth but
-    one in a hundred are white; differences are relative to the same white.
+    Columns are the truth, the other, and the largest absolute difference of the channels. Pictures
+    of more than 512 pixels a side are reduced by means over squares of pixels; small ones are
+    enlarged without smoothing. No pair is shown twice. Each row has an exposure of its own, so that
+    the brightest texels of the truth but one in a hundred are white; differences are relative to
+    the same white.
 
     Parameters
     ----------
@@ -72,68 +75,60 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     other = matched(truth, other)
     wanted = [nearest_pair(truth, from_degrees(*wi), from_degrees(*wo)) for wi, wo in SHOWN]
     pairs = np.array(list(dict.fromkeys(wanted)))
-    rows = [
-        (
-            _label(truth, int(pair)),
-            _middle(truth.images(pair[None])[0]),
-            _middle(other.images(pair[None])[0]),
-        )
-        for pair in pairs
-    ]
-    whites = [max(float(np.percentile(a.max(-1), 99.0)), 1e-4) for _, a, _ in rows]
-    differences = [
-        np.abs(b - a).max(-1) / white for (_, a, b), white in zip(rows, whites, strict=True)
-    ]
-    peak = max(float(np.percentile(difference, 99.5)) for difference in differences)
+    rows = [_row(truth, other, int(pair)) for pair in pairs]
+    peak = max(float(np.percentile(row.difference, 99.5)) for row in rows)
     scale = next((end for end in _SCALES if end >= peak), _SCALES[-1])
 
     canvas = require("PIL.Image", "render")
-    width = 2 * _MARGIN + 3 * _CELL + 2 * _GAP
-    height = _HEADER + len(rows) * (_LABEL + _CELL) + _FOOTER
+    size = enlarged(rows[0].difference).shape
+    cell = max(SMALL, size[1])
+    width = 2 * _MARGIN + 3 * cell + 2 * _GAP
+    height = _HEADER + len(rows) * (_LABEL + size[0]) + _FOOTER
     image = canvas.new("RGB", (width, height), PAPER)
     draw = require("PIL.ImageDraw", "render").Draw(image)
-    columns = [_MARGIN + i * (_CELL + _GAP) for i in range(3)]
+    columns = [_MARGIN + i * (cell + _GAP) for i in range(3)]
     right = width - _MARGIN
     draw_text(draw, (_MARGIN, 42), names[1], 26, INK, limit=right - _MARGIN)
-    draw_text(draw, (_MARGIN, 70), f"against {names[0]}", 16, FAINT, limit=right - _MARGIN)
-    titles = "Truth", "Other", "Difference / white"
+    subtitle = f"against {names[0]}; {texels(truth, *size)}"
+    draw_text(draw, (_MARGIN, 70), subtitle, 16, FAINT, limit=right - _MARGIN)
+    decoded = "Decoded" if isinstance(other, NeuralBtf) else "Other"
+    titles = "Reference", decoded, "Error / white"
     for x, title in zip(columns, titles, strict=True):
-        draw_text(draw, (x + _CELL / 2, _HEADER - 8), title, 15, INK, anchor="ms")
+        draw_text(draw, (x + cell / 2, _HEADER - 8), title, 15, INK, anchor="ms")
     y = _HEADER
-    for (label, a, b), white, difference in zip(rows, whites, differences, strict=True):
+    for row in rows:
         draw.line([(_MARGIN, y + 2), (right, y + 2)], fill=RULE)
-        draw_text(draw, (_MARGIN, y + 24), label, 15, INK)
-        draw_text(draw, (right, y + 24), f"white is {white:.3g}", 15, FAINT, anchor="rs")
+        draw_text(draw, (_MARGIN, y + 24), row.label, 15, INK)
+        draw_text(draw, (right, y + 24), f"white is {row.white:.3g}", 15, FAINT, anchor="rs")
         y += _LABEL
-        cells = tone_map(a / white), tone_map(b / white), magma(difference / scale)
-        for x, cell in zip(columns, cells, strict=True):
-            image.paste(_enlarged(canvas, cell), (x, y))
-        y += _CELL
-    draw_scale(image, draw, (columns[2], y + 22), _CELL, scale)
+        pictures = tone_map(row.truth), tone_map(row.other), magma(row.difference / scale)
+        for x, picture in zip(columns, pictures, strict=True):
+            panel = canvas.fromarray(enlarged(display_bytes(picture)))
+            image.paste(panel, (x + (cell - size[1]) // 2, y))
+        y += size[0]
+    note = "Error: the largest absolute difference of the channels, in units of the row's white"
+    draw_text(draw, (_MARGIN, y + 36), note, 13, FAINT, limit=columns[2] - _GAP - _MARGIN)
+    draw_scale(image, draw, (columns[2], y + 22), cell, scale)
     return np.array(image)
 
 
-def _label(btf: Btf, pair: int) -> str:
-    angles = (
-        "{:.0f}°, {:.0f}°".format(*(float(np.degrees(a)) for a in to_spherical(split(w[pair]))))
-        for w in (btf.wi, btf.wo)
-    )
-    return "Light {}     view {}".format(*angles)
+@dataclass(frozen=True)
+class _Row:
+    """Pictures relative to a white of their own, shape (height, width, 3), and where they differ.
+
+    The difference has shape (height, width); it is found before pictures are reduced.
+    """
+
+    label: str
+    truth: Floats
+    other: Floats
+    difference: Floats
+    white: float
 
 
-def _middle(picture: Floats) -> Floats:
-    """The square in the middle, at most a cell wide."""
-    height, width = picture.shape[:2]
-    size = min(height, width, _CELL)
-    top, left = (height - size) // 2, (width - size) // 2
-    return picture[top : top + size, left : left + size]
-
-
-def _enlarged(canvas: Any, values: npt.NDArray[Any]) -> Any:
-    """A square picture in the middle of a cell, each pixel as large as it can be."""
-    factor = math.floor(_CELL / len(values))
-    pixels = display_bytes(values).repeat(factor, axis=0).repeat(factor, axis=1)
-    cell = canvas.new("RGB", (_CELL, _CELL), PAPER)
-    margin = (_CELL - len(pixels)) // 2
-    cell.paste(canvas.fromarray(pixels), (margin, margin))
-    return cell
+def _row(truth: Btf, other: Btf, pair: int) -> _Row:
+    a, b = (texture.images(np.array([pair]))[0] for texture in (truth, other))
+    white = max(float(np.percentile(a.max(-1), 99.0)), 1e-4)
+    difference = np.abs(b - a).max(-1)
+    a, b, difference = (reduced(values / white, _LARGEST) for values in (a, b, difference))
+    return _Row("     ".join(angles(truth, pair)), a, b, difference, white)

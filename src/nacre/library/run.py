@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import nacre
+from nacre.btf.formats import is_btf
 from nacre.files import FormatError, NacreError, PathLike, abandoned, atomic_path, digest, printable
 from nacre.library.executor import Executor, Job, Stream, Threads
 from nacre.library.fitting import Fitting, NetworkFitting
@@ -92,7 +93,10 @@ def fit_library(
     sources = find_sources(paths, output, left_out.append)
     if not sources:
         where = ", ".join(map(str, paths))
-        raise NacreError(f"{where}: no measured materials found")
+        factored = (file for path in paths for file in Path(path).glob("*.btf"))
+        textures = any(is_btf(path) for path in (*paths, *left_out, *factored))
+        advice = ", but textures (BTFs); see nacre btf --help" if textures else ""
+        raise NacreError(f"{where}: no measured materials found{advice}")
     names = output_names(sources, fitting.ending)
     taken = {source.path.resolve() for source in sources}
     for name in names:

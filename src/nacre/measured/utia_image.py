@@ -24,13 +24,13 @@ from nacre.files import (
     atomic_path,
     first_bytes,
     read_bytes,
-    require,
 )
 from nacre.image_file import (
     EXR_MAGIC,
     HEADER_LIMIT,
     PNG_MAGIC,
     ImageHeader,
+    bitmaps,
     decode,
     exr_header,
     png_header,
@@ -108,7 +108,7 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
     MissingExtraError
         If Mitsuba is not installed.
     """
-    mi = require("mitsuba", "render")
+    mi = bitmaps()
     utia = brdf if isinstance(brdf, UtiaBrdf) else tabulate(brdf)
     image = np.moveaxis(utia.stored.reshape(3, _EDGE, _EDGE), 0, -1)
     stream = mi.MemoryStream()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nacre.files import NacreError, require
+from nacre.image_file import bitmaps
 from nacre.render import llvm
 
 DEFAULT_VARIANT = "llvm_ad_rgb"
@@ -31,7 +32,7 @@ def mitsuba(variant: str | None = None) -> Any:
         If the variant compiles with LLVM and there is none of release 17 or newer.
     """
     llvm.prepare()
-    mi = require("mitsuba", "render")
+    mi = bitmaps()
     current = mi.variant()
     chosen = current or variant or DEFAULT_VARIANT
     if chosen.startswith("llvm"):

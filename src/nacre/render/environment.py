@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import luminance
-from nacre.files import FormatError, NacreError, PathLike, require
+from nacre.files import FormatError, NacreError, PathLike
+from nacre.image_file import bitmaps
 
 Floats = npt.NDArray[np.floating]
 
@@ -167,7 +168,7 @@ def load_environment(path: PathLike) -> Environment:
         raise FormatError(f"{path}: an environment is one of {', '.join(EXTENSIONS)}")
     if not path.is_file():
         raise FormatError(f"{path}: no such file")
-    mi = require("mitsuba", "render")
+    mi = bitmaps()
     try:
         bitmap = mi.Bitmap(str(path))
         if bitmap.pixel_count() > _MAX_PIXELS:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
+from nacre.image_file import bitmaps
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.passes import accumulate, pass_sizes
@@ -127,7 +128,7 @@ def write_image(image: npt.NDArray[np.floating], path: PathLike) -> None:
     """
     path = check_image_path(path)
     if path.suffix.lower() == ".exr":
-        mi = require("mitsuba", "render")
+        mi = bitmaps()
         try:
             with atomic_path(path) as temporary:
                 mi.Bitmap(np.ascontiguousarray(image, np.float32)).write(str(temporary))

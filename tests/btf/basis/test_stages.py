@@ -18,7 +18,7 @@ class Killed(BaseException):
 
 
 @pytest.mark.parametrize("turn", [1, 2], ids=["texels", "coefficients"])
-def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:  # type: ignore[no-untyped-def]
+def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:
     from nacre.btf.basis.recipe import BasisRecipe
     from nacre.btf.basis.training import train_basis
 
@@ -30,8 +30,8 @@ def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:  # type: 
     opened: Counter[int] = Counter()
     killing = True
 
-    def opening(seed: int):  # type: ignore[no-untyped-def]
-        def opens():  # type: ignore[no-untyped-def]
+    def opening(seed: int):
+        def opens():
             opened[seed] += 1
             if killing and seed == 3 and opened[seed] == turn:
                 raise Killed

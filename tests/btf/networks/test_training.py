@@ -24,9 +24,9 @@ from nacre.btf.networks import (
     train_network,
     training,
 )
-from nacre.btf.texture import TableBtf
 from nacre.files import NacreError
 from tests.btf.networks.made import OTHER, texture
+from tests.btf.support import ByImage
 
 SIZES = {
     "latent": 6, "angular": (32, 32), "features": 20, "hidden": (32,), "decoder_hidden": (32, 32)
@@ -203,23 +203,13 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
 
 
 def test_images_are_read_once(tmp_path):
-    class Images(TableBtf):
-        by_image = True
-
-        def texels(self, chosen):
-            raise AssertionError("reads every image")
-
-        def images(self, chosen):
-            read.append(np.arange(self.pair_count)[chosen])
-            return super().images(chosen)
-
-    read: list[np.ndarray] = []
     plain = [texture(seed) for seed in range(2)]
     for made in plain:
         made.values = made.values.astype(np.float16).astype(np.float32)
-    images = [Images(made.values, made.wi, made.wo, made.name) for made in plain]
+    images = [ByImage(made) for made in plain]
     assert same(train(files=images, steps=30), train(files=plain, steps=30))
-    assert sorted(np.concatenate(read)) == sorted([*range(plain[0].pair_count)] * 2)
+    for made in images:
+        assert sorted(made.read) == list(range(made.pair_count))
 
 
 def test_patience_stops_training_and_gives_the_best_weights():

@@ -13,6 +13,7 @@ from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.domes import below, pairs
 from nacre.btf.principal import PcaCodec, PcaRecipe, find_components
 from nacre.files import NacreError
+from tests.btf.support import ByImage
 
 RING = pairs(*[BONN.directions[below(BONN.directions, 12.0)]] * 2)
 """7 directions for light and viewer each: 49 pairs that six turns map onto themselves."""
@@ -111,24 +112,10 @@ def test_little_memory_takes_fewer_texels():
 
 
 def test_images_are_read_once(monkeypatch):
-    class Images(TableBtf):
-        by_image = True
-
-        def texels(self, chosen):
-            raise AssertionError("reads every image")
-
-        def images(self, chosen):
-            read.append(np.arange(self.pair_count)[chosen])
-            return super().images(chosen)
-
-    def images():
-        made = texture(0)
-        return Images(made.values, made.wi, made.wo, made.name)
-
     monkeypatch.setattr("nacre.btf.principal.analysis._BLOCK", 12 * 49 * 4)
-    read: list[np.ndarray] = []
-    codec = find_components([images], PcaRecipe(4))
-    assert sorted(np.concatenate(read)) == list(range(49))
+    images = ByImage(texture(0))
+    codec = find_components([lambda: images], PcaRecipe(4))
+    assert sorted(images.read) == list(range(49))
     plain = find_components(TEXTURES[:1], PcaRecipe(4))
     np.testing.assert_allclose(codec.mean, plain.mean, rtol=1e-3)
     np.testing.assert_allclose(codec.variances, plain.variances, rtol=5e-3)

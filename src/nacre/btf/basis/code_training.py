@@ -169,7 +169,7 @@ class _Training:
         return parts
 
     def _error(self, difference: Tensor, parts: list[_Part]) -> Tensor:
-        """Mean over texels of root mean square errors of reflectance factors."""
+        """Mean over texels of root mean square errors of roots of reflectance factors."""
         left = torch.cat([part.left(self._residuals) for part in parts])
         return (difference.square().sum(1) / 3.0 + left + 1e-7).sqrt().mean()
 

@@ -26,7 +26,7 @@ _PAIRS = 1 << 9
 class BasisCodec(TexelCodec):
     """Texels as sums of smooth functions of light and view, with coefficients from few values.
 
-    An apparent BRDF is a mean plus a sum of functions that a network has learned
+    The square root of an apparent BRDF is a mean plus a sum of functions that a network has learned
     (:class:`AngularFunctions`). Its coefficients are what a second, small network makes of a code,
     once a texel; after that, a pair of directions costs one multiplication a coefficient.
 

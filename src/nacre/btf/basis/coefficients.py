@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.basis.colors import split_reflectance
 from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
@@ -18,13 +19,12 @@ from nacre.btf.domes import below
 from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
 from nacre.btf.transposition import by_texel
-from nacre.channels import split_colors
 from nacre.progress import Progress
 
 _BLOCK = 64
 """Texels that are worked on at a time."""
 _COEFFICIENT_BYTES = 3 * 4
-"""Of a subset: products of functions and reflectance, gathered, and estimates."""
+"""Of a subset: products with functions, gathered, and estimates."""
 _SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
 _VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
 _LIGHTS = (45.0, 60.0)
@@ -42,12 +42,12 @@ class TrainingTexels:
     values
         Coefficients from all pairs of directions, shape (t, K).
     residuals
-        Mean square of what the functions leave of reflectance factors, shape (t,).
+        Mean square of what the functions leave of roots of reflectance factors, shape (t,).
     subsets
         Pairs of directions that an encoder may have to do with; the first has all.
     moments
-        Products of reflectance less the mean with the functions over each of the subsets, shape
-        (s, t, K).
+        Products of roots of reflectance less the mean with the functions over each of the subsets,
+        shape (s, t, K).
     """
 
     values: Floats
@@ -142,8 +142,7 @@ def _coefficients(
         texels = texture.texels(chosen[part])
         for texel, order in zip(texels, orders[part], strict=True):
             texel[:] = texel[order]
-        grey, chroma = split_colors(texels)
-        grey -= mean
+        grey, chroma = split_reflectance(texels, mean)
         for subset, table, found in zip(subsets, tables, moments, strict=True):
             products = [
                 grey[:, subset] @ table.grey,

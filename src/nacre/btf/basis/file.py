@@ -16,11 +16,11 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.domes import pairs
-from nacre.tensors import HALF_LARGEST, Tensors, in_precision, in_single
+from nacre.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 
 MODEL = "basis"
 """What files and commands call the codec."""
-VERSION = 1
+VERSION = 2
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
 _LARGEST = 1e9
@@ -42,7 +42,7 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
         "version": VERSION,
         "model": MODEL,
         "numbers": numbers,
-        "values": "pi f_r, linear Rec. 709, as grey values and pairs of colours",
+        "values": "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours",
         "metadata": metadata,
     }
     return header, written
@@ -50,11 +50,10 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
 
 def unpack_basis(header: dict[str, Any], tensors: Tensors) -> BasisCodec:
     """A codec; see :func:`nacre.btf.codec_file.unpack_codec`."""
-    if header["version"] != VERSION:
-        raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
+    check_header(header, VERSION)
     metadata, numbers = header["metadata"], header["numbers"]
-    if not isinstance(metadata, dict) or not isinstance(numbers, dict):
-        raise ValueError("metadata or numbers are not an object")
+    if not isinstance(numbers, dict):
+        raise ValueError("numbers are not an object")
     wide = [name for name, array in tensors.items() if max(array.shape, default=0) > _WIDEST]
     if wide:
         raise ValueError(f"{wide[0]} is {tensors[wide[0]].shape}, wider than {_WIDEST:,}")

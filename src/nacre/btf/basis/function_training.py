@@ -10,22 +10,22 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.basis.colors import split_reflectance
 from nacre.btf.basis.components import principal_functions
 from nacre.btf.basis.functions import INPUTS, AngularFunctions, direction_inputs
 from nacre.btf.basis.network_training import Tensor, dense, descend, to_layer, torch
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
-from nacre.channels import split_colors
 from nacre.files import NacreError
 from nacre.layer import Layer
 from nacre.progress import Progress
 
 _BATCH = 1024
+_BLOCK = 64
+"""Texels at a time whose colours are split."""
 _RIDGE = 1e-8
 _LEAST = 1e-9
 """Of the mean square of texels: what varies less is rounding."""
-_DARK = 0.02
-"""Added to the brightness of texels, so that black ones do not weigh endlessly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ def principal_components(
     recipe: BasisRecipe,
     report: Progress,
 ) -> Components:
-    """Functions whose sums are closest to texels, with weights by one over their brightness.
+    """Functions whose sums are closest to roots of reflectance of texels.
 
     Parameters
     ----------
@@ -80,15 +80,12 @@ def principal_components(
     count = len(texels)
     grey = np.empty((count, len(wi)), np.float32)
     chroma = np.empty((2, count, len(wi)), np.float32)
-    for index, texel in enumerate(texels):
-        grey[index], chroma[:, index] = split_colors(texel.astype(np.float32))
-    weights = 1.0 / (np.maximum(grey.mean(1), 0.0) + _DARK)
-    mean = weights @ grey / weights.sum()
+    for start in range(0, count, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        grey[part], chroma[:, part] = split_reflectance(texels[part], np.zeros_like(grey[0]))
+    mean = grey.mean(0)
     mean = np.mean([mean[order] for order in orders], axis=0)
-    scale = np.sqrt(weights / weights.mean())
     grey -= mean
-    grey *= scale[:, None]
-    chroma *= scale[:, None]
     report("components", 0, 2, "")
     greys, grey_variances = principal_functions(grey, orders, recipe.greys, recipe.seed)
     report("components", 1, 2, "")

@@ -41,8 +41,8 @@ class AngularFunctions:
     """Functions that a network gives for a pair of directions.
 
     All layers but the last are followed by x / (1 + exp(-x)); of the hidden ones, all but the first
-    add to what came before them. Reflectance is linear in the functions, as sums of grey values and
-    of pairs, see :mod:`nacre.channels`.
+    add to what came before them. Roots of reflectance are sums of the functions, as grey values and
+    pairs, see :mod:`nacre.btf.basis.colors`.
 
     Parameters
     ----------

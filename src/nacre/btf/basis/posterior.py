@@ -28,8 +28,8 @@ class Prior:
     deviations
         Root mean squares of coefficients, shape (K,).
     noise
-        Variance of reflectance factors about sums of the functions: what these cannot express, and
-        noise of the measurement.
+        Variance of roots of reflectance factors about sums of the functions: what these cannot
+        express, and noise of the measurement.
     covariance
         Of coefficients about those that are completed, relative to the mean square of a texel,
         shape (K, K); (0, 0) before these are known.
@@ -67,11 +67,8 @@ class Observation:
             start += len(block)
 
     def moments(self, texels: Floats) -> Floats:
-        """Products of the functions with reflectance (b, n, 3) less the mean, shape (b, K)."""
-        texels = np.ascontiguousarray(texels, np.float32)
-        grey = np.empty(texels.shape[:2], np.float32)
-        chroma = np.empty((2, *grey.shape), np.float32)
-        split_reflectance(texels, self.functions.mean, grey, chroma)
+        """Products of the functions with roots of reflectance (b, n, 3) less the mean: (b, K)."""
+        grey, chroma = split_reflectance(texels, self.functions.mean)
         parts = [grey @ self.functions.grey, *(c @ self.functions.chroma for c in chroma)]
         return np.concatenate(parts, axis=1)
 

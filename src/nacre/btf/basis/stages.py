@@ -42,6 +42,10 @@ class Stages:
         """All that there are."""
         return self._files("*")
 
+    def has(self, name: str) -> bool:
+        """Whether the result of a stage is there."""
+        return bool(self._files(name))
+
     def remove(self, name: str = "*") -> None:
         """Remove all files, or those of stages whose names match a pattern."""
         for path in self._files(name):
@@ -67,7 +71,9 @@ class Stages:
             header, tensors = from_file(path, _KEY, _LIMIT, "a stage of a training")
             with damage_named(path):
                 if header["mark"] != self._mark:
-                    raise NacreError(f"{path}: is of another training; remove it to begin anew")
+                    raise NacreError(
+                        f"{path}: is of another training; remove {self._path.name}* to begin anew"
+                    )
                 return unpack_fields(kind, header["numbers"], tensors)
         found = make()
         numbers, tensors = pack_fields(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -25,6 +26,7 @@ from nacre.btf.basis.function_training import (
 from nacre.btf.basis.functions import AngularFunctions
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
+from nacre.btf.basis.swatches import swatches
 from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.directions import same_pairs
 from nacre.btf.selection import random_texels
@@ -33,6 +35,8 @@ from nacre.btf.transposition import by_texel, narrowed
 from nacre.files import NacreError
 from nacre.progress import Progress, silent
 
+_LEAST_TEXELS = 2048
+"""From which functions are found, however few textures there are."""
 _VALUE_BYTES = 3 * (2 + 4)
 """Of a pair of directions of a texel: as half floats, and as grey values and chroma."""
 
@@ -46,7 +50,7 @@ def train_basis(
     """The default codec, learned from textures of the same pairs of directions.
 
     Takes minutes. Texels count with their turns about the normal that the directions allow, and
-    with every order of the channels.
+    with every order of the channels; uniform diffuse texels of all colours are learned with them.
 
     Parameters
     ----------
@@ -81,7 +85,8 @@ def train_basis(
     def found_texels() -> TrainingTexels:
         subsets = partial_measurements(wi, wo, np.random.default_rng(recipe.seed))
         turns = symmetric_turns(wi, wo)
-        return training_texels(textures, values, turns, subsets, recipe, progress, kept)
+        plain = partial(swatches, wi, wo, recipe.coded_texels, recipe.seed)
+        return training_texels([*textures, plain], values, turns, subsets, recipe, progress, kept)
 
     data = kept.result("coefficients", TrainingTexels, found_texels)
     kept.remove("coefficients-*")
@@ -112,7 +117,9 @@ def _gathered(
         progress("reading", index + 1, len(textures), "")
     if sum(len(texels.values) for texels in found) < 4 * recipe.values:
         raise NacreError(f"{len(found)} textures have too few texels to learn from")
-    return found[0].wi, found[0].wo, np.concatenate([texels.values for texels in found])
+    wi, wo = found[0].wi, found[0].wo
+    plain = swatches(wi, wo, recipe.texels, recipe.seed).texels(slice(None))
+    return wi, wo, np.concatenate([*(texels.values for texels in found), plain.astype(np.float16)])
 
 
 def _texels_of(
@@ -121,6 +128,7 @@ def _texels_of(
     """Random ones, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
     with by_texel(open_texture()) as texture:
+        wanted = max(recipe.texels, math.ceil(_LEAST_TEXELS / textures))
         most = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
-        texels = texture.texels(random_texels(texture, min(recipe.texels, most), random))
+        texels = texture.texels(random_texels(texture, min(wanted, most), random))
         return _Texels(texture.wi, texture.wo, narrowed(texels, np.float16, texture.name))

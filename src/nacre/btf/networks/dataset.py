@@ -121,6 +121,8 @@ class TexelStream:
         self._memory = memory
         self.directions: list[tuple[Floats, Floats]] = []
         """`wi` and `wo` of every set of directions that files have."""
+        self.examples: list[PathLike] = []
+        """The first file of each."""
         self.names: list[str] = []
         """Of the materials."""
         self._groups: list[int] = []
@@ -133,6 +135,7 @@ class TexelStream:
             if mark not in known:
                 known[mark] = len(known)
                 self.directions.append((np.array(texture.wi), np.array(texture.wo)))
+                self.examples.append(path)
             self._groups.append(known[mark])
             self.names.append(texture.name or Path(path).name)
             order = np.random.default_rng((seed, 2, index)).permutation(texture.texel_count)

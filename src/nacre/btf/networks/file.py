@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, fields
 from typing import Any
 
-import numpy as np
-
 from nacre.btf.networks.custom import CustomNetwork, CustomSettings
 from nacre.btf.networks.network import TexelNetwork
 from nacre.btf.networks.preprocessing import Whitening
 from nacre.btf.networks.unified import UnifiedNetwork, UnifiedSettings
-from nacre.tensors import Tensors, check_numbers, in_precision, in_single
+from nacre.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
 
 VERSION = 1
 _SETTINGS: dict[str, type[UnifiedSettings] | type[CustomSettings]] = {
@@ -40,21 +38,15 @@ def pack_network(
 
 def unpack_network(header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
     """A network, onto the CPU; see :func:`nacre.btf.codec_file.unpack_codec`."""
-    if header["version"] != VERSION:
-        raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
+    check_header(header, VERSION)
     metadata = header["metadata"]
-    if not isinstance(metadata, dict):
-        raise ValueError("metadata is not an object")
     whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
     settings = _settings(_SETTINGS[header["model"]], header["settings"])
     arrays = in_single({k: v for k, v in tensors.items() if k not in ("wi", "wo")})
     if isinstance(settings, UnifiedSettings):
         return UnifiedNetwork(settings, whitening, arrays, metadata=metadata)
     wi, wo = tensors["wi"], tensors["wo"]
-    for name, array in (("wi", wi), ("wo", wo)):
-        check_numbers({name: array}, 1e6)
-        if array.ndim != 2 or not np.allclose(np.square(array).sum(axis=-1), 1.0, atol=1e-3):
-            raise ValueError(f"{name} are no unit directions")
+    check_unit_vectors({"wi": wi, "wo": wo})
     return CustomNetwork(wi, wo, settings, whitening, arrays, metadata=metadata)
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import csv
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
-from nacre.files import require
+from nacre.files import FormatError, NacreError, require
 
 COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
+_LINE = 80
+"""Characters that the first line may have, and more."""
 
 
 class Journal:
@@ -31,16 +34,19 @@ class Journal:
     ------
     MissingExtraError
         If there is no writer of events.
+    NacreError
+        If a file of this name is none of these, or cannot be read or written.
     """
 
     def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:
         self._events: Any = None
+        self._path = path
+        self._file: IO[str] | None = None
+        rows = [] if path is None else _rows(path, step)
         if events is not None:
             writer = require("tensorboardX", "btf").SummaryWriter
             self._events = writer(str(events), purge_step=step or None)
-        self._file = None
         if path is not None:
-            rows = _rows(path, step)
             self._file = path.open("w", newline="", encoding="utf-8")
             self._table = csv.writer(self._file)
             self._table.writerows([COLUMNS, *rows])
@@ -55,7 +61,8 @@ class Journal:
         trace: TracebackType | None,
     ) -> None:
         if self._file:
-            self._file.close()
+            with suppress(OSError):  # rows are in the file, or their error is under way
+                self._file.close()
         if self._events:
             self._events.close()
 
@@ -65,8 +72,11 @@ class Journal:
         """Write one row; without a validation loss its field is empty."""
         if self._file:
             last = "" if validation is None else f"{validation:.6g}"
-            self._table.writerow([step, f"{seconds:.2f}", f"{rate:.6g}", f"{loss:.6g}", last])
-            self._file.flush()
+            try:
+                self._table.writerow([step, f"{seconds:.2f}", f"{rate:.6g}", f"{loss:.6g}", last])
+                self._file.flush()
+            except OSError as error:
+                raise FormatError(f"{self._path}: cannot be written: {error.strerror}") from error
         if self._events:
             scalars = {"learning rate": rate, "loss/training": loss}
             if validation is not None:
@@ -77,8 +87,10 @@ class Journal:
 
 def _rows(path: Path, step: int) -> list[list[str]]:
     """Rows of an earlier training up to a step; none where it begins anew."""
-    if not step or not path.exists():
+    if not path.exists():
         return []
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)]
+        if file.readline(_LINE).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
+            raise NacreError(f"{path}: is no table of a training; move it, or name another output")
+        rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
     return [row for row in rows if row[0].isdigit() and int(row[0]) <= step]

@@ -137,8 +137,9 @@ def _new_network(
         return UnifiedNetwork(settings, whitening, **start)
     if len(stream.directions) > 1:
         raise NacreError(
-            f"the files have {len(stream.directions)} sets of directions, the network of 2019 "
-            "takes one; leave out the others, or train a unified one"
+            f"{stream.examples[1]}: has other directions than {stream.examples[0]}; the files have "
+            f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
+            "out the others, or train a unified one"
         )
     return CustomNetwork(*stream.directions[0], settings, whitening, **start)
 

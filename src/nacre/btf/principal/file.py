@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nacre.btf.principal.codec import PcaCodec
-from nacre.tensors import Tensors, check_numbers
+from nacre.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 
 MODEL = "principal components"
 VERSION = 1
@@ -30,11 +30,8 @@ def pack_components(codec: PcaCodec) -> tuple[dict[str, Any], Tensors]:
 
 def unpack_components(header: dict[str, Any], tensors: Tensors) -> PcaCodec:
     """A codec; see :func:`nacre.btf.codec_file.unpack_codec`."""
-    if header["version"] != VERSION:
-        raise ValueError(f"version {header['version']!r}; this nacre reads version {VERSION}")
-    metadata, noise = header["metadata"], header["noise"]
-    if not isinstance(metadata, dict):
-        raise ValueError("metadata is not an object")
+    check_header(header, VERSION)
+    noise = header["noise"]
     if not isinstance(noise, float) or not 0.0 < noise < _LARGEST:
         raise ValueError(f"noise is {noise!r}, expected a number above 0")
     arrays = {name: tensors[name] for name in _ARRAYS}
@@ -42,8 +39,5 @@ def unpack_components(header: dict[str, Any], tensors: Tensors) -> PcaCodec:
         if array.dtype != np.float32:
             raise ValueError(f"{name} are not float32 numbers")
     check_numbers(arrays, _LARGEST)
-    for name in ("wi", "wo"):
-        lengths = np.square(arrays[name]).sum(axis=-1)
-        if arrays[name].ndim != 2 or not np.allclose(lengths, 1.0, atol=1e-3):
-            raise ValueError(f"{name} are no unit directions")
-    return PcaCodec(**arrays, noise=noise, metadata=metadata)
+    check_unit_vectors({name: arrays[name] for name in ("wi", "wo")})
+    return PcaCodec(**arrays, noise=noise, metadata=header["metadata"])

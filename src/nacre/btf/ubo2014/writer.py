@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,24 @@ _SEED = 0
 _HORIZON = 1e-5
 
 
+@dataclass(frozen=True)
+class Loss:
+    """What a file that keeps some components of a texture has lost of it.
+
+    Parameters
+    ----------
+    error
+        Mean absolute difference between the values read back and those of the texture, negative
+        ones as they were, relative to the mean absolute value of these; 0 for a black texture.
+        Squares would tell of the highlights only.
+    negative
+        Share of the values that were below 0, which were written as 0.
+    """
+
+    error: float
+    negative: float
+
+
 def save(
     btf: Btf,
     path: PathLike,
@@ -50,7 +68,7 @@ def save(
     model: ColorModel = ColorModel.YLOG_UDIVY_VDIVY,
     scalar_size: int = 2,
     progress: Progress | None = None,
-) -> float:
+) -> Loss:
     """Write a texture as a `.btf` file, whole or not at all.
 
     The texture is gone through four times, and once more for :attr:`ColorModel.PCA`: to find the
@@ -76,9 +94,8 @@ def save(
 
     Returns
     -------
-    error
-        Mean absolute difference between the values read back and those of `btf`, relative to the
-        mean of these; 0 for a black texture. Squares would tell of the highlights only.
+    loss
+        How far the values that are read back are from those of `btf`.
 
     Raises
     ------
@@ -112,7 +129,7 @@ def save(
         with temporary.open("wb") as file:
             file.write(pack(header, k))
             _write_factors(file, source, colors, [u.astype(scalar) for u in directions])
-        return source.difference(load(temporary))
+        return source.loss(load(temporary))
 
 
 class _Source:
@@ -132,7 +149,7 @@ class _Source:
                 raise FormatError(
                     f"{self.path}: texels {block.start} to {last} hold values that are not finite"
                 )
-            yield block, np.maximum(values, np.float32(0.0))
+            yield block, values
             self._done += block.stop - block.start
             if self._progress:
                 self._progress("factoring", self._done, self._total, "")
@@ -140,26 +157,29 @@ class _Source:
     def channels(self, colors: Decorrelation) -> Iterator[tuple[slice, npt.NDArray[np.float32]]]:
         """Runs of texels and the channels to be factored, shape (3, b, n)."""
         for block, values in self.blocks():
-            yield block, colors.from_rgb(np.ascontiguousarray(np.moveaxis(values, -1, 0)))
+            channels = np.ascontiguousarray(np.moveaxis(values, -1, 0))
+            yield block, colors.from_rgb(np.maximum(channels, np.float32(0.0)))
 
     def principal_colors(self) -> Decorrelation:
         """The color model that suits the colors of this texture best; one pass."""
         total, products = np.zeros(3), np.zeros((3, 3))
         for _, values in self.blocks():
-            flat = values.reshape(-1, 3).astype(np.float64)
+            flat = np.maximum(values.reshape(-1, 3), 0.0).astype(np.float64)
             total += flat.sum(axis=0)
             products += flat.T @ flat
         count = self.btf.texel_count * self.btf.pair_count
         mean = total / count
         return principal_colors(mean, products / count - np.outer(mean, mean))
 
-    def difference(self, other: Btf) -> float:
-        """Mean absolute difference of another texture relative to the mean value; one pass."""
-        wrong, whole = 0.0, 0.0
+    def loss(self, other: Btf) -> Loss:
+        """How far another texture is from this one; one pass."""
+        wrong, whole, negative = 0.0, 0.0, 0
         for block, values in self.blocks():
-            whole += float(values.sum(dtype=np.float64))
+            negative += int(np.count_nonzero(values < 0.0))
+            whole += float(np.abs(values).sum(dtype=np.float64))
             wrong += float(np.abs(other.texels(block) - values).sum(dtype=np.float64))
-        return wrong / whole if whole else 0.0
+        count = 3 * self.btf.texel_count * self.btf.pair_count
+        return Loss(wrong / whole if whole else 0.0, negative / count)
 
 
 def _write_factors(

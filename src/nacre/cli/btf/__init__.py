@@ -13,7 +13,7 @@ _COMMANDS: dict[str, str] = {
     "convert": "Write a texture in another format.",
     "decode": "Write the texture that was encoded.",
     "encode": "Make the texels of a texture into a few values each.",
-    "info": "Show what is in a texture.",
+    "info": "Show what is in a texture, or in a model of some.",
     "mipmap": "Filter an encoded texture for views from afar.",
     "picture": "Show a texture under some lights from some views.",
     "synthesise": "Make an encoded texture larger, of patches of it.",

@@ -9,6 +9,8 @@ import click
 
 from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.ranges import SEED
+from nacre.files import FormatError
 
 if TYPE_CHECKING:
     from nacre.btf.capture.dataset import Settings
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 @click.option(
     "--dome", default="bonn", metavar="bonn|utia|PATH", help="Directions; or a list of some (.csv)."
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same values.")
+@click.option("--seed", default=0, type=SEED, help="Same seed, same values.")
 @click.option(
     "--picture", type=file_path(), help="Also write a sheet of pictures (.png, .jpg, .exr)."
 )
@@ -54,11 +56,18 @@ def command(
     from nacre.btf.capture.dataset import Settings, capture_all
     from nacre.btf.capture.gonioreflectometer import STEEPEST
     from nacre.btf.direction_list import named_directions
+    from nacre.btf.formats import is_btf
 
     if everything == (recipe is not None):
         raise click.UsageError("expected either RECIPE or --all")
     if everything and picture:
         raise click.UsageError("--picture shows a single RECIPE")
+    if is_btf(dome):
+        raise FormatError(
+            f"{dome}: is a texture, expected bonn, utia or a list of directions (.csv)"
+        )
+    if recipe is not None and is_btf(recipe):
+        raise FormatError(f"{recipe}: is a texture, expected the name of a recipe or its .json")
     settings = Settings(*named_directions(dome, STEEPEST), texels, samples, seed)
     with Stages() as stages:
         if recipe is not None:
@@ -90,7 +99,7 @@ def _one(
     check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
     line = stages.add(found.name)
     btf = settings.take(found, line)
-    error = save(btf, output, progress=line)
+    loss = save(btf, output, progress=line)
     if picture:
         write_image(sheet(btf), picture)
-    print_written(output, btf, error)
+    print_written(output, btf, loss)

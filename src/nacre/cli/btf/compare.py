@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import (
     Stages,
@@ -18,6 +19,7 @@ from nacre.cli.console import (
     print_json,
     print_table,
 )
+from nacre.cli.ranges import SEED
 
 if TYPE_CHECKING:
     from nacre.btf.image_folder import Quantity
@@ -30,8 +32,13 @@ if TYPE_CHECKING:
 @click.option(
     "--pairs", type=click.IntRange(1), help="Random pairs of directions to compare.  [default: all]"
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of those.")
-@click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
+@click.option("--seed", default=0, type=SEED, help="Of those.")
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="One object, as JSON; what is infinite or undefined is null.",
+)
 @pixels_option
 def command(
     truth: Path,
@@ -49,24 +56,27 @@ def command(
     a temporary file of the system's.
     """
     from nacre.btf.comparison import compare_textures
+    from nacre.btf.errors import UNITS
     from nacre.btf.formats import lies_in_images, load
     from nacre.btf.identity import source_files
     from nacre.btf.transposition import by_texel
     from nacre.evaluate.texture_sheet import texture_sheet
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
+    for path in (truth, other):
+        expect(path, "a texture", "an encoded texture")
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
-        check_outputs(
-            [picture], [f for path in (truth, other) for f in (path, *source_files(path))]
-        )
-    images = [lies_in_images(path) for path in (truth, other)]
+    paths = truth, other
+    images = [lies_in_images(path) for path in paths]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture lies in images")
     textures = [
-        load(path, pixels if inside else None)
-        for path, inside in zip((truth, other), images, strict=True)
+        load(path, pixels if inside else None) for path, inside in zip(paths, images, strict=True)
     ]
+    if picture is not None:
+        files = map(source_files, paths, textures)
+        check_outputs([picture], [*paths, *(file for some in files for file in some)])
     with Stages() as stages, ExitStack() as stack:
         progress = stages.add(other.stem)
         readable = [stack.enter_context(by_texel(btf, progress=progress)) for btf in textures]
@@ -80,13 +90,13 @@ def command(
         print_json({**names, "pairs": found.compared, "errors": facts, "worst texels": worst})
         return
     by_view = facts.pop("MSE x 1e4 by view")
+    facts["PSNR"] = found.errors.psnr  # JSON has no infinity
     rows = [("pairs compared", found.compared), *facts.items()]
-    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
-    print_facts(f"{other.name} against {truth.name}", rows, units)
+    print_facts(f"{other.name} against {truth.name}", rows, UNITS)
     print_table(("views", "MSE x 1e4"), by_view.items())
     print_table(
         ("worst texels (x, y)", "MSE x 1e4"),
         [(f"{w['x']}, {w['y']}", w["MSE x 1e4"]) for w in worst],
     )
     if picture is not None:
-        console.print(f"{picture}: truth | other | error", markup=False)
+        console.print(f"{picture}: reference | other | error", markup=False)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, file_path
@@ -46,9 +47,10 @@ def command(
 
     target(output)
     check_outputs([output], [source])
+    expect(source, "a texture", "an encoded texture")
     btf = load(source, pixels)
     given: dict[str, Any] = {"precision": precision, "components": components}
     options = {name: value for name, value in given.items() if value is not None}
     with Stages() as stages:
-        error = save(btf, output, progress=stages.add(output.stem), **options)
-    print_written(output, btf, error)
+        loss = save(btf, output, progress=stages.add(output.stem), **options)
+    print_written(output, btf, loss)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, file_path
 
@@ -31,12 +32,13 @@ def command(source: Path, output: Path, directions: str | None) -> None:
 
     target(output)
     check_outputs([output], [source, *([] if directions is None else [Path(directions)])])
+    expect(source, "an encoded texture")
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
         btf = btf.decoded(*_pairs(directions))
     with Stages() as stages:
-        error = save(btf, output, progress=stages.add(output.stem))
-    print_written(output, btf, error)
+        loss = save(btf, output, progress=stages.add(output.stem))
+    print_written(output, btf, loss)
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:

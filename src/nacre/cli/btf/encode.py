@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.btf.written import source_of
-from nacre.cli.console import Stages, check_outputs, console, file_path, print_facts
+from nacre.cli.console import Stages, check_outputs, console, counted, file_path, print_facts
 from nacre.files import FormatError, NacreError, digest
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def command(
     """
     from nacre.btf.codec_file import load_codec
     from nacre.btf.encoding import encode
+    from nacre.btf.errors import UNITS
     from nacre.btf.formats import load
     from nacre.btf.identity import source_files, source_mark
     from nacre.btf.latent_file import check_latent_path, save_latent_map
@@ -76,6 +78,8 @@ def command(
             f"{state}: an encoding was stopped here; add --resume to go on, or remove the file"
         )
     check_outputs([output, state], [source, model])
+    expect(source, "a texture", "an encoded texture")
+    expect(model, "a model of textures")
     codec = load_codec(model)
     btf = load(source, pixels)
     began = time.monotonic()
@@ -88,7 +92,7 @@ def command(
                 half=half,
                 texels_per_block=texels_per_block,
                 state=state,
-                mark=f"{source_mark(source)} {pixels} {digest(model)}",
+                mark=f"{source_mark(source, btf)} {pixels} {digest(model)}",
                 progress=progress,
             )
     seconds = time.monotonic() - began
@@ -97,11 +101,12 @@ def command(
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
     save_latent_map(latent, output)
     state.unlink(missing_ok=True)
-    before = sum(path.stat().st_size for path in source_files(source))
+    before = sum(path.stat().st_size for path in source_files(source, btf))
     after = output.stat().st_size
     by_view = errors.pop("MSE x 1e4 by view")
+    errors["PSNR"] = found.errors.psnr  # files have no infinity
     rows = [
-        ("texels", f"{btf.width} x {btf.height}, {codec.values} values each"),
+        ("texels", f"{btf.width} x {btf.height}, {counted(codec.values, 'value', 'values')} each"),
         *errors.items(),
         *((f"MSE x 1e4, views {name}", mse) for name, mse in by_view.items()),
         ("seconds", seconds),
@@ -110,8 +115,7 @@ def command(
         ("bytes of the source", before),
         ("ratio", before / after),
     ]
-    units = {"PSNR": "dB, for a peak of 1", "MAE": "reflectance factor"}
-    print_facts(output.name, rows, units)
+    print_facts(output.name, rows, UNITS)
     if not embed and model != PUBLISHED:
         console.print(f"{output}: keep {model.name} beside it", markup=False)
 

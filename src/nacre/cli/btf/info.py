@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import file_path, print_facts, print_json
+from nacre.files import FormatError
 
 if TYPE_CHECKING:
     from nacre.btf.image_folder import Quantity
@@ -29,7 +30,29 @@ _UNITS = {
 @pixels_option
 @click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
 def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
-    """Show what is in the texture at PATH: a file, a folder of images, or a list of photographs."""
+    """Show what is in the texture at PATH: a file, a folder of images, or a list of photographs.
+
+    PATH may also be a model of nacre btf train: what kind it is, of which sizes, and how it was
+    trained.
+    """
+    from nacre.btf.codec_facts import codec_facts
+    from nacre.btf.codec_file import KEY
+    from nacre.tensors import has_header
+
+    if not has_header(path, KEY):
+        facts = _texture_facts(path, pixels)
+    elif pixels is None:
+        facts = codec_facts(path)
+    else:
+        raise FormatError(f"{path}: is a model, which has no images; leave out --pixels")
+    units = {key: unit for key, unit in _UNITS.items() if key in facts}
+    if as_json:
+        print_json({"facts": facts, "units": units})
+    else:
+        print_facts(path.resolve().name, facts.items(), units)
+
+
+def _texture_facts(path: Path, pixels: Quantity | None) -> dict[str, Any]:
     from nacre.btf.formats import load, recognised
     from nacre.btf.selection import some_values
 
@@ -43,8 +66,4 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
     }
     if path.is_file():
         facts["bytes"] = path.stat().st_size
-    units = {key: unit for key, unit in _UNITS.items() if key in facts}
-    if as_json:
-        print_json({"facts": facts, "units": units})
-    else:
-        print_facts(path.resolve().name, facts.items(), units)
+    return facts

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import check_outputs, console, file_path, print_table
 
@@ -52,29 +53,39 @@ def command(
 ) -> None:
     """Show the texture at SOURCE at the measured pair of directions nearest to one given.
 
-    Without a light or a view, a sheet with some: columns are lights, rows are views. Pictures show
-    reflectance factors: 1 is white.
+    Without a light or a view, a sheet with some, lights across and views down, each pair once. Its
+    pictures have captions, but for .exr, which holds values only. Pictures show reflectance
+    factors: 1 is white.
     """
     from nacre.btf.formats import load
     from nacre.btf.identity import source_files
-    from nacre.btf.sheet import laid_out, nearest_pairs, reduced_pictures
+    from nacre.btf.sheet import in_rows, laid_out, nearest_pairs, reduced_pictures
+    from nacre.evaluate.texture_panels import texture_panels
     from nacre.geometry import split, to_spherical
-    from nacre.render.preview import check_image_path, write_image
+    from nacre.render.preview import check_image_path, write_bytes, write_image
 
+    expect(source, "a texture", "an encoded texture")
     check_image_path(output)
-    check_outputs([output], [source, *source_files(source)])
     btf = load(source, pixels)
+    check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [light] if light else _LIGHTS, [view] if view else _VIEWS
-    pairs = nearest_pairs(btf, lights, views)
-    sheet = laid_out(reduced_pictures(btf, pairs))
-    write_image(sheet, output)
+    pairs = np.array(list(dict.fromkeys(nearest_pairs(btf, lights, views).flat)))
+    across = min(len(lights), len(pairs))
+    if (light and view) or output.suffix.lower() == ".exr":
+        values = laid_out(in_rows(reduced_pictures(btf, pairs), across))
+        write_image(values, output)
+        height, width = values.shape[:2]
+    else:
+        panels = texture_panels(btf, pairs, across)
+        write_bytes(panels, output)
+        height, width = panels.shape[:2]
     columns = ("pair", "light theta", "phi", "view theta", "phi")
     print_table(
         columns,
         (
             (str(pair), *(f"{np.degrees(a):.1f}" for w in (btf.wi, btf.wo)
                           for a in to_spherical(split(w[pair]))))
-            for pair in pairs.flat
+            for pair in pairs
         ),
     )  # fmt: skip
-    console.print(f"{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels", markup=False)
+    console.print(f"{output}: {width} x {height} pixels", markup=False)

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import glob
+import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.console import Stages, check_outputs, console, file_path
+from nacre.cli.console import Stages, check_outputs, console, counted, file_path
+from nacre.cli.ranges import SEED, FiniteRange
 from nacre.files import NacreError
+
+if TYPE_CHECKING:
+    from nacre.btf.texture import Btf
 
 _NETWORKS_ONLY = (
     "recipe_name",
@@ -45,12 +52,20 @@ _NETWORKS_ONLY = (
     default="efficient",
     help="Of networks. reference: as the paper trains, which takes days. efficient: ours.",
 )
-@click.option("--minutes", type=click.FloatRange(0.0, min_open=True), help="Length, about.")
-@click.option("--steps", type=click.IntRange(1), help="Length; of basis, steps of both its stages.")
+@click.option(
+    "--minutes", type=FiniteRange(0.0, 1e6, min_open=True), help="Length, about; of networks."
+)
+@click.option(
+    "--steps",
+    type=click.IntRange(1),
+    help="Length; of basis, steps of both its "
+    "stages.  [default: 10000, of networks 100 epochs of 100 texels a texture, 1000 of the "
+    "reference]",
+)
 @click.option(
     "--latent",
     type=click.IntRange(1, 1024),
-    help="Values of a code.  [default: 32, custom: 8]",
+    help="Values of a code, up to 128 of basis.  [default: 32, custom: 8]",
 )
 @click.option(
     "--pooling",
@@ -61,26 +76,39 @@ _NETWORKS_ONLY = (
     "--decoder",
     type=click.Choice(["network", "bilinear"]),
     default="network",
-    help="network: the paper's. bilinear: coefficients of a code times features of directions.",
+    help="Of networks. network: the paper's. bilinear: coefficients of a code times features of "
+    "directions.",
 )
-@click.option("--loss", type=click.Choice(["l1", "l2"]), help="[default: l1, custom: l2]")
-@click.option("--batch", type=click.IntRange(1), help="Texels a step.  [default: the recipe's]")
-@click.option("--learning-rate", type=click.FloatRange(0.0, min_open=True), help="Its peak.")
+@click.option(
+    "--loss", type=click.Choice(["l1", "l2"]), help="Of networks.  [default: l1, custom: l2]"
+)
+@click.option(
+    "--batch",
+    type=click.IntRange(1),
+    help="Texels a step; of networks.  [default: 32, of the reference 10]",
+)
+@click.option(
+    "--learning-rate",
+    type=FiniteRange(0.0, 1e3, min_open=True),
+    help="Its peak; of networks.  [default: 0.01, of the reference 0.2]",
+)
 @click.option(
     "--patience",
     default=0,
     type=click.IntRange(0),
-    help="Stop after so many looks at held-out texels, 200 steps apart, that show nothing better; "
-    "0 for never.",
+    help="Of networks: stop after so many looks at held-out texels, 200 steps apart, that show "
+    "nothing better; 0 for never.",
 )
 @click.option(
-    "--bfloat16", is_flag=True, help="Multiply matrices in bfloat16, which many processors do fast."
+    "--bfloat16",
+    is_flag=True,
+    help="Of networks: multiply matrices in bfloat16, which many processors do fast.",
 )
 @click.option("--half", is_flag=True, help="Write weights in half precision.")
-@click.option("--device", default="cpu", help="PyTorch device: cpu, cuda, cuda:1.")
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of everything random.")
+@click.option("--device", default="cpu", help="PyTorch device of networks: cpu, cuda, cuda:1.")
+@click.option("--seed", default=0, type=SEED, help="Of everything random.")
 @click.option(
-    "--events", type=file_path(), help="Folder for a log that TensorBoard reads; there is a CSV."
+    "--events", type=file_path(), help="Folder for a log of networks that TensorBoard reads."
 )
 @click.option("--resume", is_flag=True, help="Go on where the same command was stopped.")
 @pixels_option
@@ -110,15 +138,22 @@ def command(
 ) -> None:
     """Train a model that makes texels of the textures in FILES into a few values, and back.
 
-    Beside the output it keeps its state until it is done, from which --resume goes on: after Ctrl-C
-    nothing is lost, and a minute at most when it is killed. Of unified and custom there is a table
-    of the losses too (.csv), and several processes train together where torchrun starts them:
+    The default model, basis, takes --steps, --latent, --half, --seed, --resume and --pixels only.
+    It learns from textures of the same pairs of directions, 100 texels of each and four a value of
+    a code at least: two textures or more.
+
+    Beside the output it keeps its state (OUTPUT.state, of basis OUTPUT.state.*.stage) until it is
+    done, from which --resume goes on: after Ctrl-C nothing is lost, and a minute at most when it is
+    killed. Of unified and custom there is a table of the losses too, OUTPUT.journal.csv, which
+    stays, and several processes train together where torchrun starts them:
     torchrun --nproc-per-node 2 -m nacre btf train ...
     """
     if output.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{output}: a model is a .safetensors file")
     if steps is not None and minutes is not None:
         raise click.BadParameter("--steps and --minutes: give one of them")
+    for path in files:
+        expect(path, "a texture", "an encoded texture")
     if model == "basis":
         for name in _NETWORKS_ONLY:
             if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
@@ -137,8 +172,10 @@ def command(
     from nacre.btf.networks.distributed import processes
     from nacre.btf.networks.training import train_network
 
-    state, journal = output.with_name(f"{output.name}.state"), output.with_suffix(".csv")
-    _check_begun([state] if state.exists() else [], resume)
+    state, journal = (
+        output.with_name(f"{output.name}.{kind}") for kind in ("state", "journal.csv")
+    )
+    _check_begun(output, [state], resume)
     check_outputs([output, state, journal], files)
     sizes = {"latent": latent, "pooling": pooling, "decoder": decoder}
     given = {key: value for key, value in sizes.items() if value is not None}
@@ -174,7 +211,10 @@ def command(
         return
     save_codec(network, output, "half" if half else "single")
     state.unlink(missing_ok=True)
-    facts = [f"{network.metadata['steps']:,} steps", f"{network.values} values a code"]
+    facts = [
+        counted(network.metadata["steps"], "step", "steps"),
+        counted(network.values, "value a code", "values a code"),
+    ]
     if network.metadata["held out"] is not None:
         facts.append(f"loss on held-out texels {network.metadata['held out']:.4f}")
     facts.append(f"{output.stat().st_size:,} bytes")
@@ -195,6 +235,7 @@ def _train_basis(
     from dataclasses import asdict, replace
     from functools import partial
 
+    from nacre.btf.basis.inputs import check_textures
     from nacre.btf.basis.recipe import BasisRecipe
     from nacre.btf.basis.stages import Stages as KeptStages
     from nacre.btf.basis.training import train_basis
@@ -202,6 +243,8 @@ def _train_basis(
     from nacre.btf.formats import load
     from nacre.btf.identity import source_mark
 
+    if int(os.environ.get("WORLD_SIZE", "1")) > 1:
+        raise click.UsageError("--model basis is trained by one process; leave out torchrun")
     recipe = BasisRecipe(seed=seed)
     if latent is not None:
         most = recipe.greys + 2 * recipe.chromas
@@ -214,24 +257,49 @@ def _train_basis(
         recipe = replace(recipe, function_steps=first, code_steps=max(1, steps - first))
     sources = [source_mark(path) for path in files]
     kept = KeptStages(output.with_name(f"{output.name}.state"), f"{recipe} {sources} {pixels}")
-    _check_begun(kept.files, resume)
+    _check_begun(output, kept.files, resume)
     check_outputs([output], files)
-    textures = [partial(load, path, pixels) for path in files]
+
+    def opened(path: Path) -> Btf:
+        """A texture by the name that its errors should have."""
+        texture = load(path, pixels)
+        texture.name = str(path)
+        return texture
+
+    textures = [partial(opened, path) for path in files]
+    check_textures(textures, recipe)
     with Stages() as stages:
-        codec = train_basis(textures, recipe, stages.add(output.stem), kept)
+        try:
+            codec = train_basis(textures, recipe, stages.add(output.stem), kept)
+        except NacreError:
+            if not kept.has("components"):  # no more than some texels, and one may be to blame
+                kept.remove()
+            raise
     facts = {"materials": [path.stem for path in files], "training": asdict(recipe)}
     save_codec(replace(codec, metadata=facts), output, "half" if half else "single")
     kept.remove()
     console.print(
-        f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, {codec.values} values a "
-        f"code, {output.stat().st_size:,} bytes",
+        f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, "
+        f"{counted(codec.values, 'value', 'values')} a code, {output.stat().st_size:,} bytes",
         markup=False,
     )
 
 
-def _check_begun(files: list[Path], resume: bool) -> None:
-    if files and not resume:
-        named = "the file" if len(files) == 1 else f"all {len(files)} that begin like it"
+def _check_begun(output: Path, own: list[Path], resume: bool) -> None:
+    """Refuse to begin where a training was stopped, or to go on with one of another model.
+
+    States of the output begin with its name; `own` are those that this model has, or would have.
+    """
+    begin = f"{output.name}.state"
+    states = sorted(output.parent.glob(f"{glob.escape(begin)}*"))
+    others = [path for path in states if path not in own]
+    if others:
         raise NacreError(
-            f"{files[0]}: a training was stopped here; add --resume to go on, or remove {named}"
+            f"{others[0]}: something else was stopped here, an encoding or another model; name "
+            f"another output, or remove {begin}* to begin anew"
+        )
+    if states and not resume:
+        raise NacreError(
+            f"{states[0]}: a training was stopped here; add --resume to go on, or remove {begin}* "
+            "to begin anew"
         )

@@ -5,24 +5,28 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nacre.cli.console import console
+from nacre.cli.console import console, counted
 from nacre.files import digest
 
 if TYPE_CHECKING:
     from nacre.btf.latent_map import CodecFile, LatentMap
     from nacre.btf.texture import Btf
+    from nacre.btf.ubo2014.writer import Loss
 
 
-def print_written(path: Path, btf: Btf, error: float | None) -> None:
-    """One line; `error` is what :func:`nacre.btf.formats.save` gave."""
+def print_written(path: Path, btf: Btf, loss: Loss | None) -> None:
+    """A line, and one on what was clipped; `loss` is what :func:`nacre.btf.formats.save` gave."""
     facts = [
         f"{btf.width} x {btf.height} texels",
-        f"{btf.pair_count:,} pairs of directions",
+        counted(btf.pair_count, "pair of directions", "pairs of directions"),
         f"{path.stat().st_size:,} bytes",
     ]
-    if error is not None:
-        facts.append(f"mean absolute error {100.0 * error:.2g} % of the mean value")
+    if loss is not None:
+        facts.append(f"mean absolute error {100.0 * loss.error:.3g} % of the mean absolute value")
     console.print(f"{path}: {', '.join(facts)}", markup=False)
+    if loss is not None and loss.negative:
+        share = f"{100.0 * loss.negative:.3g} % of the values were negative"
+        console.print(f"{path}: {share} and became 0; an .npz keeps them", markup=False)
 
 
 def source_of(path: Path) -> dict[str, Any]:

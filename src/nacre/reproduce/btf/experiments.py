@@ -83,7 +83,7 @@ class Experiment:
             + ".",
             f"**Differs from the paper:** {self.differs}.",
         ]
-        for (method, reason), where in sorted(study.skipped.items()):
+        for method, reason, where in study.left_out():
             lines.append(f"**Left out:** {method} ({', '.join(where)}): {reason}.")
         return "\n\n".join(lines) + "\n"
 

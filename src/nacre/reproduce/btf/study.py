@@ -164,6 +164,10 @@ class Study:
         facts = ["deviation", [material.mark for material in self.training], seed, _code()]
         return float(self._kept(facts, ("deviation",), make)["deviation"])
 
+    def left_out(self) -> list[tuple[str, str, list[str]]]:
+        """Method, reason and materials of what was skipped, one entry a method and reason."""
+        return [(*pair, materials) for pair, materials in sorted(self.skipped.items())]
+
     def codec(self, method: Method, material: Material) -> TexelCodec:
         """The codec of a method, for one material where it is of its own.
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.codec import TexelCodec, on_all_cores
+from nacre.btf.codec import TexelCodec, TexelMap, on_all_cores
 from nacre.btf.networks.preprocessing import OFFSET
 from nacre.btf.texture import Btf
 from nacre.progress import Progress, silent
@@ -66,17 +66,15 @@ def errors(
     NacreError
         If the codec is for other directions only, or no pair of directions can be seen.
     """
-    wi, wo = texture.wi, texture.wo
-    seen, compared = sampling.pairs(wi, wo, seed)
-    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
-    decode = on_all_cores(codec, codec.decoder(wi[compared], wo[compared]))
+    seen, compared = sampling.pairs(texture.wi, texture.wo, seed)
+    decode = _decoder(texture, codec, seen, compared)
     chosen = np.arange(texture.texel_count)
     if texels is not None:
         chosen = np.sort(np.random.default_rng(seed).permutation(chosen)[:texels])
     found = np.empty((2, len(chosen)))
     for part in texture.blocks(_BLOCK, stop=len(chosen)):
         values = texture.texels(chosen[part])
-        decoded = decode(encode(_taken(values, seen)))
+        decoded = decode(values)
         values = _taken(values, compared)
         found[0, part] = np.square(decoded - values).mean(axis=(1, 2))
         found[1, part] = np.abs(_logarithm(decoded) - _logarithm(values)).mean(axis=(1, 2))
@@ -94,13 +92,9 @@ def picture(
     NacreError
         If the codec is for other directions only, or no pair of directions can be seen.
     """
-    wi, wo = texture.wi, texture.wo
-    seen, _ = sampling.pairs(wi, wo, seed)
-    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
-    decode = on_all_cores(codec, codec.decoder(wi[[pair]], wo[[pair]]))
-    rows = [
-        decode(encode(_taken(texture.texels(part), seen)))[:, 0] for part in texture.blocks(_BLOCK)
-    ]
+    seen, _ = sampling.pairs(texture.wi, texture.wo, seed)
+    decode = _decoder(texture, codec, seen, np.array([pair]))
+    rows = [decode(texture.texels(part))[:, 0] for part in texture.blocks(_BLOCK)]
     return np.concatenate(rows).reshape(texture.height, texture.width, 3).astype(np.float32)
 
 
@@ -138,6 +132,14 @@ def noise(texture: Btf, again: Btf) -> float:
     for part in texture.blocks(_BLOCK):
         total += float(np.square(texture.texels(part) - again.texels(part)).mean(axis=(1, 2)).sum())
     return 0.5 * total / texture.texel_count
+
+
+def _decoder(texture: Btf, codec: TexelCodec, seen: Pairs, shown: Pairs) -> TexelMap:
+    """From texels at all pairs of directions, coded from those seen, to those shown."""
+    wi, wo = texture.wi, texture.wo
+    encode = on_all_cores(codec, codec.encoder(wi[seen], wo[seen]))
+    decode = on_all_cores(codec, codec.decoder(wi[shown], wo[shown]))
+    return lambda values: decode(encode(_taken(values, seen)))
 
 
 def _taken(values: Floats, pairs: Pairs) -> Floats:

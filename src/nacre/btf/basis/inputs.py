@@ -1,0 +1,45 @@
+"""Whether textures will do to learn the default codec from, before any of their values are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from nacre.btf.basis.recipe import BasisRecipe
+from nacre.btf.directions import same_pairs
+from nacre.btf.texture import Btf
+from nacre.files import NacreError
+
+
+def check_textures(textures: Iterable[Callable[[], Btf]], recipe: BasisRecipe) -> None:
+    """Refuse textures of different directions, and too few texels.
+
+    Parameters
+    ----------
+    textures
+        Each gives a texture when called; errors call it by its name.
+    recipe
+        What is to be learned from them.
+
+    Raises
+    ------
+    FormatError
+        If one cannot be opened.
+    NacreError
+        If they will not do.
+    """
+    first: Btf | None = None
+    texels = count = 0
+    for open_texture in textures:
+        texture = open_texture()
+        first = first or texture
+        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
+            raise NacreError(
+                f"{texture.name}: is not measured at the directions of {first.name}, as all must "
+                "be; leave it out"
+            )
+        texels, count = texels + min(texture.texel_count, recipe.texels), count + 1
+    if texels < (least := 4 * recipe.values):
+        raise NacreError(
+            f"{recipe.values} values a code are learned from {least} texels at least, up to "
+            f"{recipe.texels} of a texture; there are {texels} in all ({count} given)"
+        )

@@ -1,0 +1,83 @@
+"""Commands on textures given files of another kind, and names that are taken."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre import btf
+from nacre.btf import BONN, TableBtf
+from nacre.neural import Layer, NeuralBrdf
+from tests.btf.basis.made import codec
+from tests.cli.support import run
+
+MODEL = "--model", "model.safetensors"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A texture, the same encoded, a model, and a material; all of few directions."""
+    monkeypatch.chdir(tmp_path)
+    wi, wo = (w[:1] for w in BONN.pairs())
+    btf.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
+    btf.save_codec(codec(), "model.safetensors")
+    assert run("btf", "encode", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
+    nacre.save(NeuralBrdf([Layer(np.ones((6, 3), "f4"), np.ones(3, "f4"))]), "paint.safetensors")
+    (tmp_path / "taken.npz").mkdir()
+    (tmp_path / "textures").mkdir()
+    (tmp_path / "textures" / "tl000_pl000_tv000_pv000.png").touch()
+    (tmp_path / "factored").mkdir()
+    assert run("btf", "convert", "texture.npz", "-o", "factored/x.btf") == 0
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("btf decode texture.npz -o x.npz", "texture.npz: is a texture, expected an encoded"),
+        ("btf decode model.safetensors -o x.npz", "is a model of textures, expected an encoded"),
+        ("btf decode paint.safetensors -o x.npz", "is one material, expected an encoded texture"),
+        ("btf encode model.safetensors -o x.safetensors", "nacre btf encode --model takes it"),
+        ("btf encode paint.safetensors -o x.safetensors", "is one material, expected a texture"),
+        (
+            "btf encode texture.npz -o x.safetensors --model code.safetensors",
+            "code.safetensors: is an encoded texture, expected a model of textures",
+        ),
+        ("btf compare texture.npz model.safetensors", "model.safetensors: is a model of textures"),
+        ("btf convert model.safetensors -o x.npz", "is a model of textures, expected a texture"),
+        ("btf picture paint.safetensors -o x.png", "is one material, expected a texture"),
+        ("btf train texture.npz model.safetensors -o x.safetensors", "is a model of textures"),
+        ("btf capture fabric01 --dome texture.npz -o x.npz", "expected bonn, utia or a list"),
+        ("btf capture texture.npz -o x.npz", "is a texture, expected the name of a recipe"),
+        ("btf convert texture.npz -o taken.npz", "taken.npz: is a directory"),
+        ("btf convert texture.npz -o textures", "textures: is a directory"),
+        ("btf capture --all -o texture.npz", "texture.npz: is a file, expected a folder"),
+        ("fit textures -o library", "no measured materials found, but textures (BTFs); see nacre"),
+        ("fit factored -o library", "no measured materials found, but textures (BTFs); see nacre"),
+        ("reproduce btf-foo texture.npz", "'btf-table1'"),
+    ],
+)
+def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):
+    before = sorted(here.iterdir())
+    assert run(*arguments.split()) == 2
+    shown = capsys.readouterr().err.strip()
+    assert words in shown
+    assert "\n" not in shown
+    assert sorted(here.iterdir()) == before
+
+
+def test_one_is_no_plural(here, capsys):
+    assert run("btf", "convert", "texture.npz", "-o", "x.npz") == 0
+    assert "2 x 2 texels, 1 pair of directions, " in capsys.readouterr().out
+
+
+def test_textures_that_do_not_differ_have_an_infinite_psnr_which_json_has_not(here, capsys):
+    assert run("btf", "compare", "texture.npz", "texture.npz") == 0
+    (line,) = (x for x in capsys.readouterr().out.splitlines() if "PSNR" in x)
+    assert line.split()[1] == "inf"
+    assert run("btf", "compare", "texture.npz", "texture.npz", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["errors"]["PSNR"] is None
