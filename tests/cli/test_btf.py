@@ -58,6 +58,16 @@ def test_info_shows_what_is_there(capsys, cloth: TableBtf) -> None:
     np.testing.assert_allclose(facts["mean value"], expected, rtol=1e-3)
 
 
+def test_info_tells_of_pairs_that_repeat(capsys, cloth: TableBtf) -> None:
+    assert run("btf", "info", "cloth.npz") == 0
+    assert "repeat" not in capsys.readouterr().out
+    wi, wo = cloth.wi.copy(), cloth.wo.copy()
+    wi[5:7], wo[5:7] = wi[4], wo[4]
+    btf.save(TableBtf(cloth.values, wi, wo), "again.npz")
+    assert run("btf", "info", "again.npz", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["facts"]["pairs that repeat others"] == 2
+
+
 def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
     assert run("btf", "info", folder) == 0
     assert "sRGB, 8 bits, RGB" in capsys.readouterr().out

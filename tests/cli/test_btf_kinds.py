@@ -41,6 +41,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("btf decode texture.npz -o x.npz", "texture.npz: is a texture, expected an encoded"),
         ("btf decode model.safetensors -o x.npz", "is a model of textures, expected an encoded"),
         ("btf decode paint.safetensors -o x.npz", "is one material, expected an encoded texture"),
+        (
+            "btf decode code.safetensors --directions berlin -o x.npz",
+            "is neither a dome (bonn, utia)",
+        ),
+        ("btf decode code.safetensors --directions model.safetensors -o x.npz", "is a model of"),
         ("btf encode model.safetensors -o x.safetensors", "nacre btf encode --model takes it"),
         ("btf encode paint.safetensors -o x.safetensors", "is one material, expected a texture"),
         (

@@ -56,11 +56,14 @@ class Btf(abc.ABC):
         directions = (self.wi, self.wo)
         lights, views = (len(np.unique(w.round(5), axis=0)) for w in directions)
         polar = [float(np.degrees(np.arccos(np.clip(w[:, 2].min(), -1, 1)))) for w in directions]
+        pairs = np.concatenate([self.wi, self.wo], axis=1).round(5)
+        repeated = self.pair_count - len(np.unique(pairs, axis=0))
         return {
             "name": self.name,
             "width": self.width,
             "height": self.height,
             "pairs of directions": self.pair_count,
+            **({"pairs that repeat others": repeated} if repeated else {}),
             "lights": lights,
             "views": views,
             "largest polar angle of lights": polar[0],

@@ -82,7 +82,7 @@ def angles(btf: Btf, pair: int) -> tuple[str, str]:
 
 def _angles(direction: Floats) -> str:
     theta, phi = (round(float(np.degrees(a)), 1) for a in to_spherical(split(direction)))
-    return f"theta {theta:g}°, phi {phi % 360.0:g}°"
+    return f"theta {theta:g}°, phi {phi % 360.0 if theta else 0.0:g}°"
 
 
 def enlarged(pixels: Any) -> Any:

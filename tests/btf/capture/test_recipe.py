@@ -148,3 +148,28 @@ def test_an_unknown_name_is_no_file(tmp_path: Path) -> None:
         find("fabric99")
     with pytest.raises(FormatError, match="cannot be read"):
         find(tmp_path / "absent.json")
+
+
+def test_the_docs_have_every_parameter(tmp_path: Path) -> None:
+    """Names, defaults and ranges of the tables, in the order of the code."""
+    text = (Path(__file__).parents[3] / "docs" / "surfaces.md").read_text("utf-8")
+    head, *parts = text.split("\n## ")
+    (tmp_path / "x.json").write_text(head.split("```")[1])
+    assert find(tmp_path / "x.json").seed == 7
+    assert [part.split()[0] for part in parts] == list(FAMILIES)
+    for part, family in zip(parts, FAMILIES.values(), strict=True):
+        rows = [line.split(" | ") for line in part.splitlines() if line.startswith("| `")]
+        for row, field in zip(rows, fields(family), strict=True):
+            name, default, allowed, _ = (cell.strip("| ") for cell in row)
+            rule, standard = field.metadata, field.default
+            assert name == f"`{field.name}`"
+            if "options" in rule:
+                wanted = f"`{standard}`", ", ".join(f"`{word}`" for word in rule["options"])
+            elif "colours" in rule:
+                most = rule["colours"]
+                count = f"1 to {most} colours" if most > 1 else "1 colour"
+                wanted = " ".join(f"`{c}`" for c in standard), count
+            else:
+                whole = ", whole" if rule.get("whole") else ""
+                wanted = f"{standard:g}", f"{rule['low']:g} to {rule['high']:g}{whole}"
+            assert (default, allowed) == wanted

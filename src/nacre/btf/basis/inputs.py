@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.directions import same_pairs
@@ -10,7 +10,7 @@ from nacre.btf.texture import Btf
 from nacre.files import NacreError
 
 
-def check_textures(textures: Iterable[Callable[[], Btf]], recipe: BasisRecipe) -> None:
+def check_textures(textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe) -> None:
     """Refuse textures of different directions, and too few texels.
 
     Parameters
@@ -28,7 +28,7 @@ def check_textures(textures: Iterable[Callable[[], Btf]], recipe: BasisRecipe) -
         If they will not do.
     """
     first: Btf | None = None
-    texels = count = 0
+    texels, each = 0, recipe.texels_of_each(len(textures))
     for open_texture in textures:
         texture = open_texture()
         first = first or texture
@@ -37,9 +37,9 @@ def check_textures(textures: Iterable[Callable[[], Btf]], recipe: BasisRecipe) -
                 f"{texture.name}: is not measured at the directions of {first.name}, as all must "
                 "be; leave it out"
             )
-        texels, count = texels + min(texture.texel_count, recipe.texels), count + 1
+        texels += min(texture.texel_count, each)
     if texels < (least := 4 * recipe.values):
         raise NacreError(
-            f"{recipe.values} values a code are learned from {least} texels at least, up to "
-            f"{recipe.texels} of a texture; there are {texels} in all ({count} given)"
+            f"{recipe.values} values a code are learned from {least} texels at least; there are "
+            f"{texels} in all ({len(textures)} given)"
         )

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
+
+_LEAST_TEXELS = 2048
+"""From which functions are found."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +20,7 @@ class BasisRecipe:
     greys, chromas
         Functions of grey values, and of pairs of colours: greys + 2 chromas coefficients a texel.
     texels
-        Of each material, from which the functions are found.
+        Of each material, from which the functions are found; more where there are few materials.
     coded_texels
         Of each material, from which codes are learned.
     width, depth, wide
@@ -61,3 +65,7 @@ class BasisRecipe:
                 raise ValueError(f"{name} is {value}, expected at least {int(name != 'seed')}")
         if self.values > (most := self.greys + 2 * self.chromas):
             raise ValueError(f"{self.values} values, of {most} coefficients")
+
+    def texels_of_each(self, materials: int) -> int:
+        """Texels of each material from which the functions are found, if there are so many."""
+        return max(self.texels, math.ceil(_LEAST_TEXELS / max(1, materials)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,19 +23,16 @@ from nacre.btf.basis.function_training import (
     train_functions,
 )
 from nacre.btf.basis.functions import AngularFunctions
+from nacre.btf.basis.inputs import check_textures
 from nacre.btf.basis.recipe import BasisRecipe
 from nacre.btf.basis.stages import Stages
 from nacre.btf.basis.swatches import swatches
 from nacre.btf.basis.symmetry import symmetric_turns
-from nacre.btf.directions import same_pairs
 from nacre.btf.selection import random_texels
 from nacre.btf.texture import Btf
 from nacre.btf.transposition import by_texel, narrowed
-from nacre.files import NacreError
 from nacre.progress import Progress, silent
 
-_LEAST_TEXELS = 2048
-"""From which functions are found, however few textures there are."""
 _VALUE_BYTES = 3 * (2 + 4)
 """Of a pair of directions of a texel: as half floats, and as grey values and chroma."""
 
@@ -55,7 +51,7 @@ def train_basis(
     Parameters
     ----------
     textures
-        Each gives a texture when called, twice in all.
+        Each gives a texture when called, three times in all, and is read twice.
     recipe
         Sizes and efforts.
     progress
@@ -65,9 +61,12 @@ def train_basis(
 
     Raises
     ------
+    FormatError
+        If a texture cannot be read.
     NacreError
         If there are too few texels, they are too much alike or too large, or directions differ.
     """
+    check_textures(textures, recipe)
     kept = stages or Stages()
 
     def found_components() -> Components:
@@ -110,13 +109,7 @@ def _gathered(
     for index, open_texture in enumerate(textures):
         read = partial(_texels_of, open_texture, recipe, index, len(textures))
         found.append(stages.result(f"texels-{index}", _Texels, read))
-        first, last = found[0], found[-1]
-        if not same_pairs(last.wi, last.wo, first.wi, first.wo):
-            name, other = open_texture().name, textures[0]().name
-            raise NacreError(f"{name}: is not measured at the directions of {other}")
         progress("reading", index + 1, len(textures), "")
-    if sum(len(texels.values) for texels in found) < 4 * recipe.values:
-        raise NacreError(f"{len(found)} textures have too few texels to learn from")
     wi, wo = found[0].wi, found[0].wo
     plain = swatches(wi, wo, recipe.texels, recipe.seed).texels(slice(None))
     return wi, wo, np.concatenate([*(texels.values for texels in found), plain.astype(np.float16)])
@@ -128,7 +121,7 @@ def _texels_of(
     """Random ones, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
     with by_texel(open_texture()) as texture:
-        wanted = max(recipe.texels, math.ceil(_LEAST_TEXELS / textures))
         most = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
-        texels = texture.texels(random_texels(texture, min(wanted, most), random))
+        count = min(recipe.texels_of_each(textures), most)
+        texels = texture.texels(random_texels(texture, count, random))
         return _Texels(texture.wi, texture.wo, narrowed(texels, np.float16, texture.name))

@@ -45,7 +45,10 @@ def _pairs(directions: str) -> tuple[Floats, Floats]:
     from nacre.btf.direction_list import DOMES, named_directions
     from nacre.btf.formats import load
 
-    if directions.lower() in DOMES or directions.lower().endswith(".csv"):
+    path = Path(directions)
+    listed = path.suffix.lower() == ".csv" or not path.exists()
+    if directions.lower() in DOMES or listed:
         return named_directions(directions)
-    btf = load(directions)
+    expect(path, "a texture", "an encoded texture")
+    btf = load(path)
     return btf.wi, btf.wo

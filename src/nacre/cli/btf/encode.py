@@ -75,7 +75,8 @@ def command(
     state = output.with_name(f"{output.name}.state")
     if state.exists() and not resume:
         raise NacreError(
-            f"{state}: an encoding was stopped here; add --resume to go on, or remove the file"
+            f"{state}: an encoding or a training was stopped here; add --resume to go on with the "
+            "same command, or remove the file"
         )
     check_outputs([output, state], [source, model])
     expect(source, "a texture", "an encoded texture")

@@ -235,7 +235,7 @@ def _train_basis(
     from dataclasses import asdict, replace
     from functools import partial
 
-    from nacre.btf.basis.inputs import check_textures
+    from nacre.btf.basis.file import VERSION
     from nacre.btf.basis.recipe import BasisRecipe
     from nacre.btf.basis.stages import Stages as KeptStages
     from nacre.btf.basis.training import train_basis
@@ -256,7 +256,8 @@ def _train_basis(
         first = max(1, round(share * steps))
         recipe = replace(recipe, function_steps=first, code_steps=max(1, steps - first))
     sources = [source_mark(path) for path in files]
-    kept = KeptStages(output.with_name(f"{output.name}.state"), f"{recipe} {sources} {pixels}")
+    mark = f"{VERSION} {recipe} {sources} {pixels}"
+    kept = KeptStages(output.with_name(f"{output.name}.state"), mark)
     _check_begun(output, kept.files, resume)
     check_outputs([output], files)
 
@@ -267,7 +268,6 @@ def _train_basis(
         return texture
 
     textures = [partial(opened, path) for path in files]
-    check_textures(textures, recipe)
     with Stages() as stages:
         try:
             codec = train_basis(textures, recipe, stages.add(output.stem), kept)
