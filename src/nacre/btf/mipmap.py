@@ -135,6 +135,31 @@ class LatentPyramid:
         return codes
 
 
+def filtered_reflectance(latent: LatentMap, wi: Floats, wo: Floats) -> list[Floats]:
+    """Means of what a map decodes to over the boxes of all levels: what is seen from afar.
+
+    Parameters
+    ----------
+    latent
+        Codes and their codec.
+    wi, wo
+        Unit directions, shape (n, 3).
+
+    Returns
+    -------
+    list
+        Of each level after the map itself, reflectance factors of shape (height, width, n, 3).
+    """
+    height, width = latent.codes.shape[:2]
+    decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+    rows: Iterable[Floats] = (decode(row.astype(np.float32)) for row in latent.codes)
+    levels: list[Floats] = []
+    for size in level_shapes(height, width)[:-1]:
+        levels.append(np.stack(list(halved_rows(rows, size[0]))))
+        rows = levels[-1]
+    return levels
+
+
 def _some_pairs(latent: LatentMap, pairs: int, seed: int) -> tuple[Floats, Floats]:
     count = len(latent.wi)
     chosen = np.random.default_rng(seed).choice(count, min(pairs, count), replace=False)

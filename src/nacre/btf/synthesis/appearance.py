@@ -17,9 +17,7 @@ _BLOCK = 1 << 25
 """Bytes of decoded values at a time."""
 
 
-def appearance(
-    latent: LatentMap, most: int = 16, pairs: int = _PAIRS, seed: int = 0
-) -> Floats:
+def appearance(latent: LatentMap, most: int = 16, pairs: int = _PAIRS, seed: int = 0) -> Floats:
     """Principal components of how texels look at some pairs of directions.
 
     Values are decoded and their roots taken, about as displays and eyes do, so that highlights do

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-
 from scipy.ndimage import minimum_filter, uniform_filter
 
 from nacre.array import Floats
@@ -153,7 +152,7 @@ class _Canvas:
         self.sources[place] = laid
 
     def _overlaps(self, axis: int, index: int) -> tuple[int, int]:
-        """Of a patch with the one before and, where the output tiles, of the last with the first."""
+        """Of a patch with the one before, and of the last with the first where the output tiles."""
         starts, patch = self.starts[axis], self._settings.patch
         before = starts[index - 1] + patch - starts[index] if index else 0
         last = index == len(starts) - 1 and self._settings.tile

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.console import check_outputs, console, file_path
+from nacre.cli.ranges import SEED
 
 
 @click.command("blend")
@@ -34,7 +36,7 @@ from nacre.cli.console import check_outputs, console, file_path
     default=True,
     help="Whether the middle gets back the contrast that means of unlike textures lose.",
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of noise.")
+@click.option("--seed", default=0, type=SEED, help="Of noise.")
 def command(
     first: Path,
     second: Path,
@@ -55,6 +57,8 @@ def command(
 
     check_latent_path(output)
     check_outputs([output], [first, second, *([] if mask in NAMED else [Path(mask)])])
+    for path in (first, second):
+        expect(path, "an encoded texture")
     maps = [load_latent_map(path) for path in (first, second)]
     width, height = size or (max(m.codes.shape[axis] for m in maps) for axis in (1, 0))
     shares = named_mask(mask, height, width, seed)
@@ -68,6 +72,4 @@ def command(
     reference = written_reference(maps[0], first, output)
     save_latent_map(replace(mixed, reference=reference, metadata={"blend": facts}), output)
     share = 100.0 * float(shares.mean())
-    console.print(
-        f"{output}: {width} x {height} texels, {share:.1f} % {second.name}", markup=False
-    )
+    console.print(f"{output}: {width} x {height} texels, {share:.1f} % {second.name}", markup=False)

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import click
 
+from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.console import Stages, check_outputs, file_path, print_facts, print_json
+from nacre.cli.ranges import SEED, FiniteRange
 
 
 @click.command("synthesise")
@@ -18,21 +20,17 @@ from nacre.cli.console import Stages, check_outputs, file_path, print_facts, pri
 @click.option(
     "--size", nargs=2, type=click.IntRange(2), metavar="W H", help="Texels of the output."
 )
-@click.option(
-    "--scale", type=click.FloatRange(0.0, min_open=True), help="Of its edges.  [default: 5]"
-)
+@click.option("--scale", type=FiniteRange(0.0, min_open=True), help="Of its edges.  [default: 5]")
 @click.option("--tile", is_flag=True, help="Make a texture that tiles.")
 @click.option(
     "--patch", type=click.IntRange(2), help="Edge of patches.  [default: from the texture]"
 )
-@click.option(
-    "--overlap", type=click.IntRange(1), help="Of patches.  [default: 3/8 of their edge]"
-)
+@click.option("--overlap", type=click.IntRange(1), help="Of patches.  [default: 3/8 of their edge]")
 @click.option(
     "--tolerance",
     default=0.1,
     show_default=True,
-    type=click.FloatRange(0.0),
+    type=FiniteRange(0.0),
     help="Share above the least error up to which patches are drawn from.",
 )
 @click.option(
@@ -40,7 +38,7 @@ from nacre.cli.console import Stages, check_outputs, file_path, print_facts, pri
     default=None,
     help="Whether SOURCE tiles, so that patches may reach over its edges. Default: found out.",
 )
-@click.option("--seed", default=0, type=click.IntRange(0), help="Same seed, same texture.")
+@click.option("--seed", default=0, type=SEED, help="Same seed, same texture.")
 @click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
 def command(
     source: Path,
@@ -67,6 +65,7 @@ def command(
         raise click.UsageError("expected either --size or --scale")
     check_latent_path(output)
     check_outputs([output], [source])
+    expect(source, "an encoded texture")
     latent = load_latent_map(source)
     rows, columns = latent.codes.shape[:2]
     factor = 5.0 if scale is None else scale
