@@ -6,6 +6,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf.latent_map import LatentMap, NeuralBtf
+from nacre.parallel import one_blas_thread
 
 _PAIRS = 64
 """Pairs of directions that appearance is compared at."""
@@ -53,11 +54,12 @@ def appearance(latent: LatentMap, most: int = 16, pairs: int = _PAIRS, seed: int
     some = np.sort(random.choice(total, min(_TEXELS, total), replace=False))
     seen = _roots(btf.texels(some))
     mean = seen.mean(0)
-    variances, directions = np.linalg.eigh(np.cov(seen - mean, rowvar=False, bias=True))
-    left_out = np.cumsum(np.maximum(variances, 0.0))
-    needed = int(np.count_nonzero(left_out > _LEFT_OUT * left_out[-1]))
-    kept = directions[:, ::-1][:, : min(max(needed, 1), most)]
-    found = [(_roots(btf.texels(block)) - mean) @ kept for block in btf.blocks(_BLOCK)]
+    with one_blas_thread():  # the same features on any number of cores
+        variances, directions = np.linalg.eigh(np.cov(seen, rowvar=False, bias=True))
+        left_out = np.cumsum(np.maximum(variances, 0.0))
+        needed = int(np.count_nonzero(left_out > _LEFT_OUT * left_out[-1]))
+        kept = directions[:, ::-1][:, : min(max(needed, 1), most)]
+        found = [(_roots(btf.texels(block)) - mean) @ kept for block in btf.blocks(_BLOCK)]
     features = np.concatenate(found)
     features -= features.mean(0)
     return features.reshape(btf.height, btf.width, -1)
