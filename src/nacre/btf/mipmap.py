@@ -195,4 +195,4 @@ def _bilinear(codes: Floats, uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
         return np.asarray(first + across * (second - first), np.float64)
 
     above, below = row(top), row(top + 1)
-    return above + down * (below - above)
+    return np.asarray(above + down * (below - above))

@@ -57,15 +57,17 @@ def inside_cuts(
         Widths of the overlaps, below n; 0 where there is none.
     """
     inside = np.ones(new.shape[:2], np.bool_)
-    across = [array.swapaxes(0, 1) for array in (old, new)]
-    for before, patch, kept, width in (
-        (old, new, inside, left),
-        (old[:, ::-1], new[:, ::-1], inside[:, ::-1], right),
-        (*across, inside.T, top),
-        (*(array[:, ::-1] for array in across), inside.T[:, ::-1], bottom),
-    ):
-        if width:
-            steps = patch[:, 1 : width + 1] - before[:, :width]
-            path = minimum_error_cut(np.square(steps).sum(-1, dtype=np.float64))
-            kept[:, :width] &= np.arange(width) > path[:, None]
+    old_down, new_down = old.swapaxes(0, 1), new.swapaxes(0, 1)
+    _cut(old, new, inside, left)
+    _cut(old[:, ::-1], new[:, ::-1], inside[:, ::-1], right)
+    _cut(old_down, new_down, inside.T, top)
+    _cut(old_down[:, ::-1], new_down[:, ::-1], inside.T[:, ::-1], bottom)
     return inside
+
+
+def _cut(old: Floats, new: Floats, inside: npt.NDArray[np.bool_], width: int) -> None:
+    """Take what lies left of the cut through an overlap at the left out of `inside`."""
+    if width:
+        steps = new[:, 1 : width + 1] - old[:, :width]
+        path = minimum_error_cut(np.square(steps).sum(-1, dtype=np.float64))
+        inside[:, :width] &= np.arange(width) > path[:, None]

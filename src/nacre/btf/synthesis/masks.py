@@ -52,7 +52,7 @@ def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floa
         white = np.random.default_rng(seed).normal(size=(height, width))
         smooth = gaussian_filter(white, max(height, width) / (2 * _SPOTS), mode="wrap")
         spread = (smooth - smooth.mean()) / max(float(smooth.std()), 1e-9)
-        return np.clip(0.5 + 0.5 * spread / _STEEP, 0.0, 1.0).astype(np.float32)
+        return np.asarray(np.clip(0.5 + 0.5 * spread / _STEEP, 0.0, 1.0), np.float32)
     if source in ("right", "down"):
         rows, columns = np.linspace(0.0, 1.0, height), np.linspace(0.0, 1.0, width)
         ramp = columns[None] if source == "right" else rows[:, None]

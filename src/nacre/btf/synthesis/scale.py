@@ -30,7 +30,7 @@ def patch_size(features: Floats) -> int:
     """
     most = max(2, min(features.shape[:2]) // 2)
     length = max(_correlation_length(features, axis) for axis in (0, 1))
-    return min(max(_LENGTHS * length, _LEAST), most)
+    return int(min(max(_LENGTHS * length, _LEAST), most))
 
 
 def overlap_of(patch: int) -> int:
