@@ -14,6 +14,7 @@ from nacre.btf.box_filter import halved_rows, level_shapes
 from nacre.btf.codec import TexelMap, on_all_cores
 from nacre.btf.latent_map import LatentMap
 from nacre.files import FormatError
+from nacre.parallel import one_blas_thread
 from nacre.progress import Progress, silent
 
 Filter: TypeAlias = Literal["reflectance", "codes"]
@@ -99,8 +100,9 @@ class LatentPyramid:
         rows = _reported(rows, height, progress)
         for (above, _), codes in zip(shapes, levels[1:], strict=False):
             rows = _recorded(halved_rows(rows, above), codes, record)
-        for _ in rows:  # each row is used by all levels as soon as it is known
-            pass
+        with one_blas_thread():
+            for _ in rows:  # each row is used by all levels as soon as it is known
+                pass
         if not all(np.isfinite(codes).all() for codes in levels):
             raise FormatError(f"{latent.name}: some filtered codes are no numbers")
         return cls(tuple(levels))
