@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from nacre.btf.latent_map import LatentMap
 from nacre.btf.synthesis.appearance import appearance
 from nacre.btf.synthesis.quilting import Quilting, Sources, quilt
@@ -132,6 +134,6 @@ def synthesise(
     sources = quilt(features, height, width, settings, progress)
     edges = seams(sources, rows, columns, periodic=settings.periodic, tile=tile)
     contrast = seam_contrast(features.reshape(rows * columns, -1)[sources], edges, tile=tile)
-    used = len(set(sources.flat)) / (rows * columns)
+    used = int(np.count_nonzero(np.bincount(sources.reshape(-1)))) / (rows * columns)
     codes = latent.codes.reshape(-1, values)[sources]
     return QuiltedMap(replace(latent, codes=codes), sources, settings, contrast, used)
