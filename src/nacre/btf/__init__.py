@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "formats": ["load", "save"],
         "latent_file": ["load_latent_map", "save_latent_map"],
         "latent_map": ["LatentMap", "NeuralBtf"],
+        "mipmap": ["LatentPyramid"],
         "photographs": ["load_photographs"],
         "texture": ["Btf", "TableBtf"],
         "transposition": ["by_texel"],

@@ -37,6 +37,20 @@ _CODEC = "codec."
 """In front of the names of an embedded codec's tensors."""
 
 
+def check_latent_path(path: PathLike) -> Path:
+    """The path, if its ending is that of an encoded texture; to be called before long work.
+
+    Raises
+    ------
+    FormatError
+        If it is not.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".safetensors":
+        raise FormatError(f"{path}: an encoded texture is a .safetensors file")
+    return path
+
+
 def save_latent_map(latent: LatentMap, path: PathLike) -> None:
     """Write a map of codes; the same map gives the same bytes.
 

@@ -8,14 +8,17 @@ from nacre.cli.group import LazyGroup
 
 _COMMANDS: dict[str, str] = {
     "average": "Make one material of a texture: the mean of its texels.",
+    "blend": "Mix two encoded textures by a mask.",
     "capture": "Measure a made-up surface with a virtual gonioreflectometer.",
     "compare": "Errors of one texture against another.",
     "convert": "Write a texture in another format.",
     "decode": "Write the texture that was encoded.",
     "encode": "Make the texels of a texture into a few values each.",
     "info": "Show what is in a texture, or in a model of some.",
+    "mipmap": "Filter an encoded texture for views from afar.",
     "picture": "Show a texture under some lights from some views.",
     "spread": "Make a texture of one material.",
+    "synthesise": "Make an encoded texture larger, of patches of it.",
     "train": "Train a model that encodes textures.",
 }
 

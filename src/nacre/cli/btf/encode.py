@@ -10,6 +10,7 @@ import click
 
 from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
+from nacre.cli.btf.written import source_of
 from nacre.cli.console import Stages, check_outputs, console, counted, file_path, print_facts
 from nacre.files import FormatError, NacreError, digest
 
@@ -63,14 +64,13 @@ def command(
     from nacre.btf.errors import UNITS
     from nacre.btf.formats import load
     from nacre.btf.identity import source_files, source_mark
-    from nacre.btf.latent_file import save_latent_map
+    from nacre.btf.latent_file import check_latent_path, save_latent_map
     from nacre.btf.latent_map import LatentMap
     from nacre.btf.shipped import PUBLISHED
     from nacre.btf.transposition import by_texel
 
     model = model or PUBLISHED
-    if output.suffix.lower() != ".safetensors":
-        raise click.BadParameter(f"{output}: an encoded texture is a .safetensors file")
+    check_latent_path(output)
     reference = None if embed else _reference(model, output)
     state = output.with_name(f"{output.name}.state")
     if state.exists() and not resume:
@@ -98,7 +98,7 @@ def command(
             )
     seconds = time.monotonic() - began
     errors = found.errors.facts() | {"pairs compared a texel": found.compared}
-    facts: dict[str, Any] = {"source": _source(source), "model": model.name, "errors": errors}
+    facts: dict[str, Any] = {"source": source_of(source), "model": model.name, "errors": errors}
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
     save_latent_map(latent, output)
     state.unlink(missing_ok=True)
@@ -130,7 +130,3 @@ def _reference(model: Path, output: Path) -> CodecFile:
             f"{model}: --reference names a model in the folder of {output}; copy it there, or embed"
         )
     return CodecFile(model.name, digest(model))
-
-
-def _source(source: Path) -> dict[str, Any]:
-    return {"file": source.resolve().name, "sha256": digest(source) if source.is_file() else None}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ import click
 import numpy as np
 
 from nacre.cli.btf.kinds import expect
-from nacre.cli.btf.options import pixels_option
+from nacre.cli.btf.options import angles, pixels_option
 from nacre.cli.console import check_outputs, console, file_path, print_table
 
 if TYPE_CHECKING:
@@ -21,28 +20,13 @@ _LIGHTS = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0))
 _VIEWS = ((0.0, 0.0), (30.0, 180.0), (60.0, 180.0))
 
 
-def _angles(
-    _context: click.Context, _parameter: click.Parameter, value: str | None
-) -> tuple[float, float] | None:
-    """A polar angle and an azimuth, as an option's callback."""
-    if value is None:
-        return None
-    try:
-        theta, phi = (float(part) for part in value.split(","))
-    except ValueError:
-        theta, phi = math.nan, math.nan
-    if not (0.0 <= theta < 90.0 and math.isfinite(phi)):
-        raise click.BadParameter("expected a polar angle below 90 and an azimuth, like 30,180")
-    return theta, phi
-
-
 @click.command("picture")
 @click.argument("source", type=file_path())
 @click.option(
     "-o", "--output", required=True, type=file_path(), help="Picture to write (.png, .jpg, .exr)."
 )
-@click.option("--light", callback=_angles, metavar="THETA,PHI", help="To the light, in degrees.")
-@click.option("--view", callback=_angles, metavar="THETA,PHI", help="To the viewer, in degrees.")
+@click.option("--light", callback=angles, metavar="THETA,PHI", help="To the light, in degrees.")
+@click.option("--view", callback=angles, metavar="THETA,PHI", help="To the viewer, in degrees.")
 @pixels_option
 def command(
     source: Path,
