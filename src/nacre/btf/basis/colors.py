@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from nacre.array import Array, Components, namespace
 from nacre.channels import CHROMA, GREY
 from nacre.compilation import compiled
 
@@ -48,3 +49,15 @@ def join_reflectance(grey: Any, chroma: Any, rgb: Any) -> None:
             rgb[texel, entry, 0] = level + share * red
             rgb[texel, entry, 1] = level + share * green
             rgb[texel, entry, 2] = level + share * blue
+
+
+def join_components(grey: Array, first: Array, second: Array) -> Components:
+    """What :func:`join_reflectance` does, on arrays of any library: a grey value and a pair."""
+    xp = namespace(grey, first, second)
+    level = xp.maximum(GREY * grey, 0.0)
+    difference, total = float(_DIFFERENCE) * first, float(_SUM) * second
+    red, green, blue = total + difference, total - difference, -2.0 * total
+    lowest = xp.minimum(xp.minimum(red, green), blue)
+    below = level + lowest < 0.0
+    share = xp.where(below, level / xp.where(below, -1.0 * lowest, 1.0), 1.0)
+    return level + share * red, level + share * green, level + share * blue
