@@ -14,6 +14,7 @@ _COMMANDS: dict[str, str] = {
     "encode": "Make the texels of a texture into a few values each.",
     "info": "Show what is in a texture.",
     "picture": "Show a texture under some lights from some views.",
+    "render": "Path trace a texture on a cylinder, a sphere or a plane.",
     "train": "Train a model that encodes textures.",
 }
 
