@@ -14,9 +14,7 @@ from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
 
 
-def pack_layers(
-    mi: Any, layers: Sequence[Layer], half: bool, layout: str
-) -> list[tuple[Any, Any]]:
+def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> list[tuple[Any, Any]]:
     """Matrix and bias of each layer as views into one new buffer, in a layout of `drjit.nn`."""
     tensor = mi.TensorXf16 if half else mi.TensorXf
     parts = [tensor(array) for y in layers for array in (y.weights.T.copy(), y.biases)]

@@ -129,8 +129,7 @@ class NetworkDecoder:
     def __init__(self, mi: Any, codec: Any, codes: Floats, half: bool) -> None:
         if codec.settings.decoder != "network":
             raise NacreError(
-                f"a {codec.settings.decoder} decoder cannot run at every hit; take "
-                "decoder 'table'"
+                f"a {codec.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
             )
         arrays, layers = codec.arrays(), []
         while (name := f"decoder.{len(layers)}") + ".weight" in arrays:

@@ -17,6 +17,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf.codec import TexelMap, on_all_cores
 from nacre.btf.latent_map import LatentMap
+from nacre.btf.truncated_svd import leading_directions
 from nacre.channels import split_colors
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
 from nacre.progress import Progress, silent
@@ -81,8 +82,13 @@ def factor(latent: LatentMap, resolution: int, progress: Progress = silent) -> F
     decode = on_all_cores(latent.codec, latent.codec.decoder(*_comparison(random)))
     chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
     grey, chroma = split_colors(decode(codes[chosen]))
-    grey_space = _subspace(grey, GREYS)
-    chroma_space = _subspace(chroma.reshape(-1, _PAIRS), CHROMAS)
+    seen = grey, chroma.reshape(-1, _PAIRS)
+    spaces = leading_directions(lambda: [seen], 2, _PAIRS, max(GREYS, CHROMAS), seed=0)
+    # Functions have a mean square of 1 over the pairs.
+    grey_space, chroma_space = (
+        np.asarray(space[:, :count] / math.sqrt(_PAIRS), np.float32)
+        for space, count in zip(spaces, (GREYS, CHROMAS), strict=True)
+    )
     weights = np.empty((len(codes), GREYS + 2 * CHROMAS), np.float32)
     for start in range(0, len(codes), _TEXELS):
         part = slice(start, start + _TEXELS)
@@ -122,18 +128,6 @@ def _comparison(random: np.random.Generator) -> tuple[Floats, Floats]:
     light = join(wi)
     light[lit] = join(mirrored)[lit]
     return light.astype(np.float32), join(wo).astype(np.float32)
-
-
-def _subspace(values: Floats, count: int) -> Floats:
-    """What values (t, n) are multiplied by to have weights of functions of mean square 1, (n, k).
-
-    Columns beyond the rank of the values are 0.
-    """
-    pairs = values.shape[1]
-    variances, vectors = np.linalg.eigh(values.T.astype(np.float64) @ values)
-    best = np.argsort(variances)[::-1][:count]
-    used = variances[best] > _RIDGE * max(float(variances.max()), 1e-30)
-    return np.asarray(vectors[:, best] * used / math.sqrt(pairs), np.float32)
 
 
 def _least_squares(weights: Floats) -> Floats:

@@ -12,9 +12,9 @@ from nacre.files import NacreError, require
 from nacre.geometry import join, from_stereographic, split, stereographic
 from nacre.render.btf.texels import Corners, jitters
 
-_CELLS = 64
+_CELLS = 128
 """Along an edge of the square that tells where to begin to look for a triangle."""
-_STEPS = 3
+_STEPS = 4
 """Triangles that are walked through from there; from cells of this size one or two are enough."""
 _FLAT = 1e-7
 

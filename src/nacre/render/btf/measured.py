@@ -43,9 +43,7 @@ class MeasuredDecoder:
         If the table is larger, or a value is too large for half precision.
     """
 
-    def __init__(
-        self, mi: Any, btf: Btf, sides: Sides, stochastic: bool, memory: int
-    ) -> None:
+    def __init__(self, mi: Any, btf: Btf, sides: Sides, stochastic: bool, memory: int) -> None:
         self._mi = mi
         size = 4 * btf.texel_count * btf.pair_count
         if 2 * size > memory or size > _MOST:

@@ -96,7 +96,10 @@ def plugins(variant: str) -> dict[str, Any]:
         decoder: HitDecoder
 
         def __init__(
-            self, properties: Any, source: LatentMap | Btf | None = None, progress: Progress = silent
+            self,
+            properties: Any,
+            source: LatentMap | Btf | None = None,
+            progress: Progress = silent,
         ) -> None:
             super().__init__(properties)
             name = properties.plugin_name()
@@ -136,7 +139,9 @@ def plugins(variant: str) -> dict[str, Any]:
             if self.relief is not None:
                 uv = self.relief.seen(uv, given)
             share, roughness, x, y = self.lobes.at(self.lobe_grid.around(uv))
-            return self.decoder.texels(self.grid.around(uv)), TiltedMixture(share, roughness, (x, y))
+            return self.decoder.texels(self.grid.around(uv)), TiltedMixture(
+                share, roughness, (x, y)
+            )
 
         def value(self, ctx: Any, si: Any, texels: Any, given: Any, other: Any, active: Any) -> Any:
             """Spectrum of f_r times the cosine of `other`, both in the frame of the texture."""
@@ -218,7 +223,11 @@ def plugins(variant: str) -> dict[str, Any]:
                 factors = factor(latent, resolution, progress)
                 self.decoder = TableDecoder(mi, factors, self.stochastic)
                 return height, width, latent_lobes(latent)
-            wide = latent.codec.decode.linear.shape[1] if isinstance(latent.codec, BasisCodec) else values
+            wide = (
+                latent.codec.decode.linear.shape[1]
+                if isinstance(latent.codec, BasisCodec)
+                else values
+            )
             large = height * width * record_bytes(wide, half) > self.memory
             expanded = coefficients == "texture" or (coefficients == "auto" and not large)
             count = wide if expanded else values

@@ -115,9 +115,7 @@ class Records:
         dtype: npt.DTypeLike = np.float16 if half else np.float32
         padded = np.zeros((count, self._packets * self._packet), dtype)
         padded[:, : self._numbers] = values
-        tensor, self._kind = (
-            (mi.TensorXf16, mi.ArrayXf16) if half else (mi.TensorXf, mi.ArrayXf)
-        )
+        tensor, self._kind = (mi.TensorXf16, mi.ArrayXf16) if half else (mi.TensorXf, mi.ArrayXf)
         self._data = tensor(padded).array
 
     def at(self, corners: Corners) -> list[Any]:
