@@ -14,6 +14,14 @@ from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
 
 
+def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> list[tuple[Any, Any]]:
+    """Matrix and bias of each layer as views into one new buffer, in a layout of `drjit.nn`."""
+    tensor = mi.TensorXf16 if half else mi.TensorXf
+    parts = [tensor(array) for y in layers for array in (y.weights.T.copy(), y.biases)]
+    views = require("drjit.nn", "render").pack(*parts, layout=layout)
+    return list(zip(views[::2], views[1::2], strict=True))
+
+
 class CooperativeNetwork:
     """The layers of an NBRDF as one buffer of a JIT variant.
 
@@ -34,14 +42,7 @@ class CooperativeNetwork:
         self._brdf, self._mi, self._half = brdf, mi, half
         self._nn = require("drjit.nn", "render")
         self._type = mi.Float16 if half else mi.Float
-        self._layers = self._pack(brdf.layers)
-
-    def _pack(self, layers: Sequence[Layer]) -> list[tuple[Any, Any]]:
-        """Matrix and bias of each layer as views into one new buffer."""
-        tensor = self._mi.TensorXf16 if self._half else self._mi.TensorXf
-        parts = [tensor(array) for y in layers for array in (y.weights.T.copy(), y.biases)]
-        views = self._nn.pack(*parts, layout="training")
-        return list(zip(views[::2], views[1::2], strict=True))
+        self._layers = pack_layers(mi, brdf.layers, half, "training")
 
     def initial(self) -> Any:
         """The buffer that holds the weights of the network this was made from."""

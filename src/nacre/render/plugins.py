@@ -1,4 +1,4 @@
-"""Mitsuba BSDFs of reflectances: the plugins `nbrdf` and `brdf`.
+"""Mitsuba BSDFs of reflectances: the plugins `nbrdf` and `brdf`; and all plugins made known.
 
 Directions are swapped here: Mitsuba's `si.wi`, which points to the viewer, is our `wo`,
 and its `wo` is our `wi`. Where Mitsuba follows light instead of sight it is the other way round,
@@ -18,16 +18,18 @@ from nacre.files import FormatError, NacreError, require
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
+from nacre.render.btf.plugins import plugins as btf_plugins
 from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import CooperativeNetwork
 
 
 def register() -> None:
-    """Make the plugins `nbrdf` and `brdf` known to Mitsuba.
+    """Make the plugins `nbrdf`, `brdf`, `neuralbtf` and `measuredbtf` known to Mitsuba.
 
     For the current variant, if one is set, and for every variant set from now on. Calling it again
-    is harmless. Both plugins take `filename`, a file that :func:`nacre.load` reads; `nbrdf` wants
-    a network in it and has two more properties: see :func:`bsdf`.
+    is harmless. The first two take `filename`, a file that :func:`nacre.load` reads; `nbrdf` wants
+    a network in it and has two more properties: see :func:`bsdf`. The others take a texture, that
+    of `neuralbtf` encoded: see :func:`nacre.render.btf.plugins.texture_bsdf`.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def _register_variant(_: str | None, variant: str) -> None:
     mi = require("mitsuba", "render")
     if variant.startswith("llvm"):
         check_llvm()
-    for name, plugin in _plugins(variant).items():
+    for name, plugin in (_plugins(variant) | btf_plugins(variant)).items():
         mi.register_bsdf(name, plugin)
 
 

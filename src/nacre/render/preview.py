@@ -84,11 +84,22 @@ def render_preview(
         raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels an edge, not {width} x {height}")
     if spp < 1:
         raise NacreError(f"a picture needs at least 1 sample per pixel, not {spp}")
-    mi = mitsuba()
+    mitsuba()
     shown = bsdf(material) if isinstance(material, Brdf) else material
-    scene = mi.load_dict(describe_scene(shown, shape, light, (width, height), environment))
-    picture = np.zeros((height, width, 3))
-    for done, picture in accumulate(scene, pass_sizes([spp]), seed):  # noqa: B007 - the last one
+    scene = describe_scene(shown, shape, light, (width, height), environment)
+    return render_scene(scene, spp, seed, progress)
+
+
+def render_scene(
+    scene: dict[str, Any],
+    spp: int,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Image:
+    """Render a scene dictionary; see :func:`render_preview` for what it takes and gives."""
+    loaded = mitsuba().load_dict(scene)
+    picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
+    for done, picture in accumulate(loaded, pass_sizes([spp]), seed):  # noqa: B007 - the last one
         if progress is not None:
             progress(done / spp)
     return picture.astype(np.float32)

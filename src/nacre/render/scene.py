@@ -79,8 +79,8 @@ def describe_scene(
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 6},
         "sensor": camera([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], 24.0, size, fov_axis="smaller"),
-        "light": _emitter(mi, light, environment),
-        "floor": _floor(mi),
+        "light": emitter(mi, light, environment),
+        "floor": floor(mi),
         **(_ball(mi, bsdf) if shape == "ball" else _sphere(mi, bsdf)),
     }
 
@@ -130,7 +130,7 @@ def matte(*reflectance: float) -> dict[str, Any]:
     return {"type": "twosided", "bsdf": diffuse}
 
 
-def _emitter(mi: Any, light: str, environment: Environment | None) -> dict[str, Any]:
+def emitter(mi: Any, light: str, environment: Environment | None) -> dict[str, Any]:
     if light == "directional":
         x, y, z = DirectionalLight.direction
         return {
@@ -183,7 +183,7 @@ def _step(x: Floats) -> Floats:
     return result
 
 
-def _floor(mi: Any) -> Any:
+def floor(mi: Any) -> Any:
     """A floor that bends up into a wall; its checks fade away from the object."""
     bend = np.linspace(0.0, 0.5 * math.pi, 48)
     z = np.concatenate([[_FLOOR_FRONT], -_FLOOR_BACK - _FLOOR_BEND * np.sin(bend)])

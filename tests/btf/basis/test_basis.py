@@ -7,7 +7,7 @@ import pytest
 
 from nacre.array import Floats
 from nacre.btf import UTIA, TableBtf
-from nacre.btf.basis.colors import join_reflectance, split_reflectance
+from nacre.btf.basis.colors import join_components, join_reflectance, split_reflectance
 from nacre.btf.basis.components import principal_functions
 from nacre.btf.basis.functions import FunctionValues
 from nacre.btf.basis.posterior import Observation, Prior, project
@@ -17,6 +17,7 @@ from nacre.btf.basis.symmetry import symmetric_turns
 from nacre.btf.domes import BONN, Dome, below, pairs
 from nacre.channels import CHROMA, GREY, ORDERS, TURNS, split_colors
 from nacre.files import NacreError
+from nacre.geometry import join
 from nacre.layer import Layer
 
 SMALL = Dome("small", ((0.0, 1, 0.0), (30.0, 6, 0.0), (60.0, 6, 0.0)))
@@ -73,6 +74,7 @@ def test_dark_reflectance_keeps_its_grey_value_and_hue() -> None:
     np.testing.assert_allclose(hue / np.abs(hue).max(), wanted / np.abs(wanted).max(), atol=1e-5)
     np.testing.assert_allclose(same, free[1], atol=1e-7)
     np.testing.assert_array_equal(black, 0.0)
+    np.testing.assert_allclose(join(join_components(grey, *chroma)), rgb, rtol=1e-5, atol=1e-7)
 
 
 @pytest.mark.parametrize("index", range(6))

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.array import Floats
+from nacre.array import Array, Components, Floats, namespace
 from nacre.channels import CHROMA, GREY
 from nacre.compilation import compiled
 
@@ -63,3 +63,16 @@ def join_reflectance(grey: Any, chroma: Any, rgb: Any) -> None:
             rgb[texel, entry, 0] = (level + share * red) ** 2
             rgb[texel, entry, 1] = (level + share * green) ** 2
             rgb[texel, entry, 2] = (level + share * blue) ** 2
+
+
+def join_components(grey: Array, first: Array, second: Array) -> Components:
+    """What :func:`join_reflectance` does, on arrays of any library: a grey value and a pair."""
+    xp = namespace(grey, first, second)
+    level = xp.maximum(GREY * grey, 0.0)
+    difference, total = float(_DIFFERENCE) * first, float(_SUM) * second
+    red, green, blue = total + difference, total - difference, -2.0 * total
+    lowest = xp.minimum(xp.minimum(red, green), blue)
+    below = level + lowest < 0.0
+    share = xp.where(below, level / xp.where(below, -1.0 * lowest, 1.0), 1.0)
+    red, green, blue = (level + share * color for color in (red, green, blue))
+    return red * red, green * green, blue * blue

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
-from nacre.geometry import join, normalize, split, stereographic
+from nacre.array import Array, Components, Floats, namespace
+from nacre.geometry import dot, half_vector, split, stereographic
 from nacre.layer import Layer
 
 _CHUNK = 1 << 12
@@ -112,13 +112,18 @@ def direction_inputs(wi: Floats, wo: Floats) -> Floats:
     highlights of any width are smooth.
     """
     a, b = split(wi.astype(np.float64)), split(wo.astype(np.float64))
-    half = normalize((a[0] + b[0], a[1] + b[1], a[2] + b[2]))
-    cosine = np.clip(a[0] * b[0] + a[1] * b[1] + a[2] * b[2], -1.0, 1.0)
-    columns = [
-        *(1.5 * c for w in (a, b, half) for c in stereographic(w)),
-        *(2.0 * w[2] - 1.0 for w in (a, b, half)),
+    return np.stack(direction_components(a, b), axis=-1).astype(np.float32)
+
+
+def direction_components(wi: Components, wo: Components) -> list[Array]:
+    """The same of components of any array library, as a list."""
+    xp = namespace(*wi, *wo)
+    half = half_vector(wi, wo)
+    cosine = xp.minimum(xp.maximum(dot(wi, wo), -1.0), 1.0)
+    return [
+        *(1.5 * c for w in (wi, wo, half) for c in stereographic(w)),
+        *(2.0 * w[2] - 1.0 for w in (wi, wo, half)),
         cosine,
-        np.log(_SHARPEST + 1.0 - half[2]) / 2.0 + 1.5,
-        np.log(_SHARPEST + 1.0 - cosine) / 2.0 + 1.0,
+        xp.log(_SHARPEST + 1.0 - half[2]) / 2.0 + 1.5,
+        xp.log(_SHARPEST + 1.0 - cosine) / 2.0 + 1.0,
     ]
-    return join(tuple(columns)).astype(np.float32)

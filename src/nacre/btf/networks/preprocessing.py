@@ -92,7 +92,13 @@ class Whitening:
         values.clamp_(min=0.0).add_(self.offset).log_()
         return values.sub_(self.mean).mul_(1.0 / self.deviation)
 
+    def restore(self, whitened: Array) -> Any:
+        """Reflectance factors of whitened logarithms, of any array library."""
+        xp = namespace(whitened)
+        logarithms = xp.minimum(whitened * self.deviation + self.mean, _LARGEST)
+        return xp.maximum(xp.exp(logarithms) - self.offset, 0.0)
+
     def restore_(self, whitened: Array) -> Any:
-        """Reflectance factors of a PyTorch tensor of whitened logarithms, in its memory."""
+        """The same of a PyTorch tensor, in its memory."""
         logarithms = whitened.mul_(self.deviation).add_(self.mean).clamp_(max=_LARGEST)
         return logarithms.exp_().sub_(self.offset).clamp_(min=0.0)

@@ -1,0 +1,1 @@
+"""Textures of measured reflectance in Mitsuba: the plugins `neuralbtf` and `measuredbtf`."""

@@ -1,0 +1,141 @@
+"""Scenes that show a texture: on a cylinder, as the papers do, on a sphere or on a plane.
+
++y is up and the camera looks towards -z, as in :mod:`nacre.render.scene`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, get_args
+
+from nacre.files import NacreError
+from nacre.render.engine import mitsuba
+from nacre.render.environment import Environment
+from nacre.render.scene import camera, emitter, floor, matte
+
+Geometry = Literal["cylinder", "sphere", "plane"]
+LightName = Literal["environment", "directional", "point"]
+
+GEOMETRIES: tuple[str, ...] = get_args(Geometry)
+LIGHTS: tuple[str, ...] = get_args(LightName)
+
+_RADIUS, _HEIGHT = 0.75, 2.1
+"""Of the cylinder."""
+_PLANE = 1.3
+"""Half an edge of the plane."""
+_DISTANCE = 12.0
+"""Of the point light, from the object's middle."""
+_TILT = 35.0
+"""Degrees from upright by which the plane leans back."""
+
+
+def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
+    """The `to_uv` with which a texture goes `repeat` times around or along a geometry, upright.
+
+    Parameters
+    ----------
+    geometry
+        One of :data:`GEOMETRIES`.
+    repeat
+        At least 1; whole, so that it meets itself behind a cylinder or a sphere.
+    aspect
+        Width of the texture over its height, which stay in proportion; on a sphere at its equator.
+
+    Raises
+    ------
+    NacreError
+        If there is no such geometry, or `repeat` is less than 1.
+    """
+    if repeat < 1:
+        raise NacreError(f"a texture is repeated 1 time or more, not {repeat}")
+    upward = {
+        "cylinder": -_HEIGHT / (2.0 * math.pi * _RADIUS),  # v runs upwards, rows do not
+        "sphere": 0.5,
+        "plane": -1.0,
+    }
+    if geometry not in upward:
+        raise NacreError(f"no geometry {geometry!r}: choose one of {', '.join(GEOMETRIES)}")
+    across = float(repeat)
+    return mitsuba().ScalarTransform4f().scale([across, upward[geometry] * across * aspect, 1.0])
+
+
+def describe_texture_scene(
+    bsdf: Any,
+    geometry: str = "cylinder",
+    light: str = "environment",
+    size: tuple[int, int] = (512, 512),
+    angle: float = 45.0,
+    environment: Environment | None = None,
+) -> dict[str, Any]:
+    """Scene dictionary for `mitsuba.load_dict`.
+
+    Parameters
+    ----------
+    bsdf
+        A BSDF or the dictionary of one.
+    geometry
+        One of :data:`GEOMETRIES`.
+    light
+        "environment"; or "directional" or "point", of irradiance pi at the object's middle.
+    size
+        Width and height in pixels.
+    angle
+        Degrees between the view and a light that is no environment, to the upper left.
+    environment
+        The map, exposed here; the package's own where None.
+
+    Raises
+    ------
+    NacreError
+        If there is no such geometry or light.
+    """
+    if geometry not in GEOMETRIES:
+        raise NacreError(f"no geometry {geometry!r}: choose one of {', '.join(GEOMETRIES)}")
+    if light not in LIGHTS:
+        raise NacreError(f"no light {light!r}: choose one of {', '.join(LIGHTS)}")
+    mi = mitsuba()
+    return {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 6},
+        "sensor": camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], 20.0, size, fov_axis="smaller"),
+        "light": _light(mi, light, angle, environment),
+        "floor": floor(mi),
+        **_object(mi, geometry, bsdf),
+    }
+
+
+def _light(mi: Any, light: str, angle: float, environment: Environment | None) -> dict[str, Any]:
+    if light == "environment":
+        return emitter(mi, light, environment)
+    aside = math.sqrt(0.5) * math.sin(math.radians(angle))
+    toward = [-aside, aside, math.cos(math.radians(angle))]
+    if light == "directional":
+        return {
+            "type": "directional",
+            "direction": [-x for x in toward],
+            "irradiance": {"type": "rgb", "value": math.pi},
+        }
+    return {
+        "type": "point",
+        "position": [_DISTANCE * x + y for x, y in zip(toward, (0.0, 1.0, 0.0), strict=True)],
+        "intensity": {"type": "rgb", "value": math.pi * _DISTANCE**2},
+    }
+
+
+def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
+    place = mi.ScalarTransform4f()
+    if geometry == "sphere":
+        turned = place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
+        return {"object": {"type": "sphere", "to_world": turned, "bsdf": bsdf}}
+    if geometry == "plane":
+        lying = place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE)
+        return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
+    cylinder = {
+        "type": "cylinder",
+        "p0": [0, 0, 0],
+        "p1": [0, _HEIGHT, 0],
+        "radius": _RADIUS,
+        "bsdf": bsdf,
+    }
+    lid = place.translate([0, _HEIGHT, 0]).rotate([1, 0, 0], -90.0).scale(_RADIUS)
+    return {"object": cylinder, "lid": {"type": "disk", "to_world": lid, "bsdf": matte(0.05)}}

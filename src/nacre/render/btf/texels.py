@@ -1,0 +1,147 @@
+"""Which texels a point of a texture takes part of, and what is kept for each of them."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.files import require
+from nacre.tensors import HALF_LARGEST
+
+Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
+INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
+
+Corners: TypeAlias = "list[tuple[Any, Any]]"
+"""Indices of texels or nodes, and weights that add up to 1."""
+
+_PACKET = 16
+"""Numbers that are read at a time."""
+_PARTS = 16
+"""Bits of a random number for each of two coordinates."""
+
+
+class TexelGrid:
+    """Texels around points of a texture that repeats.
+
+    A point belongs to texels as pixels of Mitsuba's bitmaps do: texel (0, 0) covers u and v from 0
+    to 1 / width and 1 / height.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    height, width
+        Of the map.
+    interpolation
+        "linear": the four texels around a point. "stochastic": one of them, as likely as its
+        weight, so that the mean over many points is what is linear between texels (Pharr, Wronski,
+        Salvi and Fajardo 2024, "Filtering After Shading With Stochastic Texture Filtering"); the
+        same point always has the same texel. "nearest": the one in which it lies.
+    """
+
+    def __init__(self, mi: Any, height: int, width: int, interpolation: str) -> None:
+        self._mi, self.height, self.width = mi, height, width
+        self._interpolation = interpolation
+
+    def around(self, uv: Any) -> Corners:
+        """Texels of points, `mi.Point2f`, as indices y * width + x."""
+        mi, dr = self._mi, require("drjit", "render")
+        inside = uv - dr.floor(uv)
+        x, y = inside.x * self.width - 0.5, inside.y * self.height - 0.5
+        if self._interpolation == "linear":
+            corners = []
+            for dy, dx in itertools.product((0, 1), repeat=2):
+                (column, right), (row, below) = (
+                    (mi.Int32(dr.floor(v)) + d, v - dr.floor(v)) for v, d in ((x, dx), (y, dy))
+                )
+                weight = (right if dx else 1.0 - right) * (below if dy else 1.0 - below)
+                corners.append((self._index(column, row), weight))
+            return corners
+        jitter = mi.Point2f(0.5)
+        if self._interpolation == "stochastic":
+            jitter = mi.Point2f(*jitters(mi, (uv.x, uv.y), 2))
+        columns, rows = mi.Int32(dr.floor(x + jitter.x)), mi.Int32(dr.floor(y + jitter.y))
+        return [(self._index(columns, rows), mi.Float(1.0))]
+
+    def _index(self, column: Any, row: Any) -> Any:
+        """Of texels up to one beyond the edges, which continue at the other side."""
+        mi, dr = self._mi, require("drjit", "render")
+        for_each = ((column, self.width), (row, self.height))
+        column, row = (
+            dr.select(i < 0, i + size, dr.select(i >= size, i - size, i)) for i, size in for_each
+        )
+        return mi.UInt32(row * self.width + column)
+
+
+def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
+    """Random numbers in (0, 1), each of 32 / `count` bits, that two to four floats determine."""
+    dr = require("drjit", "render")
+    bits = [dr.reinterpret_array(mi.UInt32, mi.Float(number)) for number in numbers]
+    words = [bits[0], bits[1]]
+    for index, more in enumerate(bits[2:]):
+        words[index] = words[index] * 0x9E3779B1 + more
+    scattered, _ = mi.sample_tea_32(words[0], words[1], 4)
+    width = 32 // count
+    mask = (1 << width) - 1
+    return [
+        (mi.Float((scattered >> (width * k)) & mask) + 0.5) * (1.0 / (1 << width))
+        for k in range(count)
+    ]
+
+
+class Records:
+    """Some numbers for each texel or node, which are read together.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    values
+        Shape (count, numbers).
+    half
+        Whether they are kept in half precision, where it can hold them.
+    """
+
+    def __init__(self, mi: Any, values: Floats, half: bool) -> None:
+        self._mi = mi
+        count, self._numbers = values.shape
+        self._packet = min(_PACKET, 1 << (self._numbers - 1).bit_length())
+        self._packets = -(-self._numbers // self._packet)
+        half = half and float(np.abs(values).max()) < HALF_LARGEST
+        dtype: npt.DTypeLike = np.float16 if half else np.float32
+        padded = np.zeros((count, self._packets * self._packet), dtype)
+        padded[:, : self._numbers] = values
+        tensor, self._kind = (mi.TensorXf16, mi.ArrayXf16) if half else (mi.TensorXf, mi.ArrayXf)
+        self._data = tensor(padded).array
+
+    def at(self, corners: Corners) -> list[Any]:
+        """The weighted sums of the numbers of some records."""
+        if len(corners) == 1:
+            return self._read(corners[0][0])
+        dr = require("drjit", "render")
+        total: list[Any] = [self._mi.Float(0.0)] * self._numbers
+        for index, weight in corners:
+            total = [
+                dr.fma(value, weight, sum_)
+                for value, sum_ in zip(self._read(index), total, strict=True)
+            ]
+        return total
+
+    def _read(self, index: Any) -> list[Any]:
+        dr = require("drjit", "render")
+        shape = (self._packet, dr.width(index))
+        values: list[Any] = []
+        for packet in range(self._packets):
+            found = dr.gather(self._kind, self._data, index * self._packets + packet, shape=shape)
+            values += [self._mi.Float(v) for v in found]
+        return values[: self._numbers]
+
+
+def record_bytes(numbers: int, half: bool) -> int:
+    """Memory of a record."""
+    packet = min(_PACKET, 1 << (numbers - 1).bit_length())
+    return -(-numbers // packet) * packet * (2 if half else 4)
