@@ -78,12 +78,12 @@ def test_files_that_do_not_fit_are_refused(rgb: Any, tmp_path: Path) -> None:
         tensors["codes"] = np.zeros((0, 3, 2), "<f4")
 
     def later(tensors: Any, header: Any) -> None:
-        header["codec"]["version"] = 2
+        header["codec"]["version"] = 99
 
     for change, words in (
         (three_values, r"codes are \(2, 3, 3\), expected \(height, width, 2\)"),
         (empty, r"\(0, 3, 2\)"),
-        (later, "version 2; this nacre reads version 1"),
+        (later, "version 99; this nacre reads"),
     ):
         with pytest.raises((RuntimeError, FormatError), match=words):
             rgb.load_dict({"type": "neuralbtf", "filename": written(tmp_path, change)})
