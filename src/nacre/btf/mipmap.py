@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -98,11 +99,7 @@ class LatentPyramid:
             record = on_all_cores(latent.codec, latent.codec.encoder(wi, wo))
             rows = (decode(row) for row in levels[0])
         rows = _reported(rows, height, progress)
-        for (above, _), codes in zip(shapes, levels[1:], strict=False):
-            rows = _recorded(halved_rows(rows, above), codes, record)
-        with one_blas_thread():
-            for _ in rows:  # each row is used by all levels as soon as it is known
-                pass
+        fill_levels(rows, levels, record)
         if not all(np.isfinite(codes).all() for codes in levels):
             raise FormatError(f"{latent.name}: some filtered codes are no numbers")
         return cls(tuple(levels))
@@ -135,6 +132,32 @@ class LatentPyramid:
             coarse = _bilinear(self.levels[min(index + 1, last)], uv[rows])
             codes[rows] = fine + share[rows] * (coarse - fine)
         return codes
+
+
+def fill_levels(rows: Iterable[Floats], levels: Sequence[Floats], record: TexelMap) -> None:
+    """Write what is kept of the texels of all levels but the first: of means over boxes.
+
+    Parameters
+    ----------
+    rows
+        Those of the first level, in order: what is averaged, shape (width, ...).
+    levels
+        Shapes (height, width, numbers), as :func:`level_shapes` has them.
+    record
+        From means of a row to what is kept of it.
+    """
+    for above, kept in itertools.pairwise(levels):
+        rows = recorded(halved_rows(rows, len(above)), kept, record)
+    with one_blas_thread():
+        for _ in rows:  # each row is used by all levels as soon as it is known
+            pass
+
+
+def recorded(rows: Iterable[Floats], kept: Floats, record: TexelMap) -> Iterator[Floats]:
+    """The same rows, once what is kept of each is written."""
+    for y, row in enumerate(rows):
+        kept[y] = record(row)
+        yield row
 
 
 def filtered_reflectance(latent: LatentMap, wi: Floats, wo: Floats) -> list[Floats]:
@@ -173,13 +196,6 @@ def _reported(rows: Iterable[Floats], count: int, progress: Progress) -> Iterato
     for done, row in enumerate(rows, 1):
         yield row
         progress("filtering", done, count, "")
-
-
-def _recorded(rows: Iterable[Floats], codes: Floats, record: TexelMap) -> Iterator[Floats]:
-    """The same rows, once the codes of each are written."""
-    for y, row in enumerate(rows):
-        codes[y] = record(row)
-        yield row
 
 
 def _bilinear(codes: Floats, uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:

@@ -17,8 +17,10 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf.basis.colors import split_reflectance
+from nacre.btf.box_filter import level_shapes
 from nacre.btf.codec import TexelMap, on_all_cores
 from nacre.btf.latent_map import LatentMap
+from nacre.btf.mipmap import fill_levels, recorded
 from nacre.btf.truncated_svd import leading_directions
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
 from nacre.progress import Progress, silent
@@ -46,8 +48,8 @@ class Factors:
     Parameters
     ----------
     weights
-        Shape (height, width, :data:`GREYS` + 2 :data:`CHROMAS`): of the grey value, then of the
-        first and of the second value of the pair.
+        Of texels, row by row, then of those of coarser levels; shape (t, :data:`GREYS` + 2
+        :data:`CHROMAS`): of the grey value, then of the first and of the second value of the pair.
     functions
         Shape (nodes, :data:`GREYS` + :data:`CHROMAS`), nodes as
         :class:`nacre.render.btf.angle_grid.AngleGrid` has them.
@@ -60,7 +62,9 @@ class Factors:
     resolution: int
 
 
-def factor(latent: LatentMap, resolution: int, progress: Progress = silent) -> Factors:
+def factor(
+    latent: LatentMap, resolution: int, levels: int = 1, progress: Progress = silent
+) -> Factors:
     """The factors of an encoded texture.
 
     Parameters
@@ -69,6 +73,9 @@ def factor(latent: LatentMap, resolution: int, progress: Progress = silent) -> F
         Its codec must decode at any directions.
     resolution
         Of the grid of directions, at least 2.
+    levels
+        Of the pyramid of means of reflectance that weights are of, from the map itself; see
+        :func:`nacre.btf.box_filter.level_shapes`.
     progress
         Called with the nodes done.
 
@@ -90,11 +97,16 @@ def factor(latent: LatentMap, resolution: int, progress: Progress = silent) -> F
         np.asarray(space[:, :count] / math.sqrt(_PAIRS), np.float32)
         for space, count in zip(spaces, (GREYS, CHROMAS), strict=True)
     )
-    weights = np.empty((len(codes), GREYS + 2 * CHROMAS), np.float32)
-    for start in range(0, len(codes), _TEXELS):
-        part = slice(start, start + _TEXELS)
-        grey, chroma = _split(decode(codes[part]))
-        weights[part] = np.concatenate([grey @ grey_space, *(chroma @ chroma_space)], axis=1)
+
+    def weighed(values: Floats) -> Floats:
+        grey, chroma = _split(values)
+        return np.concatenate([grey @ grey_space, *(chroma @ chroma_space)], axis=1)
+
+    shapes = level_shapes(height, width)[:levels]
+    maps = [np.empty((*shape, GREYS + 2 * CHROMAS), np.float32) for shape in shapes]
+    rows = (decode(row.astype(np.float32)) for row in latent.codes)
+    fill_levels(recorded(rows, maps[0], weighed), maps, weighed)
+    weights = np.concatenate([one.reshape(-1, one.shape[2]) for one in maps])
 
     several = random.permutation(len(codes))[:_DECODED]
     grey_solve = _least_squares(weights[several, :GREYS])
@@ -111,7 +123,7 @@ def factor(latent: LatentMap, resolution: int, progress: Progress = silent) -> F
         functions[nodes, :GREYS] = (grey_solve @ grey).T
         functions[nodes, GREYS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
         progress("functions", nodes.stop, len(functions), "")
-    return Factors(weights.reshape(height, width, -1), functions, resolution)
+    return Factors(weights, functions, resolution)
 
 
 def _decoded(latent: LatentMap, wi: Floats, wo: Floats) -> TexelMap:

@@ -44,12 +44,13 @@ class Placement:
 
     def uv(self, si: Any) -> Any:
         """Texture coordinates of interactions."""
+        uv = self.difference(si.uv.x, si.uv.y)
+        return self._mi.Point2f(uv.x + self._shift[0], uv.y + self._shift[1])
+
+    def difference(self, u: Any, v: Any) -> Any:
+        """Differences of texture coordinates from those of a surface's."""
         (a, b), (c, d) = self._linear
-        u, v = si.uv.x, si.uv.y
-        return self._mi.Point2f(
-            a * u + b * v + self._shift[0],
-            c * u + d * v + self._shift[1],
-        )
+        return self._mi.Point2f(a * u + b * v, c * u + d * v)
 
     def to_texture(self, si: Any, w: Components) -> Components:
         """A direction of the shading frame in that of the texture."""

@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf.box_filter import level_shapes
 from nacre.files import require
+from nacre.render.btf.footprint import Footprint
 from nacre.tensors import HALF_LARGEST
 
 Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
@@ -46,12 +48,56 @@ class TexelGrid:
     def __init__(self, mi: Any, height: int, width: int, interpolation: str) -> None:
         self._mi, self.height, self.width = mi, height, width
         self._interpolation = interpolation
+        self._levels: list[Any] = []
+
+    def filtered(self, levels: int) -> TexelGrid:
+        """The grid with the levels of a pyramid after it, whose records follow its own.
+
+        Parameters
+        ----------
+        levels
+            How many, with the map itself; see :func:`nacre.btf.box_filter.level_shapes`.
+        """
+        mi = self._mi
+        shapes = np.array(level_shapes(self.height, self.width)[:levels])
+        starts = np.cumsum([0, *shapes.prod(1)[:-1]])
+        self._levels = [mi.UInt32(column) for column in (*shapes.T, starts)]
+        return self
+
+    def seen(self, uv: Any, footprint: Footprint) -> Corners:
+        """Texels of what pixels see around points, of levels where one texel covers it.
+
+        By chance, one texel stands for all: of some point of the longer side, on a level whose
+        texels are as wide as the shorter one. Else texels are as wide as the longer side.
+        """
+        mi, dr = self._mi, require("drjit", "render")
+        last = dr.width(self._levels[0]) - 1
+        chance = self._interpolation == "stochastic"
+        level = dr.clip(dr.log2(dr.maximum(footprint.texels[int(chance)], 1.0)), 0.0, float(last))
+        if chance:
+            place, share = jitters(mi, (uv.y, uv.x), 2)
+            floor = mi.UInt32(dr.minimum(dr.floor(level + share), float(last)))
+            return self._around(uv + footprint.long * (place - 0.5), floor)
+        floor = mi.UInt32(dr.minimum(dr.floor(level), float(last)))
+        share = level - mi.Float(floor)
+        return [
+            (index, weight * part)
+            for which, part in ((floor, 1.0 - share), (dr.minimum(floor + 1, last), share))
+            for index, weight in self._around(uv, which)
+        ]
 
     def around(self, uv: Any) -> Corners:
         """Texels of points, `mi.Point2f`, as indices y * width + x."""
+        return self._around(uv, None)
+
+    def _around(self, uv: Any, level: Any) -> Corners:
+        """Texels of points on some levels."""
         mi, dr = self._mi, require("drjit", "render")
+        height, width, start = self.height, self.width, 0
+        if level is not None:
+            height, width, start = (dr.gather(mi.UInt32, v, level) for v in self._levels)
         inside = uv - dr.floor(uv)
-        x, y = inside.x * self.width - 0.5, inside.y * self.height - 0.5
+        x, y = inside.x * width - 0.5, inside.y * height - 0.5
         if self._interpolation == "linear":
             corners = []
             for dy, dx in itertools.product((0, 1), repeat=2):
@@ -59,22 +105,24 @@ class TexelGrid:
                     (mi.Int32(dr.floor(v)) + d, v - dr.floor(v)) for v, d in ((x, dx), (y, dy))
                 )
                 weight = (right if dx else 1.0 - right) * (below if dy else 1.0 - below)
-                corners.append((self._index(column, row), weight))
+                corners.append((_index(mi, column, row, height, width) + start, weight))
             return corners
         jitter = mi.Point2f(0.5)
         if self._interpolation == "stochastic":
             jitter = mi.Point2f(*jitters(mi, (uv.x, uv.y), 2))
         columns, rows = mi.Int32(dr.floor(x + jitter.x)), mi.Int32(dr.floor(y + jitter.y))
-        return [(self._index(columns, rows), mi.Float(1.0))]
+        return [(_index(mi, columns, rows, height, width) + start, mi.Float(1.0))]
 
-    def _index(self, column: Any, row: Any) -> Any:
-        """Of texels up to one beyond the edges, which continue at the other side."""
-        mi, dr = self._mi, require("drjit", "render")
-        for_each = ((column, self.width), (row, self.height))
-        column, row = (
-            dr.select(i < 0, i + size, dr.select(i >= size, i - size, i)) for i, size in for_each
-        )
-        return mi.UInt32(row * self.width + column)
+
+def _index(mi: Any, column: Any, row: Any, height: Any, width: Any) -> Any:
+    """Of texels up to one beyond the edges, which continue at the other side."""
+    dr = require("drjit", "render")
+    wide, high = mi.Int32(width), mi.Int32(height)
+    column, row = (
+        dr.select(i < 0, i + size, dr.select(i >= size, i - size, i))
+        for i, size in ((column, wide), (row, high))
+    )
+    return mi.UInt32(row * wide + column)
 
 
 def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
