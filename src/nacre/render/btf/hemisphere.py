@@ -9,7 +9,7 @@ from scipy.spatial import Delaunay, QhullError
 
 from nacre.array import Components, Floats
 from nacre.files import NacreError, require
-from nacre.geometry import join, from_stereographic, split, stereographic
+from nacre.geometry import from_stereographic, join, split, stereographic
 from nacre.render.btf.texels import Corners, jitters
 
 _CELLS = 128
