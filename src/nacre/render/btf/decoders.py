@@ -184,8 +184,7 @@ class _Expansion:
     """Codes to coefficients at every hit."""
 
     def __init__(self, mi: Any, network: SkipNetwork, half: bool) -> None:
-        inputs, outputs = network.linear.shape
-        skip = Layer(network.linear, np.zeros(outputs, np.float32))
+        skip = Layer(network.linear, np.zeros(network.linear.shape[1], np.float32))
         self._chain = _Chain(mi, [skip, *network.layers], half)
 
     def __call__(self, values: list[Any]) -> list[Any]:
