@@ -4,8 +4,9 @@ The scene of Rainer et al. 2020, as far as it is told: BTF-mapped cylinders, 800
 samples per pixel, path-traced. Three cylinders of one texture under an environment. Each way of
 rendering has a process of its own, for Dr.Jit compiles all BSDFs of a process into every kernel;
 rounds are interleaved, so that a busy machine slows all of them alike. Reported are medians over
-rounds of the time, of the processor time of all threads, and of their ratios to those of
-`roughconductor` with bitmaps of roughness and reflectance in the same round; and the peak of memory.
+rounds of the time, and of the ratios of it and of the processor time of all threads to those of
+`roughconductor` with bitmaps of roughness and reflectance in the same round; and the peak of
+memory before the first round.
 
 Run `python -m benchmarks.btf_render CODES [MEASURED] [--network CODES] [--custom CODES]`.
 """

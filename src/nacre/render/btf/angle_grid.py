@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Components, Floats
 from nacre.files import require
-from nacre.render.btf.texels import Corners, jitters
+from nacre.render.btf.texels import Records, jitters
 
 
 def node_directions(resolution: int) -> Floats:
@@ -28,7 +27,7 @@ def node_directions(resolution: int) -> Floats:
 
 
 class AngleGrid:
-    """Nodes around pairs of directions; the index of light p with view q is p * resolution^2 + q.
+    """What is between nodes; the index of light p with view q is p * resolution^2 + q.
 
     Parameters
     ----------
@@ -44,8 +43,8 @@ class AngleGrid:
     def __init__(self, mi: Any, resolution: int, stochastic: bool) -> None:
         self._mi, self._resolution, self._stochastic = mi, resolution, stochastic
 
-    def around(self, wi: Components, wo: Components) -> Corners:
-        """Nodes of pairs of directions."""
+    def interpolated(self, records: Records, wi: Components, wo: Components) -> list[Any]:
+        """The numbers of records of the nodes, at pairs of directions."""
         mi, dr = self._mi, require("drjit", "render")
         size = self._resolution
         # The least significant axis is the view's x.
@@ -56,23 +55,27 @@ class AngleGrid:
             index = mi.UInt32(0)
             for place, shift, stride in zip(places, shifts, strides, strict=True):
                 index += mi.UInt32(dr.minimum(place + shift, size - 0.5)) * stride
-            return [(index, mi.Float(1.0))]
+            return records.at([(index, mi.Float(1.0))])
         first = [dr.minimum(mi.UInt32(place), size - 2) for place in places]
         after = [place - mi.Float(low) for place, low in zip(places, first, strict=True)]
-        corners = []
-        for corner in itertools.product((0, 1), repeat=4):
+
+        def add(corner: Any, total: list[Any]) -> tuple[Any, list[Any]]:
             index, weight = mi.UInt32(0), mi.Float(1.0)
-            for low, part, stride, step in zip(first, after, strides, corner, strict=True):
+            for axis, (low, part, stride) in enumerate(zip(first, after, strides, strict=True)):
+                step = (corner >> axis) & 1
                 index += (low + step) * stride
-                weight *= part if step else 1.0 - part
-            corners.append((index, weight))
-        return corners
+                weight *= dr.select(step == 1, part, 1.0 - part)
+            values = records.at([(index, mi.Float(1.0))])
+            return corner + 1, [dr.fma(v, weight, t) for v, t in zip(values, total, strict=True)]
+
+        # As a loop it compiles sixteen times as fast.
+        zeros = [mi.Float(0.0)] * records.numbers
+        _, total = dr.while_loop((mi.UInt32(0), zeros), lambda corner, _: corner < 16, add)
+        return list(total)
 
     def _place(self, w: Components) -> tuple[Any, Any]:
         """Coordinates of a direction in steps of the grid; the horizon's for those below it."""
         dr = require("drjit", "render")
         most = self._resolution - 1.0
         scale = dr.rsqrt(1.0 + dr.maximum(w[2], 0.0))
-        return tuple(  # type: ignore[return-value]
-            dr.clip((v * scale + 1.0) * (0.5 * most), 0.0, most) for v in w[:2]
-        )
+        return tuple(dr.clip((v * scale + 1.0) * (0.5 * most), 0.0, most) for v in w[:2])

@@ -58,7 +58,7 @@ class TableDecoder:
 
     def reflectance(self, texels: list[Any], wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
-        functions = self._functions.at(self._grid.around(wi, wo))
+        functions = self._grid.interpolated(self._functions, wi, wo)
         return _joined(texels, functions, GREYS, CHROMAS)
 
 
@@ -131,7 +131,8 @@ class NetworkDecoder:
             raise NacreError(
                 f"a {codec.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
             )
-        arrays, layers = codec.arrays(), []
+        arrays = codec.arrays()
+        layers: list[Layer] = []
         while (name := f"decoder.{len(layers)}") + ".weight" in arrays:
             layers.append(Layer(arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
         self._mi, self._whitening = mi, codec.whitening
@@ -183,8 +184,7 @@ class _Expansion:
     """Codes to coefficients at every hit."""
 
     def __init__(self, mi: Any, network: SkipNetwork, half: bool) -> None:
-        inputs, outputs = network.linear.shape
-        skip = Layer(network.linear, np.zeros(outputs, np.float32))
+        skip = Layer(network.linear, np.zeros(network.linear.shape[1], np.float32))
         self._chain = _Chain(mi, [skip, *network.layers], half)
 
     def __call__(self, values: list[Any]) -> list[Any]:

@@ -12,7 +12,7 @@ from nacre.btf.codec import on_all_cores
 from nacre.btf.latent_map import LatentMap
 from nacre.btf.texture import Btf
 from nacre.color import luminance
-from nacre.geometry import join, uniform_hemisphere
+from nacre.geometry import join, split, uniform_hemisphere
 from nacre.render.btf.measured import Sides
 from nacre.sampling.tilted import PARAMETERS, fit_tilted
 
@@ -69,7 +69,8 @@ def table_lobes(btf: Btf, sides: Sides) -> Floats:
 
 def _brightness(values: Floats) -> Floats:
     """Luminance of values (t, n, 3), where none is below 0."""
-    return np.maximum(luminance((values[..., 0], values[..., 1], values[..., 2])), 0.0)
+    brightness: Floats = np.maximum(luminance(split(values)), 0.0)
+    return brightness
 
 
 def _coarse(height: int, width: int) -> tuple[slice, slice]:

@@ -65,7 +65,7 @@ class MeasuredDecoder:
         self._view_side = Hemisphere(mi, sides.views, stochastic)
 
     def texels(self, corners: Corners) -> Corners:
-        """See :class:`nacre.render.btf.decoders.HitDecoder`: texels are read for directions only."""
+        """See :class:`nacre.render.btf.decoders.HitDecoder`; directions tell what is read."""
         return corners
 
     def reflectance(self, texels: Corners, wi: Components, wo: Components) -> Components:

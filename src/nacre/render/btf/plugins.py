@@ -115,7 +115,7 @@ def plugins(variant: str) -> dict[str, Any]:
             path = _path(mi, properties) if source is None else None
             self.height, self.width, lobes = self.prepare(properties, path, source, progress)
             self.grid = TexelGrid(mi, self.height, self.width, self.interpolation)
-            self.lobe_grid = TexelGrid(mi, *lobes.shape[:2], self.interpolation)
+            self.lobe_grid = TexelGrid(mi, len(lobes), lobes.shape[1], self.interpolation)
             self.lobes = Records(mi, lobes.reshape(-1, lobes.shape[2]), half=True)
             self.relief: Relief | None = None
             if height_field is not None:
@@ -205,38 +205,38 @@ def plugins(variant: str) -> dict[str, Any]:
             self, properties: Any, path: Path | None, source: Any, progress: Progress
         ) -> tuple[int, int, Floats]:
             latent: LatentMap = load_latent_map(path) if path is not None else source
-            if isinstance(latent.codec, PcaCodec):
+            codec, codes = latent.codec, latent.codes
+            if isinstance(codec, PcaCodec):
                 raise NacreError(
                     f"{latent.name}: principal components are known at their own directions only; "
                     "decode it (nacre btf decode) and render that with measuredbtf"
                 )
+            height, width, values = codes.shape
             resolution = int(_number(properties, "resolution", RESOLUTION, 2.0))
-            decoder = _choice(properties, "decoder", DECODERS)
+            tabulated = _choice(properties, "decoder", DECODERS) == "table"
             half = _choice(properties, "precision", ("single", "half")) == "half"
             coefficients = _choice(properties, "coefficients", COEFFICIENTS)
-            height, width, values = latent.codes.shape
-            basis = isinstance(latent.codec, BasisCodec)
-            if decoder == "table":
-                needed = height * width * record_bytes(GREYS + 2 * CHROMAS, True)
-                needed += resolution**4 * record_bytes(GREYS + CHROMAS, True)
-                _check_memory(latent.name, needed, self.memory)
+
+            def texel_bytes(numbers: int, half: bool) -> int:
+                return int(height * width) * record_bytes(numbers, half)
+
+            expanded = isinstance(codec, BasisCodec) and coefficients != "hit"
+            wide = len(codec.prior.deviations) if isinstance(codec, BasisCodec) else values
+            if coefficients == "auto" and texel_bytes(wide, half) > self.memory:
+                expanded = False
+            needed = texel_bytes(wide if expanded else values, half)
+            if tabulated:
+                needed = texel_bytes(GREYS + 2 * CHROMAS, half=True)
+                needed += resolution**4 * record_bytes(GREYS + CHROMAS, half=True)
+            _check_memory(latent.name, needed, self.memory)
+            flat = codes.reshape(height * width, values).astype(np.float32)
+            if tabulated:
                 factors = factor(latent, resolution, progress)
                 self.decoder = TableDecoder(mi, factors, self.stochastic)
-                return height, width, latent_lobes(latent)
-            wide = (
-                latent.codec.decode.linear.shape[1]
-                if isinstance(latent.codec, BasisCodec)
-                else values
-            )
-            large = height * width * record_bytes(wide, half) > self.memory
-            expanded = coefficients == "texture" or (coefficients == "auto" and not large)
-            count = wide if expanded else values
-            _check_memory(latent.name, height * width * record_bytes(count, half), self.memory)
-            codes = latent.codes.reshape(height * width, values).astype(np.float32)
-            if isinstance(latent.codec, BasisCodec):
-                self.decoder = BasisDecoder(mi, latent.codec, codes, expanded, half)
+            elif isinstance(codec, BasisCodec):
+                self.decoder = BasisDecoder(mi, codec, flat, expanded, half)
             else:
-                self.decoder = NetworkDecoder(mi, latent.codec, codes, half)
+                self.decoder = NetworkDecoder(mi, codec, flat, half)
             return height, width, latent_lobes(latent)
 
     class MeasuredTexture(Texture):

@@ -152,17 +152,22 @@ class Records:
         Shape (count, numbers).
     half
         Whether they are kept in half precision, where it can hold them.
+
+    Attributes
+    ----------
+    numbers
+        Of a record.
     """
 
     def __init__(self, mi: Any, values: Floats, half: bool) -> None:
         self._mi = mi
-        count, self._numbers = values.shape
-        self._packet = min(_PACKET, 1 << (self._numbers - 1).bit_length())
-        self._packets = -(-self._numbers // self._packet)
+        count, self.numbers = values.shape
+        self._packet = min(_PACKET, 1 << (self.numbers - 1).bit_length())
+        self._packets = -(-self.numbers // self._packet)
         half = half and float(np.abs(values).max()) < HALF_LARGEST
         dtype: npt.DTypeLike = np.float16 if half else np.float32
         padded = np.zeros((count, self._packets * self._packet), dtype)
-        padded[:, : self._numbers] = values
+        padded[:, : self.numbers] = values
         tensor, self._kind = (mi.TensorXf16, mi.ArrayXf16) if half else (mi.TensorXf, mi.ArrayXf)
         self._data = tensor(padded).array
 
@@ -171,7 +176,7 @@ class Records:
         if len(corners) == 1:
             return self._read(corners[0][0])
         dr = require("drjit", "render")
-        total: list[Any] = [self._mi.Float(0.0)] * self._numbers
+        total: list[Any] = [self._mi.Float(0.0)] * self.numbers
         for index, weight in corners:
             total = [
                 dr.fma(value, weight, sum_)
@@ -186,7 +191,7 @@ class Records:
         for packet in range(self._packets):
             found = dr.gather(self._kind, self._data, index * self._packets + packet, shape=shape)
             values += [self._mi.Float(v) for v in found]
-        return values[: self._numbers]
+        return values[: self.numbers]
 
 
 def record_bytes(numbers: int, half: bool) -> int:
