@@ -17,7 +17,7 @@ _COMMANDS: dict[str, str] = {
     "info": "Show what is in a texture, or in a model of some.",
     "mipmap": "Filter an encoded texture for views from afar.",
     "picture": "Show a texture under some lights from some views.",
-    "render": "Path trace a texture on a cylinder, a sphere or a plane.",
+    "render": "Path trace a texture on a cylinder, a sphere or the ground.",
     "spread": "Make a texture of one material.",
     "synthesise": "Make an encoded texture larger, of patches of it.",
     "train": "Train a model that encodes textures.",

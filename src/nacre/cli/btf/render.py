@@ -51,6 +51,12 @@ if TYPE_CHECKING:
     default=INTERPOLATIONS[0],
     help="Between texels: one of four by chance, all four, or the nearest.",
 )
+@click.option(
+    "--filter",
+    "filtered",
+    is_flag=True,
+    help="Show what pixels see of an encoded texture from afar with fewer samples, by a pyramid.",
+)
 @click.option("--height-field", type=file_path(), help="Grey image for parallax.")
 @click.option(
     "--depth",
@@ -76,15 +82,16 @@ def command(
     seed: int,
     decoder: str,
     interpolation: str,
+    filtered: bool,
     height_field: Path | None,
     depth: float,
     reference: Path | None,
 ) -> None:
-    """Path trace a texture, encoded or not, on a cylinder, a sphere or a plane."""
+    """Path trace a texture, encoded or not, on a cylinder, a sphere, a plane or the ground."""
     from nacre.btf.formats import load
     from nacre.btf.latent_map import NeuralBtf
     from nacre.render.btf.plugins import texture_bsdf
-    from nacre.render.btf.scene import describe_texture_scene, texture_scale
+    from nacre.render.btf.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.render.environment import load_environment
     from nacre.render.preview import check_image_path, render_scene, write_image
 
@@ -94,6 +101,7 @@ def command(
     check_outputs([output], inputs)
     lighting = load_environment(environment) if environment else None
     options: dict[str, Any] = {"interpolation": interpolation}
+    own = {"decoder": decoder} | ({"pixel_angle": pixel_angle((size, size))} if filtered else {})
     if height_field is not None:
         options |= {"height_field": str(height_field), "depth": depth}
 
@@ -105,7 +113,7 @@ def command(
             btf.latent if isinstance(btf, NeuralBtf) else btf,
             report,
             **options,
-            **({"decoder": decoder} if neural else {}),
+            **(own if neural else {}),
             to_uv=texture_scale(geometry, repeat, btf.width / btf.height),
         )
         report("rendering", 0, spp)

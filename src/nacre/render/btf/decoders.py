@@ -47,8 +47,7 @@ class TableDecoder:
     """
 
     def __init__(self, mi: Any, factors: Factors, stochastic: bool) -> None:
-        weights = factors.weights
-        self._weights = Records(mi, weights.reshape(-1, weights.shape[2]), half=True)
+        self._weights = Records(mi, factors.weights, half=True)
         self._functions = Records(mi, factors.functions, half=True)
         self._grid = AngleGrid(mi, factors.resolution, stochastic)
 

@@ -15,8 +15,10 @@ import numpy as np
 from nacre.array import Components, Floats
 from nacre.brdf import above_horizon
 from nacre.btf.basis.codec import BasisCodec
+from nacre.btf.box_filter import level_shapes
 from nacre.btf.latent_file import load_latent_map
 from nacre.btf.latent_map import LatentMap
+from nacre.btf.mipmap import LatentPyramid
 from nacre.btf.principal.codec import PcaCodec
 from nacre.btf.texture import Btf
 from nacre.files import FormatError, NacreError, require
@@ -24,6 +26,7 @@ from nacre.progress import Progress, silent
 from nacre.render import adapter
 from nacre.render.btf.decoders import BasisDecoder, HitDecoder, NetworkDecoder, TableDecoder
 from nacre.render.btf.factors import CHROMAS, GREYS, factor
+from nacre.render.btf.footprint import footprint
 from nacre.render.btf.lobes import latent_lobes, table_lobes
 from nacre.render.btf.measured import MeasuredDecoder, Sides
 from nacre.render.btf.placement import Placement
@@ -56,6 +59,10 @@ def texture_bsdf(source: LatentMap | Btf, progress: Progress = silent, **options
 
         - `interpolation`: see :data:`nacre.render.btf.texels.Interpolation`; of directions too,
           where "nearest" is "linear".
+        - `pixel_angle`: degrees between neighbouring pixels of the camera. Given, a hit shows
+          what a pixel sees of an encoded texture, from afar and at grazing angles: means of
+          reflectance, of a pyramid of levels that takes a third more memory. Mitsuba's paths
+          carry no ray differentials that would tell it.
         - `to_uv`: as Mitsuba's `bitmap` has it.
         - `height_field`: a grey image for parallax, and `depth`: widths of the texture from black
           to white.
@@ -107,6 +114,7 @@ def plugins(variant: str) -> dict[str, Any]:
                 raise NacreError(f"{name}: needs a variant that compiles, got {variant}")
             self.interpolation = _choice(properties, "interpolation", INTERPOLATIONS)
             self.memory = int(_number(properties, "memory", MEMORY, 1.0)) << 20
+            self.pixel_angle = math.radians(_number(properties, "pixel_angle", 0.0, 0.0))
             self.placement = Placement(mi, properties.get("to_uv"))
             height_field, depth = properties.get("height_field"), properties.get("depth")
             if (height_field is None) != (depth is None):
@@ -114,7 +122,8 @@ def plugins(variant: str) -> dict[str, Any]:
             self.stochastic = self.interpolation == "stochastic"
             path = _path(mi, properties) if source is None else None
             self.height, self.width, lobes = self.prepare(properties, path, source, progress)
-            self.grid = TexelGrid(mi, self.height, self.width, self.interpolation)
+            levels = level_shapes(self.height, self.width) if self.pixel_angle else None
+            self.grid = TexelGrid(mi, self.height, self.width, self.interpolation, levels)
             self.lobe_grid = TexelGrid(mi, len(lobes), lobes.shape[1], self.interpolation)
             self.lobes = Records(mi, lobes.reshape(-1, lobes.shape[2]), half=True)
             self.relief: Relief | None = None
@@ -139,9 +148,11 @@ def plugins(variant: str) -> dict[str, Any]:
             if self.relief is not None:
                 uv = self.relief.seen(uv, given)
             share, roughness, x, y = self.lobes.at(self.lobe_grid.around(uv))
-            return self.decoder.texels(self.grid.around(uv)), TiltedMixture(
-                share, roughness, (x, y)
-            )
+            mixture = TiltedMixture(share, roughness, (x, y))
+            if not self.pixel_angle:
+                return self.decoder.texels(self.grid.around(uv)), mixture
+            seen = footprint(mi, si, self.placement, self.pixel_angle, self.height, self.width)
+            return self.decoder.texels(self.grid.seen(uv, seen)), mixture
 
         def value(self, ctx: Any, si: Any, texels: Any, given: Any, other: Any, active: Any) -> Any:
             """Spectrum of f_r times the cosine of `other`, both in the frame of the texture."""
@@ -217,8 +228,11 @@ def plugins(variant: str) -> dict[str, Any]:
             half = _choice(properties, "precision", ("single", "half")) == "half"
             coefficients = _choice(properties, "coefficients", COEFFICIENTS)
 
+            levels = level_shapes(height, width)[: None if self.pixel_angle else 1]
+            texels = sum(rows * columns for rows, columns in levels)
+
             def texel_bytes(numbers: int, half: bool) -> int:
-                return int(height * width) * record_bytes(numbers, half)
+                return texels * record_bytes(numbers, half)
 
             expanded = isinstance(codec, BasisCodec) and coefficients != "hit"
             wide = len(codec.prior.deviations) if isinstance(codec, BasisCodec) else values
@@ -229,11 +243,15 @@ def plugins(variant: str) -> dict[str, Any]:
                 needed = texel_bytes(GREYS + 2 * CHROMAS, half=True)
                 needed += resolution**4 * record_bytes(GREYS + CHROMAS, half=True)
             _check_memory(latent.name, needed, self.memory)
-            flat = codes.reshape(height * width, values).astype(np.float32)
             if tabulated:
-                factors = factor(latent, resolution, progress)
+                factors = factor(latent, resolution, len(levels), progress)
                 self.decoder = TableDecoder(mi, factors, self.stochastic)
-            elif isinstance(codec, BasisCodec):
+                return height, width, latent_lobes(latent)
+            maps = [codes.astype(np.float32)]
+            if self.pixel_angle:
+                maps = list(LatentPyramid.build(latent, progress=progress).levels)
+            flat = np.concatenate([one.reshape(-1, values) for one in maps])
+            if isinstance(codec, BasisCodec):
                 self.decoder = BasisDecoder(mi, codec, flat, expanded, half)
             else:
                 self.decoder = NetworkDecoder(mi, codec, flat, half)
@@ -247,6 +265,11 @@ def plugins(variant: str) -> dict[str, Any]:
         ) -> tuple[int, int, Floats]:
             from nacre.btf.formats import load
 
+            if self.pixel_angle:
+                raise NacreError(
+                    "measuredbtf: pixel_angle filters encoded textures; encode it (nacre btf "
+                    "encode), or leave the angle out"
+                )
             btf: Btf = load(path) if path is not None else source
             sides = Sides.of(btf)
             self.decoder = MeasuredDecoder(mi, btf, sides, self.stochastic, self.memory)

@@ -1,4 +1,4 @@
-"""Scenes that show a texture: on a cylinder, as the papers do, on a sphere or on a plane.
+"""Scenes that show a texture: on a cylinder, as the papers do, a sphere, a plane, or the ground.
 
 +y is up and the camera looks towards -z, as in :mod:`nacre.render.scene`.
 """
@@ -13,7 +13,7 @@ from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.scene import camera, emitter, floor, matte
 
-Geometry = Literal["cylinder", "sphere", "plane"]
+Geometry = Literal["cylinder", "sphere", "plane", "ground"]
 LightName = Literal["environment", "directional", "point"]
 
 GEOMETRIES: tuple[str, ...] = get_args(Geometry)
@@ -23,6 +23,10 @@ _RADIUS, _HEIGHT = 0.75, 2.1
 """Of the cylinder."""
 _PLANE = 1.3
 """Half an edge of the plane."""
+_GROUND = 40.0
+"""Half an edge of the ground."""
+_FIELD = 20.0
+"""Degrees that the shorter edge of the picture sees."""
 _DISTANCE = 12.0
 """Of the point light, from the object's middle."""
 _TILT = 35.0
@@ -31,6 +35,8 @@ _TILT = 35.0
 
 def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
     """The `to_uv` with which a texture goes `repeat` times around or along a geometry, upright.
+
+    On the ground it is as large as on the plane.
 
     Parameters
     ----------
@@ -52,10 +58,11 @@ def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
         "cylinder": -_HEIGHT / (2.0 * math.pi * _RADIUS),  # v runs upwards, rows do not
         "sphere": 0.5,
         "plane": -1.0,
+        "ground": -1.0,
     }
     if geometry not in upward:
         raise NacreError(f"no geometry {geometry!r}: choose one of {', '.join(GEOMETRIES)}")
-    across = float(repeat)
+    across = float(repeat) * (_GROUND / _PLANE if geometry == "ground" else 1.0)
     return mitsuba().ScalarTransform4f().scale([across, upward[geometry] * across * aspect, 1.0])
 
 
@@ -97,11 +104,16 @@ def describe_texture_scene(
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 6},
-        "sensor": camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], 20.0, size, fov_axis="smaller"),
+        "sensor": camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], _FIELD, size, fov_axis="smaller"),
         "light": _light(mi, light, angle, environment),
-        "floor": floor(mi),
+        **({} if geometry == "ground" else {"floor": floor(mi)}),
         **_object(mi, geometry, bsdf),
     }
+
+
+def pixel_angle(size: tuple[int, int]) -> float:
+    """Degrees between neighbouring pixels of a picture of some width and height."""
+    return _FIELD / min(size)
 
 
 def _light(mi: Any, light: str, angle: float, environment: Environment | None) -> dict[str, Any]:
@@ -129,6 +141,9 @@ def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
         return {"object": {"type": "sphere", "to_world": turned, "bsdf": bsdf}}
     if geometry == "plane":
         lying = place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE)
+        return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
+    if geometry == "ground":
+        lying = place.rotate([1, 0, 0], -90.0).scale(_GROUND)
         return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
     cylinder = {
         "type": "cylinder",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.box_filter import level_shapes
 from nacre.files import require
 from nacre.render.btf.footprint import Footprint
 from nacre.tensors import HALF_LARGEST
@@ -43,26 +43,25 @@ class TexelGrid:
         weight, so that the mean over many points is what is linear between texels (Pharr, Wronski,
         Salvi and Fajardo 2024, "Filtering After Shading With Stochastic Texture Filtering"); the
         same point always has the same texel. "nearest": the one in which it lies.
+    levels
+        Heights and widths of a pyramid for :meth:`seen`, of which the map is the first; records
+        of each follow those of the one before.
     """
 
-    def __init__(self, mi: Any, height: int, width: int, interpolation: str) -> None:
+    def __init__(
+        self,
+        mi: Any,
+        height: int,
+        width: int,
+        interpolation: str,
+        levels: Sequence[tuple[int, int]] | None = None,
+    ) -> None:
         self._mi, self.height, self.width = mi, height, width
         self._interpolation = interpolation
-        self._levels: list[Any] = []
-
-    def filtered(self, levels: int) -> TexelGrid:
-        """The grid with the levels of a pyramid after it, whose records follow its own.
-
-        Parameters
-        ----------
-        levels
-            How many, with the map itself; see :func:`nacre.btf.box_filter.level_shapes`.
-        """
-        mi = self._mi
-        shapes = np.array(level_shapes(self.height, self.width)[:levels])
-        starts = np.cumsum([0, *shapes.prod(1)[:-1]])
-        self._levels = [mi.UInt32(column) for column in (*shapes.T, starts)]
-        return self
+        if levels is not None:
+            shapes = np.array(levels, np.uint32)
+            starts = np.cumsum([0, *shapes.prod(1)[:-1]])
+            self._levels = [mi.UInt32(column) for column in (*shapes.T, starts)]
 
     def seen(self, uv: Any, footprint: Footprint) -> Corners:
         """Texels of what pixels see around points, of levels where one texel covers it.
