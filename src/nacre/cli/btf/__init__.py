@@ -14,6 +14,8 @@ _COMMANDS: dict[str, str] = {
     "decode": "Write the texture that was encoded.",
     "encode": "Make the texels of a texture into a few values each.",
     "info": "Show what is in a texture, or in a model of some.",
+    "map": "Lay out texels of encoded textures, those that look alike together.",
+    "nearest": "Find the texels that look most like one.",
     "picture": "Show a texture under some lights from some views.",
     "spread": "Make a texture of one material.",
     "train": "Train a model that encodes textures.",
