@@ -16,7 +16,7 @@ from nacre.files import require
 from nacre.render.sphere import frames, sphere_normals, standard_lights
 
 _PIXELS = 72
-_DIRECTIONS = 96
+_DIRECTIONS = 192
 """Of the environment's light."""
 _PART = 512
 """Pixels at a time."""

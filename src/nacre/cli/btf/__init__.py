@@ -17,6 +17,7 @@ _COMMANDS: dict[str, str] = {
     "map": "Lay out texels of encoded textures, those that look alike together.",
     "nearest": "Find the texels that look most like one.",
     "picture": "Show a texture under some lights from some views.",
+    "plan": "List directions to photograph where few photographs can be taken.",
     "spread": "Make a texture of one material.",
     "train": "Train a model that encodes textures.",
 }
