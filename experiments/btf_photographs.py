@@ -2,8 +2,8 @@
 
 Unseen captures are encoded from some of their pairs of directions: drawn at random, far from one
 another, planned (`nacre btf plan`), with the light at the camera as of a phone, and with a quarter
-of planned pairs among such. Errors are of all pairs. Then the planned ones are written as PNG images
-of 8 bits, as a camera would, and read again.
+of planned pairs among such. Errors are of all pairs. Then the planned ones are written as PNG
+images of 8 bits, as a camera would, and read again.
 
 Run `python -m experiments.btf_photographs CAPTURED -o FOLDER` from the root of the repository with
 the folder that `nacre btf capture --all` makes. It takes five minutes of two cores.
