@@ -3,7 +3,8 @@
 Unseen captures are encoded from some of their pairs of directions: drawn at random, far from one
 another, planned (`nacre btf plan`), with the light at the camera as of a phone, and with a quarter
 of planned pairs among such. Errors are of all pairs. Then the planned ones are written as PNG
-images of 8 bits, as a camera would, and read again.
+images of 8 bits, as a camera would, and read again: exposed so that white is the brightest value,
+and at a quarter of that.
 
 Run `python -m experiments.btf_photographs CAPTURED -o FOLDER` from the root of the repository with
 the folder that `nacre btf capture --all` makes. It takes five minutes of two cores.
@@ -95,30 +96,41 @@ def srgb_bytes(values: Floats) -> npt.NDArray[np.uint8]:
     return np.rint(255.0 * encoded).astype(np.uint8)
 
 
+def photographed(texture: Btf, chosen: Indices, scale: float) -> Floats:
+    """All texels at some pairs, by way of PNG images whose brightest value stands for `scale`."""
+    wi, wo = (w[chosen] for w in BONN.pairs())
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_plan(wi, wo, folder / "plan.csv")
+        head, *lines = (folder / "plan.csv").read_text().splitlines()
+        scaled = "".join(f"{line},{scale}\n" for line in lines)
+        (folder / "directions.csv").write_text(f"{head},scale\n{scaled}")
+        for line, picture in zip(lines, texture.images(chosen), strict=True):
+            Image.fromarray(srgb_bytes(picture / scale)).save(folder / line.partition(",")[0])
+        return load_photographs(folder).texels(slice(None))
+
+
 def png_errors(
     codec: BasisCodec, textures: list[Btf], decode: TexelMap, chosen: Indices
-) -> list[tuple[str, float, float, float, float]]:
-    """Of each texture: share of values above 1, and errors from values, clipped, as PNG."""
+) -> list[tuple[str, float, list[float]]]:
+    """Of each texture: share of values above 1; errors from values, clipped, as PNG twice."""
     wi, wo = (w[chosen] for w in BONN.pairs())
     encode = on_all_cores(codec, codec.encoder(wi, wo))
     rows = []
     for texture in textures:
         texels = random_texels(texture, TEXELS, np.random.default_rng(0))
         truth = texture.texels(texels)
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            write_plan(wi, wo, folder / "directions.csv")
-            files = (line.partition(",")[0] for line in
-                     (folder / "directions.csv").read_text().splitlines()[1:])  # fmt: skip
-            for file, picture in zip(files, texture.images(chosen), strict=True):
-                Image.fromarray(srgb_bytes(picture)).save(folder / file)
-            photographed = load_photographs(folder).texels(texels)
         values = truth[:, chosen]
         found = [
             1e4 * float(np.square(decode(encode(given)) - truth).mean())
-            for given in (values, np.minimum(values, 1.0), photographed)
+            for given in (
+                values,
+                np.minimum(values, 1.0),
+                photographed(texture, chosen, 1.0)[texels],
+                photographed(texture, chosen, 4.0)[texels],
+            )
         ]
-        rows.append((texture.name, 100.0 * float((values > 1.0).mean()), *found))
+        rows.append((texture.name, 100.0 * float((values > 1.0).mean()), found))
     return rows
 
 
@@ -171,11 +183,14 @@ def main() -> None:
     write_plot(curve(means), options.output / "photographs.png")
     for count in PNG_COUNTS:
         outcome = png_errors(codec, textures, decode, planned[count])
-        lines = [
-            (name, f"{over:.2f} %", *(f"{e:.1f}" for e in mse)) for name, over, *mse in outcome
-        ]
+        lines = [(name, f"{over:.2f} %", *(f"{e:.1f}" for e in mse)) for name, over, mse in outcome]
         print(f"\n{count} planned photographs\n")
-        print(markdown(("MSE x 1e4", "values above 1", "values", "clipped", "PNG, 8 bits"), lines))
+        print(
+            markdown(
+                ("MSE x 1e4", "values above 1", "values", "clipped", "PNG", "PNG, exposure 1/4"),
+                lines,
+            )
+        )
 
 
 if __name__ == "__main__":

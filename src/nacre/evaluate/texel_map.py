@@ -23,7 +23,7 @@ _DOT, _SWATCH = 9.0, 26.0
 """Square points."""
 _CLOSE = 0.25
 """Share of a texture's texels that are nearest to its name."""
-_ROUNDS = 400
+_ROUNDS = 2000
 _GAP = 1.0
 """Pixels between names."""
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nacre.files import NacreError, require
 
 FEWEST = 5
-"""Materials that a map takes at least."""
+"""Materials, or texels, that a map takes at least."""
 
 _PERPLEXITY = 30.0
 _SIZE, _THUMBNAIL = 9.0, 0.42
@@ -19,7 +19,7 @@ _SIZE, _THUMBNAIL = 9.0, 0.42
 _INK, _MARK = "#202124", "#d62728"
 
 
-def embed(codes: npt.ArrayLike, seed: int = 0) -> npt.NDArray[np.float64]:
+def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.NDArray[np.float64]:
     """Places of codes in the plane by t-SNE (van der Maaten and Hinton 2008).
 
     Parameters
@@ -28,6 +28,8 @@ def embed(codes: npt.ArrayLike, seed: int = 0) -> npt.NDArray[np.float64]:
         Shape (n, k), of :data:`FEWEST` materials at least.
     seed
         The same seed gives the same map.
+    what
+        Codes are of, for the message of an error.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def embed(codes: npt.ArrayLike, seed: int = 0) -> npt.NDArray[np.float64]:
     """
     values = np.asarray(codes, np.float64)
     if len(values) < FEWEST:
-        raise NacreError(f"a map takes {FEWEST} materials at least, got {len(values)}")
+        raise NacreError(f"a map takes {FEWEST} {what} at least, got {len(values)}")
     tsne = require("openTSNE", "latent").TSNE(
         perplexity=_perplexity(len(values)),
         initialization="pca",

@@ -132,7 +132,7 @@ def place_texels(
     new = np.concatenate(codes)
     coordinates = appearance(codec)
     if onto is None:
-        places = embed(coordinates(new), seed)
+        places = embed(coordinates(new), seed, "texels")
     else:
         places = embed_into(coordinates(onto.codes), onto.places, coordinates(new), seed)
     made = TexelPlaces(
