@@ -73,6 +73,11 @@ def scatter_families(
             if len(chosen):
                 area = 2.0 * size if ring else size
                 axes.scatter(*chosen.T, s=area, color=color, label=label, **style)
+    _bare(axes)
+
+
+def _bare(axes: Any) -> None:
+    """Leave out the scales, which mean nothing; equal in both directions."""
     axes.set_xticks([])
     axes.set_yticks([])
     axes.set_aspect("equal", "datalim")
@@ -103,11 +108,11 @@ def texel_map_figure(chart: TexelPlaces, *, new: int = 0, swatches: bool = False
     width = _SIZE if swatches else _SIZE + _KEY
     figure = require("matplotlib.figure", "plot").Figure((width, _SIZE), facecolor="white")
     axes = figure.add_axes((0.01, 0.01, (_SIZE - 0.1) / width, 0.98))
-    families = [family(name) for name in chart.labels]
     ringed = chart.texture >= len(chart.names) - new
     if swatches:
         _scatter_swatches(axes, chart, ringed)
     else:
+        families = [family(name) for name in chart.labels]
         scatter_families(axes, chart.places, families, ringed, _DOT)
         style = {"fontsize": 8, "frameon": False, "markerscale": 2.0, "labelcolor": INK}
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **style)
@@ -146,9 +151,7 @@ def _scatter_swatches(axes: Any, chart: TexelPlaces, ringed: npt.NDArray[np.bool
         axes.scatter(
             *chart.places[chosen].T, s=_SWATCH, c=colors[chosen], marker="s", clip_on=False, **style
         )
-    axes.set_xticks([])
-    axes.set_yticks([])
-    axes.set_aspect("equal", "datalim")
+    _bare(axes)
 
 
 def middle(places: Places) -> Places:
