@@ -29,7 +29,7 @@ from nacre.array import Floats
 from nacre.btf import LatentMap, NeuralBtf, load_latent_map
 from nacre.btf.directions import from_degrees
 from nacre.btf.synthesis import blend, synthesise
-from nacre.btf.synthesis.appearance import appearance
+from nacre.btf.synthesis.features import texel_features
 from nacre.btf.synthesis.quilting import Quilting, Sources, quilt
 from nacre.btf.synthesis.seams import seam_contrast, seams
 from nacre.render.preview import write_image
@@ -114,7 +114,7 @@ def distances(latent: LatentMap, seen: Floats) -> dict[str, tuple[float, float]]
     values = np.square(roots(latent, latent.wi[chosen[:64]], latent.wo[chosen[:64]]))
     values = values.reshape(-1, values.shape[2]) - values.mean((0, 1))
     strongest = np.linalg.svd(values[:: max(1, len(values) // 4096)], full_matrices=False)[2][:16]
-    looks = appearance(latent)
+    looks = texel_features(latent)
     kinds = {
         "codes": codes - codes.mean((0, 1)),
         "codes over their deviations": (codes - codes.mean((0, 1))) / (codes.std((0, 1)) + 1e-6),

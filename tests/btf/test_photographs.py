@@ -154,3 +154,15 @@ def test_lists_that_are_none_are_refused(folder: Path, tmp_path: Path) -> None:
     with path.open("wb") as file:
         file.truncate(1 << 40)
     assert_refused(lambda: btf.load(folder), str(path), "more than")
+
+
+def test_a_scale_makes_up_for_the_exposure(folder: Path) -> None:
+    text = ANGLES.replace("phi_l\n", "phi_l,scale\n").replace("0,0\n", "0,0,4\n")
+    write_list(folder, text.replace("60,30\n", "60,30,0.5\n"))
+    first, second = btf.load(folder).images(slice(None))
+    np.testing.assert_allclose(first, 4.0 * linear(pixels(0)), rtol=2e-5, atol=1e-7)
+    np.testing.assert_allclose(second, 0.5 * pixels(1, "f4"))
+    write_list(folder, text.replace("60,30\n", "60,30,0\n"))
+    assert_refused(lambda: btf.load(folder), "line 5: column scale: 0 is not above 0")
+    write_list(folder, text.replace("60,30\n", "60,30,bright\n"))
+    assert_refused(lambda: btf.load(folder), "line 5: column scale: 'bright' is not a finite")

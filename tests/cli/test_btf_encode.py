@@ -111,7 +111,7 @@ def test_other_commands_take_an_encoded_texture(felt, capsys):
     assert run("btf", "convert", "felt.safetensors", "-o", "x.npz") == 0
     assert run("btf", "picture", "felt.safetensors", "-o", "x.png") == 0
     assert run("info", "felt.safetensors") == 2
-    assert "is a texture (BTF), not one material" in capsys.readouterr().err
+    assert "is a texture of 4 x 3 texels, not one material" in capsys.readouterr().err
 
 
 def test_the_model_may_stay_in_a_file_of_its_own(felt, capsys, tmp_path):

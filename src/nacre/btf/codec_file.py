@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 from nacre.btf.basis.codec import BasisCodec
@@ -54,6 +55,16 @@ def load_codec(path: PathLike) -> TexelCodec:
     header, tensors = from_file(path, KEY, LIMIT, "a model of textures")
     with damage_named(path):
         return unpack_codec(header, tensors)
+
+
+def codec_mark(codec: TexelCodec) -> str:
+    """SHA-256, in hexadecimal, of what a file of the codec holds: codecs of one mark are the same.
+
+    It does not matter whether the codec was embedded or lay in a file of its own, nor in which
+    precision, if that changed no weight.
+    """
+    header, tensors = pack_codec(codec, None)
+    return hashlib.sha256(to_bytes(KEY, header, tensors, LIMIT)).hexdigest()
 
 
 def pack_codec(

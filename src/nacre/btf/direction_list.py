@@ -4,7 +4,7 @@ A list is UTF-8 text with comma-separated values (or semicolons or tabs). Its fi
 columns, in any order. Pairs of a light and a view have unit vectors lx, ly, lz, vx, vy, vz, or
 angles in degrees theta_l, phi_l, theta_v, phi_v; or theta, phi are of directions that each serve as
 light and as view. Lists of photographs (:mod:`nacre.btf.photographs`) have columns file and, if
-wanted, quantity too. Lines that start with # do not matter.
+wanted, quantity and scale too. Lines that start with # do not matter.
 """
 
 from __future__ import annotations
@@ -117,7 +117,9 @@ def row_pairs(path: PathLike, rows: Rows) -> tuple[Floats, Floats]:
     count = len(rows) ** 2 if names is _EACH else len(rows)
     if count > PAIR_LIMIT:
         raise FormatError(f"{path}: has {count} pairs of directions, of at most {PAIR_LIMIT}")
-    values = np.array([[_number(path, line, row, name) for name in names] for line, row in rows])
+    values = np.array(
+        [[cell_number(path, line, row, name) for name in names] for line, row in rows]
+    )
     lines = [f"line {line}" for line, _ in rows]
     halves = (values, values) if names is _EACH else np.split(values, 2, axis=1)
     wi, wo = (
@@ -141,9 +143,9 @@ def _check_columns(path: PathLike, columns: list[str], images: bool) -> None:
     form: tuple[str, ...] = _VECTORS if set(_VECTORS) & set(columns) else _ANGLES
     if not images and set(_EACH) & set(columns):
         form = _EACH
-    unknown = [name for name in columns if name not in ("file", "quantity", *form)]
+    unknown = [name for name in columns if name not in ("file", "quantity", "scale", *form)]
     if unknown:
-        known = ", ".join(("file", *form, "quantity") if images else form)
+        known = ", ".join(("file", *form, "quantity", "scale") if images else form)
         raise FormatError(f"{path}: column {unknown[0][:40]!r} is not one of {known}")
     missing = [name for name in (*(("file",) if images else ()), *form) if name not in columns]
     if missing:
@@ -153,7 +155,8 @@ def _check_columns(path: PathLike, columns: list[str], images: bool) -> None:
         raise FormatError(f"{path}: columns: {twice!r} appears twice")
 
 
-def _number(path: PathLike, line: int, row: dict[str, str], name: str) -> float:
+def cell_number(path: PathLike, line: int, row: dict[str, str], name: str) -> float:
+    """The number in a column of a line; raises :class:`FormatError` where there is none."""
     cell = row[name][:40]
     try:
         value = parse_number(row[name])

@@ -51,6 +51,8 @@ class ImageFolderBtf(Btf):
         Of the material.
     quantities
         What the pixels of each image hold.
+    scales
+        What the value 1 of a pixel of each image stands for; 1 where None.
 
     Raises
     ------
@@ -68,11 +70,14 @@ class ImageFolderBtf(Btf):
         wo: Floats,
         name: str,
         quantities: Sequence[Quantity],
+        scales: Sequence[float] | None = None,
     ) -> None:
         self.files, self.wi, self.wo, self.name = list(files), wi, wo, name
         radiance = np.array([quantity == "radiance" for quantity in quantities])
         self._radiance = int(radiance.sum())
         self._scales = np.where(radiance, 1.0 / wi[:, 2], 1.0).astype(np.float32)
+        if scales is not None:
+            self._scales *= np.asarray(scales, np.float32)
         self._first = read_header(self.files[0])
         width, height = self._first.width, self._first.height
         if min(width, height) < 1 or width * height > _PIXEL_LIMIT:

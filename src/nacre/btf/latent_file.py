@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.codec import TexelCodec
-from nacre.btf.codec_file import load_codec, pack_codec, unpack_codec
+from nacre.btf.codec_file import codec_mark, load_codec, pack_codec, unpack_codec
 from nacre.btf.directions import PAIR_LIMIT, check_directions
 from nacre.btf.domes import pairs
 from nacre.btf.latent_map import CodecFile, LatentMap, NeuralBtf
@@ -79,6 +80,31 @@ def load_latent_map(path: PathLike) -> LatentMap:
     header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")
     with damage_named(path):
         return _decode(path, header, tensors)
+
+
+def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
+    """Read maps of codes of one codec, so that codes of all can be compared.
+
+    Raises
+    ------
+    FormatError
+        As :func:`load_latent_map`, or if one was encoded by another codec than the first.
+    MissingExtraError
+        See :func:`load_latent_map`.
+    """
+    found: list[LatentMap] = []
+    first = ""
+    for path in paths:
+        latent = load_latent_map(path)
+        mark = codec_mark(latent.codec)
+        first = first or mark
+        if mark != first:
+            raise FormatError(
+                f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
+                "nacre btf encode --model"
+            )
+        found.append(latent)
+    return found
 
 
 def _encode(latent: LatentMap) -> bytes:

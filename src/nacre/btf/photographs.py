@@ -2,19 +2,22 @@
 
 The list is one of pairs of directions (:mod:`nacre.btf.direction_list`) with a further column
 `file`, a path from the folder of the list; and, if wanted, `quantity`, what the pixels of the image
-hold: `reflectance` or `radiance` (see :data:`nacre.btf.image_folder.Quantity`).
+hold: `reflectance` or `radiance` (see :data:`nacre.btf.image_folder.Quantity`), and `scale`, what
+the value 1 of a pixel stands for: 4 where the exposure was a quarter, so that highlights of up to
+four times white are not cut off.
 """
 
 from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
-from nacre.btf.direction_list import read_rows, row_pairs
+from nacre.btf.direction_list import cell_number, read_rows, row_pairs
 from nacre.btf.image_folder import QUANTITIES, ImageFolderBtf, Quantity
 from nacre.files import Format, FormatError, PathLike
 
 LIST = "directions.csv"
 """Name of the list within a folder of photographs."""
+_LARGEST_SCALE = 1e4
 
 
 def load_photographs(
@@ -54,6 +57,7 @@ def load_photographs(
             _quantity(path, line, row.get("quantity", quantity or QUANTITIES[0]))
             for line, row in rows
         ],
+        [_scale(path, line, row) for line, row in rows],
     )
 
 
@@ -74,6 +78,18 @@ def _quantity(path: Path, line: int, cell: str) -> Quantity:
     raise FormatError(
         f"{path}: line {line}: quantity {cell[:40]!r}, expected {' or '.join(QUANTITIES)}"
     )
+
+
+def _scale(path: Path, line: int, row: dict[str, str]) -> float:
+    if "scale" not in row:
+        return 1.0
+    scale = cell_number(path, line, row, "scale")
+    if not 0.0 < scale <= _LARGEST_SCALE:
+        raise FormatError(
+            f"{path}: line {line}: column scale: {scale:g} is not above 0 and at most "
+            f"{_LARGEST_SCALE:g}"
+        )
+    return scale
 
 
 def _load(path: PathLike, quantity: Quantity | None = None) -> ImageFolderBtf:

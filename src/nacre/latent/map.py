@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nacre.files import NacreError, require
 
 FEWEST = 5
-"""Materials that a map takes at least."""
+"""Materials, or texels, that a map takes at least."""
 
 _PERPLEXITY = 30.0
 _SIZE, _THUMBNAIL = 9.0, 0.42
@@ -19,7 +19,7 @@ _SIZE, _THUMBNAIL = 9.0, 0.42
 _INK, _MARK = "#202124", "#d62728"
 
 
-def embed(codes: npt.ArrayLike, seed: int = 0) -> npt.NDArray[np.float64]:
+def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.NDArray[np.float64]:
     """Places of codes in the plane by t-SNE (van der Maaten and Hinton 2008).
 
     Parameters
@@ -28,6 +28,8 @@ def embed(codes: npt.ArrayLike, seed: int = 0) -> npt.NDArray[np.float64]:
         Shape (n, k), of :data:`FEWEST` materials at least.
     seed
         The same seed gives the same map.
+    what
+        Codes are of, for the message of an error.
 
     Returns
     -------
@@ -42,15 +44,60 @@ def embed(codes: npt.ArrayLike, seed: int = 0) -> npt.NDArray[np.float64]:
     """
     values = np.asarray(codes, np.float64)
     if len(values) < FEWEST:
-        raise NacreError(f"a map takes {FEWEST} materials at least, got {len(values)}")
+        raise NacreError(f"a map takes {FEWEST} {what} at least, got {len(values)}")
     tsne = require("openTSNE", "latent").TSNE(
-        perplexity=min(_PERPLEXITY, (len(values) - 1) / 3.0),
+        perplexity=_perplexity(len(values)),
         initialization="pca",
         negative_gradient_method="bh",
         random_state=seed,
         n_jobs=1,
     )
     return np.asarray(tsne.fit(values), np.float64)
+
+
+def embed_into(
+    codes: npt.ArrayLike, places: npt.ArrayLike, new: npt.ArrayLike, seed: int = 0
+) -> npt.NDArray[np.float64]:
+    """Places of new codes on a map of others, which stay where they are (Poličar et al. 2024).
+
+    Parameters
+    ----------
+    codes, places
+        Of the map: what :func:`embed` was given, shape (n, k), and what it gave.
+    new
+        Shape (m, k).
+    seed
+        The same seed gives the same places.
+
+    Returns
+    -------
+    array of shape (m, 2)
+
+    Raises
+    ------
+    MissingExtraError
+        If openTSNE is not installed.
+    """
+    library = require("openTSNE", "latent")
+    values = np.asarray(codes, np.float64)
+    perplexity = _perplexity(len(values))
+    affinities = library.affinity.PerplexityBasedNN(
+        values, perplexity=perplexity, random_state=seed, n_jobs=1
+    )
+    known = library.TSNEEmbedding(
+        np.array(places, np.float64),
+        affinities,
+        negative_gradient_method="bh",
+        random_state=seed,
+        n_jobs=1,
+    )
+    closest = max(1, min(25, len(values) - 1))
+    found = known.transform(np.asarray(new, np.float64), perplexity=min(5.0, perplexity), k=closest)
+    return np.asarray(found, np.float64)
+
+
+def _perplexity(count: int) -> float:
+    return min(_PERPLEXITY, (count - 1) / 3.0)
 
 
 def nearest(codes: npt.ArrayLike, index: int, count: int) -> list[int]:

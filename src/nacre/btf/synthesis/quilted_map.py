@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nacre.btf.latent_map import LatentMap
-from nacre.btf.synthesis.appearance import appearance
+from nacre.btf.synthesis.features import texel_features
 from nacre.btf.synthesis.quilting import Quilting, Sources, quilt
 from nacre.btf.synthesis.scale import overlap_of, patch_size, tiles
 from nacre.btf.synthesis.seams import SeamContrast, seam_contrast, seams
@@ -110,7 +110,7 @@ def synthesise(
     edge = min(rows, columns, height, width)
     if min(rows, columns) < 2:
         raise NacreError(f"{columns} x {rows} texels are too few to lay patches of; 2 x 2 is least")
-    features = appearance(latent)
+    features = texel_features(latent)
     if patch is None:
         patch = min(patch_size(features), edge)
         if overlap is not None:

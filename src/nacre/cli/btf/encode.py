@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 @click.argument("source", type=file_path())
 @click.option("-o", "--output", required=True, type=file_path(), help="File (.safetensors).")
 @click.option(
+    "--directions",
+    type=file_path(),
+    help="List of directions (.csv) of the images in the folder SOURCE, where it lies elsewhere or "
+    "is not called directions.csv.",
+)
+@click.option(
     "--model",
     type=file_path(),
     help="What encodes it; see nacre btf train. Default: the one that comes with nacre.",
@@ -44,6 +50,7 @@ if TYPE_CHECKING:
 def command(
     source: Path,
     output: Path,
+    directions: Path | None,
     model: Path | None,
     embed: bool,
     half: bool,
@@ -66,6 +73,7 @@ def command(
     from nacre.btf.identity import source_files, source_mark
     from nacre.btf.latent_file import check_latent_path, save_latent_map
     from nacre.btf.latent_map import LatentMap
+    from nacre.btf.photographs import load_photographs
     from nacre.btf.shipped import PUBLISHED
     from nacre.btf.transposition import by_texel
 
@@ -78,11 +86,16 @@ def command(
             f"{state}: an encoding or a training was stopped here; add --resume to go on with the "
             "same command, or remove the file"
         )
-    check_outputs([output, state], [source, model])
-    expect(source, "a texture", "an encoded texture")
+    listed = [directions] if directions is not None else []
+    check_outputs([output, state], [source, model, *listed])
+    if not listed:
+        expect(source, "a texture", "an encoded texture")
+    elif not source.is_dir():
+        raise FormatError(f"{source}: --directions is for a folder of images; leave it out")
     expect(model, "a model of textures")
     codec = load_codec(model)
-    btf = load(source, pixels)
+    btf = load_photographs(source, directions, pixels) if listed else load(source, pixels)
+    marks = [source_mark(source, btf), str(pixels), *map(digest, [model, *listed])]
     began = time.monotonic()
     with Stages() as stages:
         progress = stages.add(output.stem)
@@ -93,7 +106,7 @@ def command(
                 half=half,
                 texels_per_block=texels_per_block,
                 state=state,
-                mark=f"{source_mark(source, btf)} {pixels} {digest(model)}",
+                mark=" ".join(marks),
                 progress=progress,
             )
     seconds = time.monotonic() - began

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from nacre.evaluate.polar import INK
+from nacre.evaluate.texel_map import scatter_families
 from nacre.files import NacreError, require
 from nacre.latent.map import embed
 from nacre.reproduce.btf.materials import Material
@@ -22,6 +23,8 @@ TEXELS = 40
 _NEIGHBOURS = 10
 _PANEL = 5.0
 """Inches."""
+_DOT = 7.0
+"""Square points."""
 
 
 def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -82,32 +85,15 @@ def _page(
     panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]], unseen: set[str]
 ) -> Any:
     """A map for each method, coloured by family; texels of unseen materials are ringed."""
-    matplotlib = require("matplotlib", "plot")
     figure = require("matplotlib.figure", "plot").Figure(
         (_PANEL * len(panels) + 1.2, _PANEL + 0.3), facecolor="white", layout="constrained"
     )
-    families = sorted({m.family for of, _ in panels.values() for m in of})
-    colours = matplotlib.colormaps["tab10" if len(families) <= 10 else "tab20"].colors
     for axes, (name, (of, places)) in zip(
         figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True
     ):
-        for index, family in enumerate(families):
-            for new in (False, True):
-                rows = [
-                    k for k, m in enumerate(of) if m.family == family and (m.name in unseen) == new
-                ]
-                ring = {"edgecolors": INK, "linewidths": 0.5} if new else {"linewidths": 0.0}
-                axes.scatter(
-                    *places[rows].T,
-                    s=14 if new else 7,
-                    color=colours[index % len(colours)],
-                    label=None if new else family,
-                    **ring,
-                )
+        ringed = np.array([material.name in unseen for material in of])
+        scatter_families(axes, places, [material.family for material in of], ringed, _DOT)
         axes.set_title(name, fontsize=9, color=INK)
-        axes.set_xticks([])
-        axes.set_yticks([])
-        axes.set_aspect("equal", "datalim")
     axes.legend(
         fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), markerscale=2.0
     )

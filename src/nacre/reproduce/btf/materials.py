@@ -14,6 +14,7 @@ import numpy as np
 from nacre.btf.formats import is_btf, load
 from nacre.btf.texture import Btf
 from nacre.btf.transposition import by_texel
+from nacre.evaluate.texel_map import family
 from nacre.files import NacreError
 
 UNSEEN = "12"
@@ -41,8 +42,8 @@ class Material:
 
     @property
     def family(self) -> str:
-        """What several materials of one kind are called: the name without a number at its end."""
-        return self.name.rstrip("0123456789").rstrip("_- ") or self.name
+        """See :func:`nacre.evaluate.texel_map.family`."""
+        return family(self.name)
 
     def load(self) -> Btf:
         """The texture."""

@@ -1,0 +1,80 @@
+"""`nacre btf plan`, and photographs of its directions encoded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nacre import btf
+from nacre.btf.direction_list import named_directions, read_rows
+from tests.btf.basis.made import codec
+from tests.btf.support import linear, write_image
+from tests.cli.support import run
+
+MODEL = "--model", "model.safetensors"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    btf.save_codec(codec(), "model.safetensors")
+    (tmp_path / "photos").mkdir()
+    return tmp_path
+
+
+def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
+    pytest.importorskip("PIL", reason="needs the extra 'render'")
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    assert run("btf", "plan", 12, "-o", "d.csv", *MODEL, "--lights", 60, "--views", 50) == 0
+    assert "d.csv: 12 pairs" in capsys.readouterr().out
+    wi, wo = named_directions("d.csv")
+    assert wi[:, 2].min() > np.cos(np.radians(60.1))
+    assert wo[:, 2].min() > np.cos(np.radians(50.1))
+    images = np.random.default_rng(0).integers(20, 250, (12, 5, 7, 3), np.uint8)
+    for (_, row), image in zip(read_rows("d.csv"), images, strict=True):
+        write_image(Path("photos", row["file"]), image)
+    encode = "btf", "encode", "photos", "-o", "c.safetensors", *MODEL
+    assert run(*encode, "--directions", "d.csv") == 0
+    found = btf.load("c.safetensors")
+    values = np.stack([linear(image) for image in images], axis=2).reshape(35, 12, 3)
+    expected = codec().encoder(wi, wo)(values)
+    np.testing.assert_allclose(found.latent.codes.reshape(35, 2), expected, rtol=1e-3, atol=1e-3)
+    assert found.name == "photos"
+    Path("d.csv").rename("photos/directions.csv")
+    assert run(*encode[:4], "again.safetensors", *MODEL) == 0
+    again = btf.load("again.safetensors")
+    assert np.array_equal(again.latent.codes, found.latent.codes)
+
+
+def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
+    assert run("btf", "plan", 10, "-o", "ten.csv", *MODEL, "--flash") == 0
+    assert run("btf", "plan", 5, "-o", "five.csv", *MODEL, "--flash") == 0
+    ten, five = (Path(f"{n}.csv").read_text().splitlines() for n in ("ten", "five"))
+    assert ten[:6] == five
+    wi, wo = named_directions("ten.csv")
+    assert np.array_equal(wi, wo)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("plan 5 -o x.txt", "a list of directions is a .csv file"),
+        ("plan 0 -o x.csv", "0 is not in the range"),
+        ("plan 5 -o x.csv --lights 90", "90.0 is not in the range"),
+        ("plan 5 -o x.csv --model one.csv", "one.csv: cannot be read"),
+        (
+            "encode model.safetensors -o c.safetensors --directions one.csv",
+            "for a folder of images",
+        ),
+        ("encode photos -o c.safetensors --directions one.csv", "one.csv: cannot be read"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:
+    before = sorted(here.iterdir())
+    assert run("btf", *arguments.split()) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert sorted(here.iterdir()) == before
