@@ -9,7 +9,7 @@ import click
 
 from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.btf.uniform import check_model, model_option, write
+from nacre.cli.btf.uniform import check_model, model_option, output_option, write
 from nacre.cli.console import Stages, check_outputs, file_path
 
 if TYPE_CHECKING:
@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 @click.command("average")
 @click.argument("source", type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    required=True,
-    type=file_path(),
-    help="File to write: codes (.safetensors), or values in a format of textures.",
-)
+@output_option
 @model_option
 @pixels_option
 def command(source: Path, output: Path, model: Path | None, pixels: Quantity | None) -> None:

@@ -6,19 +6,13 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.btf.uniform import check_model, model_option, write
+from nacre.cli.btf.uniform import check_model, model_option, output_option, write
 from nacre.cli.console import check_outputs, file_path
 
 
 @click.command("spread")
 @click.argument("source", type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    required=True,
-    type=file_path(),
-    help="File to write: codes (.safetensors), or values in a format of textures.",
-)
+@output_option
 @click.option(
     "--size",
     nargs=2,

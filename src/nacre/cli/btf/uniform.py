@@ -15,6 +15,13 @@ from nacre.cli.console import file_path, print_facts
 if TYPE_CHECKING:
     from nacre.btf.texture import Btf
 
+output_option = click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=file_path(),
+    help="File to write: codes (.safetensors), or values in a format of textures.",
+)
 model_option = click.option(
     "--model",
     type=file_path(),
