@@ -49,21 +49,27 @@ def temporal_errors(frames: Iterable[tuple[Floats, Floats]]) -> TemporalErrors:
         If there is no frame.
     """
     count = 0
-    mean = spread = squares = before = np.zeros(())
+    mse = variance = 0.0
     steps = np.zeros(3)
+    mean: Floats = np.zeros(())
+    before: tuple[Floats, ...] = ()
     for pair in frames:
-        truth, other = (np.clip(np.asarray(picture, np.float64), 0.0, 1.0) for picture in pair)
-        shown = np.stack([truth, other, other - truth])
+        truth, other = (np.clip(np.asarray(picture, np.float32), 0.0, 1.0) for picture in pair)
+        error = other - truth
+        shown = truth, other, error
         if count:
-            steps += np.square(shown - before).mean((1, 2, 3))
+            steps += [_mean(np.square(a - b)) for a, b in zip(shown, before, strict=True)]
         before = shown
         count += 1
         # Welford's update: no large sums are subtracted
-        change = shown[2] - mean
+        change = error - mean
         mean = mean + change / count
-        spread = spread + change * (shown[2] - mean)
-        squares = squares + np.square(shown[2])
+        mse += _mean(np.square(error))
+        variance += _mean(change * (error - mean))
     if not count:
         raise NacreError("there is no frame to compare")
-    mse, variance = (float(values.mean()) / count for values in (squares, spread))
-    return TemporalErrors(mse, variance, *map(float, steps / max(count - 1, 1)))
+    return TemporalErrors(mse / count, variance / count, *map(float, steps / max(count - 1, 1)))
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean(dtype=np.float64))

@@ -147,7 +147,6 @@ def command(
     own = {"decoder": decoder} | ({"pixel_angle": pixel_angle((size, size))} if filtered else {})
     if height_field is not None:
         options |= {"height_field": str(height_field), "depth": depth}
-    moves = frames is not None
     way = way or PATHS[0]
 
     def pictures(path: Path, stages: Stages) -> Iterator[Floats]:
@@ -167,7 +166,7 @@ def command(
         def progress(part: float) -> None:
             report("rendering", round(part * total), total)
 
-        standing = not (moves and way == "around")
+        standing = frames is None or way != "around"
         scene = describe_texture_scene(
             bsdf, geometry, light, (size, size), angle, lighting, standing=standing
         )
@@ -180,28 +179,24 @@ def command(
 
     with Stages() as stages:
         shown = list(pictures(source, stages))
-        expected = list(pictures(reference, stages)) if reference is not None else shown
-    errors = temporal_errors(zip(expected, shown, strict=True))
+        expected = [] if reference is None else list(pictures(reference, stages))
     facts = f"{spp} samples per pixel"
+    width, height = size, size
+    pages: Iterable[Bytes] = (display_bytes(tone_map(picture)) for picture in shown)
     if reference is not None:
+        errors = temporal_errors(zip(expected, shown, strict=True))
         facts += f", MSE x 1e4 {1e4 * errors.mse:.3g}, noise included"
+        width, height = panels_size(size)
+        pages = rendering_panels(expected, shown, (reference.name, source.name), facts)
     if output.suffix.lower() == ".exr":
-        values = shown[0] if reference is None else np.concatenate([expected[0], shown[0]], axis=1)
-        write_image(values, output)
+        values = np.concatenate([*expected, *shown], axis=1)
         height, width = values.shape[:2]
+        write_image(values, output)
+    elif frames is None:
+        (page,) = pages
+        write_bytes(page, output)
     else:
-        names = "" if reference is None else reference.name, source.name
-        pages: Iterable[Bytes] = (
-            (display_bytes(tone_map(picture)) for picture in shown)
-            if reference is None
-            else rendering_panels(expected, shown, names, facts)
-        )
-        if frames is None:
-            (page,) = pages
-            write_bytes(page, output)
-        else:
-            write_animation(pages, output)
-        width, height = panels_size(size) if reference else (size, size)
+        write_animation(pages, output)
     many = f"{frames} frames of " if frames else ""
     console.print(f"{output}: {many}{width} x {height} pixels, {facts}", markup=False)
     if frames is not None and reference is not None:
