@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     "--path",
     "way",
     type=click.Choice(PATHS),
-    help="Of that light: a turn about the normal in the middle of the picture, or from the left over "
-    "the object to the right. Default: around.",
+    help="Of that light: a turn about the normal in the middle of the picture, or from the left "
+    "over the object to the right. Default: around.",
 )
 @environment_option
 @click.option("--repeat", type=click.IntRange(1), default=4, help="Times that it goes around.")
