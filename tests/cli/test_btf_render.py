@@ -13,6 +13,8 @@ from tests.cli.support import run
 from tests.render.btf.made import latent, picture
 from tests.variants import require_mitsuba
 
+LIT = ("--light", "point", "--angle", 30)
+
 
 @pytest.fixture
 def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -32,14 +34,46 @@ def test_an_encoded_texture_beside_the_measured_one(
 
     options = ("--size", 24, "--spp", 2, "--geometry", "sphere", "--decoder", "network")
     small = ("btf", "render", "cloth.safetensors", *options, "-o", "out.exr")
-    assert run(*small, "--reference", "grey.npz", "--light", "point", "--angle", 30) == 0
+    assert run(*small, "--reference", "grey.npz", *LIT) == 0
     shown = capsys.readouterr().out
-    assert "out.exr: 48 x 24 pixels, 2 samples per pixel, MSE x 1e4 of the picture" in shown
+    assert "out.exr: 48 x 24 pixels, 2 samples per pixel, MSE x 1e4 " in shown
     image = np.array(mi.Bitmap("out.exr"))
     halves = image[:, :24], image[:, 24:]
     assert np.abs(halves[0] - halves[1])[8:16, 8:16].mean() > 1e-3
     assert run("btf", "render", "grey.npz", *options, "-o", "alone.exr") == 0
-    assert np.array(mi.Bitmap("alone.exr"))[12, 12].min() > 0.05
+    alone = np.array(mi.Bitmap("alone.exr"))
+    assert alone[12, 12].min() > 0.05
+    assert run("btf", "render", "grey.npz", *options, *LIT, "-o", "lit.exr") == 0
+    np.testing.assert_allclose(image[:, :24], np.array(mi.Bitmap("lit.exr")), atol=1e-4)
+
+
+def test_errors_are_shown_beside_renderings(
+    capsys: pytest.CaptureFixture[str], cloth: Path
+) -> None:
+    from PIL import Image
+
+    options = ("--size", 24, "--spp", 1, "--reference", "grey.npz", *LIT)
+    assert run("btf", "render", "cloth.safetensors", *options, "-o", "out.png") == 0
+    with Image.open("out.png") as picture:
+        assert picture.size == (800, 404)
+    assert "out.png: 800 x 404 pixels" in capsys.readouterr().out
+
+
+def test_an_animation_of_a_moving_light(capsys: pytest.CaptureFixture[str], cloth: Path) -> None:
+    from PIL import Image
+
+    options = ("--size", 24, "--spp", 1, "--frames", 3, "--path", "over", *LIT)
+    assert run("btf", "render", "grey.npz", *options) == 0
+    assert "grey.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
+    assert run("btf", "render", "grey.npz", *options, "--reference", "grey.npz", "-o", "a.png") == 0
+    shown = capsys.readouterr().out
+    assert "a.png: 3 frames of 800 x 404 pixels, 1 samples per pixel, MSE x 1e4 0," in shown
+    figures = [float(line.split()[-1]) for line in shown.splitlines()[-4:]]
+    assert figures[:2] == [0.0, 0.0]
+    assert figures[2] == figures[3] > 0.0
+    for name in ("grey.gif", "a.png"):
+        with Image.open(name) as animation:
+            assert animation.n_frames == 3
 
 
 def test_mistakes_are_told_before_anything_is_rendered(
@@ -49,6 +83,12 @@ def test_mistakes_are_told_before_anything_is_rendered(
         (("missing.safetensors",), "missing.safetensors"),
         (("cloth.safetensors", "--repeat", 0), "--repeat"),
         (("cloth.safetensors", "-o", "x.tif"), "a picture ends in one of"),
+        (("cloth.safetensors", "-o", "x.gif"), "a picture ends in one of"),
+        (("cloth.safetensors", "--frames", 4), "--light directional or point"),
+        (("cloth.safetensors", "--frames", 1, *LIT), "--frames"),
+        (("cloth.safetensors", "--path", "over", *LIT), "add --frames"),
+        (("cloth.safetensors", "--frames", 4, *LIT, "-o", "x.mp4"), "one of .gif, .png, .webp"),
+        (("cloth.safetensors", "--frames", 9999, *LIT), "make fewer or smaller ones"),
         (("cloth.safetensors", "--height-field", "no.png"), "no.png: height field cannot be read"),
     ):
         assert run("btf", "render", *arguments) != 0

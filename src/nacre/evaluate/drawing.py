@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,8 @@ INK = (32, 33, 36)
 FAINT = (112, 114, 118)
 RULE = (208, 208, 205)
 
-_SCALES = (0.05, 0.1, 0.2, 0.5, 1.0)
-"""Ends of the colour scale; the smallest that holds nearly all errors is taken."""
+_SCALES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""Ends of the colour scale of errors."""
 
 _MAGMA = np.array(
     [
@@ -96,8 +97,7 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     for x, title in zip(columns, ("Reference", "Model", "Difference (FLIP)"), strict=True):
         draw_text(draw, (x + _CELL / 2, _HEADER - 6), title, 17, anchor="ms")
 
-    peak = max(float(np.percentile(i.flip_map[comparison.mask], 99.5)) for i in comparison.lights)
-    scale = next((end for end in _SCALES if end >= peak), 1.0)
+    scale = scale_end(item.flip_map[comparison.mask] for item in comparison.lights)
     y = _HEADER
     for item in comparison.lights:
         draw.line([(_MARGIN, y + 6), (right, y + 6)], fill=RULE)
@@ -132,6 +132,12 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     draw_text(draw, (_MARGIN, y + 72), summary, 17, FAINT)
     draw_scale(image, draw, (columns[2], y + 34), _CELL, scale)
     return np.array(image)
+
+
+def scale_end(errors: Iterable[Floats]) -> float:
+    """End of the colour scale for some maps of errors: the least that holds nearly all of each."""
+    peak = max(float(np.percentile(values, 99.5)) for values in errors)
+    return next((end for end in _SCALES if end >= peak), _SCALES[-1])
 
 
 def draw_scale(image: Any, draw: Any, at: tuple[int, int], width: int, end: float) -> None:

@@ -24,6 +24,7 @@ from nacre.evaluate.drawing import (
     draw_scale,
     draw_text,
     magma,
+    scale_end,
 )
 from nacre.evaluate.texture_panels import SMALL, angles, enlarged, texels
 from nacre.files import require
@@ -40,8 +41,6 @@ SHOWN = (
 _LARGEST = 512
 """Pixels of an edge of a picture."""
 _GAP, _MARGIN, _HEADER, _LABEL, _FOOTER = 20, 36, 108, 34, 76
-_SCALES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""Ends of the colour scale; the smallest that holds nearly all errors is taken."""
 
 
 def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "other")) -> Bytes:
@@ -76,8 +75,7 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     wanted = [nearest_pair(truth, from_degrees(*wi), from_degrees(*wo)) for wi, wo in SHOWN]
     pairs = np.array(list(dict.fromkeys(wanted)))
     rows = [_row(truth, other, int(pair)) for pair in pairs]
-    peak = max(float(np.percentile(row.difference, 99.5)) for row in rows)
-    scale = next((end for end in _SCALES if end >= peak), _SCALES[-1])
+    scale = scale_end(row.difference for row in rows)
 
     canvas = require("PIL.Image", "render")
     size = enlarged(rows[0].difference).shape

@@ -91,13 +91,13 @@ def render_preview(
 
 
 def render_scene(
-    scene: dict[str, Any],
+    scene: Any,
     spp: int,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Image:
-    """Render a scene dictionary; see :func:`render_preview` for what it takes and gives."""
-    loaded = mitsuba().load_dict(scene)
+    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest."""
+    loaded = mitsuba().load_dict(scene) if isinstance(scene, dict) else scene
     picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
     for done, picture in accumulate(loaded, pass_sizes([spp]), seed):  # noqa: B007 - the last one
         if progress is not None:

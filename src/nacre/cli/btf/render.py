@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-from nacre.cli.console import Stages, check_outputs, console, environment_option, file_path
+from nacre.cli.console import (
+    Stages,
+    check_outputs,
+    console,
+    environment_option,
+    file_path,
+    print_facts,
+)
+from nacre.render.btf.moving_light import PATHS
 from nacre.render.btf.plugins import DECODERS
 from nacre.render.btf.scene import GEOMETRIES, LIGHTS
 from nacre.render.btf.texels import INTERPOLATIONS
 from nacre.render.preview import MAX_SIZE
 
 if TYPE_CHECKING:
-    from nacre.render.preview import Image
+    from nacre.array import Floats
+    from nacre.evaluate.drawing import Bytes
+    from nacre.evaluate.temporal import TemporalErrors
 
 
 @click.command("render")
@@ -24,7 +35,8 @@ if TYPE_CHECKING:
     "-o",
     "--output",
     type=file_path(),
-    help="Picture to write: .exr (linear), .png or .jpg. Default: NAME.png in this folder.",
+    help="Picture to write: .exr (linear), .png or .jpg; of --frames .gif, .png or .webp. "
+    "Default: NAME.png, or NAME.gif, in this folder.",
 )
 @click.option("--geometry", type=click.Choice(GEOMETRIES), default="cylinder", help="Object shown.")
 @click.option("--light", type=click.Choice(LIGHTS), default="environment", help="Light on it.")
@@ -33,6 +45,18 @@ if TYPE_CHECKING:
     type=click.FloatRange(0.0, 89.0),
     default=45.0,
     help="Degrees between the view and a directional or point light.",
+)
+@click.option(
+    "--frames",
+    type=click.IntRange(2, 10_000),
+    help="Pictures of an animation, whose directional or point light moves.",
+)
+@click.option(
+    "--path",
+    "way",
+    type=click.Choice(PATHS),
+    help="Of that light: a turn about the normal in the middle of the picture, or from the left "
+    "over the object to the right. Default: around.",
 )
 @environment_option
 @click.option("--repeat", type=click.IntRange(1), default=4, help="Times that it goes around.")
@@ -67,7 +91,8 @@ if TYPE_CHECKING:
 @click.option(
     "--reference",
     type=file_path(),
-    help="The texture that was encoded, interpolated, to show at the right and to compare with.",
+    help="The texture that was encoded, interpolated, to show at the left and to compare with; "
+    "errors are shown at the right, but for .exr, which holds values only.",
 )
 def command(
     source: Path,
@@ -75,6 +100,8 @@ def command(
     geometry: str,
     light: str,
     angle: float,
+    frames: int | None,
+    way: str | None,
     environment: Path | None,
     repeat: int,
     size: int,
@@ -87,25 +114,42 @@ def command(
     depth: float,
     reference: Path | None,
 ) -> None:
-    """Path trace a texture, encoded or not, on a cylinder, a sphere, a plane or the ground."""
+    """Path trace a texture, encoded or not, on a cylinder, a sphere, a plane or the ground.
+
+    With --frames, an animation of a light that moves.
+    """
     from nacre.btf.formats import load
     from nacre.btf.latent_map import NeuralBtf
+    from nacre.color import tone_map
+    from nacre.evaluate.drawing import display_bytes
+    from nacre.evaluate.rendering_panels import panels_size, rendering_panels
+    from nacre.evaluate.temporal import temporal_errors
+    from nacre.render.animation import check_animation, write_animation
+    from nacre.render.btf.moving_light import light_path, render_moving
     from nacre.render.btf.plugins import texture_bsdf
     from nacre.render.btf.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.render.environment import load_environment
-    from nacre.render.preview import check_image_path, render_scene, write_image
+    from nacre.render.preview import check_image_path, render_scene, write_bytes, write_image
 
-    output = output or Path(f"{source.stem}.png")
+    output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
     inputs = [path for path in (source, reference, height_field) if path is not None]
-    check_image_path(output)
+    if frames is None:
+        if way is not None:
+            raise click.UsageError("--path: is of an animation; add --frames")
+        check_image_path(output)
+    else:
+        if light == "environment":
+            raise click.UsageError("--frames: add --light directional or point, which can move")
+        check_animation(output, frames, *(panels_size(size) if reference else (size, size)))
     check_outputs([output], inputs)
     lighting = load_environment(environment) if environment else None
     options: dict[str, Any] = {"interpolation": interpolation}
     own = {"decoder": decoder} | ({"pixel_angle": pixel_angle((size, size))} if filtered else {})
     if height_field is not None:
         options |= {"height_field": str(height_field), "depth": depth}
+    way = way or PATHS[0]
 
-    def picture(path: Path, stages: Stages) -> Image:
+    def pictures(path: Path, stages: Stages) -> Iterator[Floats]:
         btf = load(path)
         neural = isinstance(btf, NeuralBtf)
         report = stages.add(path.stem)
@@ -116,20 +160,53 @@ def command(
             **(own if neural else {}),
             to_uv=texture_scale(geometry, repeat, btf.width / btf.height),
         )
-        report("rendering", 0, spp)
-        scene = describe_texture_scene(bsdf, geometry, light, (size, size), angle, lighting)
-        return render_scene(
-            scene, spp, seed, lambda part: report("rendering", round(part * spp), spp)
+        total = frames or spp
+        report("rendering", 0, total)
+
+        def progress(part: float) -> None:
+            report("rendering", round(part * total), total)
+
+        standing = frames is None or way != "around"
+        scene = describe_texture_scene(
+            bsdf, geometry, light, (size, size), angle, lighting, standing=standing
         )
+        if frames is None:
+            yield render_scene(scene, spp, seed, progress)
+            return
+        directions = light_path(way, frames, angle, geometry)
+        for picture in render_moving(scene, directions, spp, seed, progress):
+            yield np.clip(picture, 0.0, 1.0).astype(np.float16)  # finer than what is shown
 
     with Stages() as stages:
-        image = picture(source, stages)
-        if reference is not None:
-            expected = picture(reference, stages)
-            error = float(np.square(np.clip(image, 0, 1) - np.clip(expected, 0, 1)).mean())
-            image = np.concatenate([image, expected], axis=1)
-    write_image(image, output)
-    facts = f"{image.shape[1]} x {image.shape[0]} pixels, {spp} samples per pixel"
+        shown = list(pictures(source, stages))
+        expected = [] if reference is None else list(pictures(reference, stages))
+    facts = f"{spp} samples per pixel"
+    width, height = size, size
+    pages: Iterable[Bytes] = (display_bytes(tone_map(picture)) for picture in shown)
     if reference is not None:
-        facts += f", MSE x 1e4 of the picture {1e4 * error:.3g}, noise included"
-    console.print(f"{output}: {facts}", markup=False)
+        errors = temporal_errors(zip(expected, shown, strict=True))
+        facts += f", MSE x 1e4 {1e4 * errors.mse:.3g}, noise included"
+        width, height = panels_size(size)
+        pages = rendering_panels(expected, shown, (reference.name, source.name), facts)
+    if output.suffix.lower() == ".exr":
+        values = np.concatenate([*expected, *shown], axis=1)
+        height, width = values.shape[:2]
+        write_image(values, output)
+    elif frames is None:
+        (page,) = pages
+        write_bytes(page, output)
+    else:
+        write_animation(pages, output)
+    many = f"{frames} frames of " if frames else ""
+    console.print(f"{output}: {many}{width} x {height} pixels, {facts}", markup=False)
+    if frames is not None and reference is not None:
+        print_facts("from frame to frame", _temporal(errors))
+
+
+def _temporal(errors: TemporalErrors) -> list[tuple[str, float]]:
+    return [
+        ("variance of the error x 1e4", 1e4 * errors.variance),
+        ("squared steps of the error x 1e4", 1e4 * errors.error_steps),
+        ("squared steps of the reference x 1e4", 1e4 * errors.truth_steps),
+        ("squared steps of the rendering x 1e4", 1e4 * errors.other_steps),
+    ]

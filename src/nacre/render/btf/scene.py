@@ -6,8 +6,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Literal, get_args
 
+from nacre.array import Floats
 from nacre.files import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
@@ -73,6 +75,8 @@ def describe_texture_scene(
     size: tuple[int, int] = (512, 512),
     angle: float = 45.0,
     environment: Environment | None = None,
+    *,
+    standing: bool = True,
 ) -> dict[str, Any]:
     """Scene dictionary for `mitsuba.load_dict`.
 
@@ -90,6 +94,8 @@ def describe_texture_scene(
         Degrees between the view and a light that is no environment, to the upper left.
     environment
         The map, exposed here; the package's own where None.
+    standing
+        Whether there is a floor under what is not the ground; it keeps off light from below.
 
     Raises
     ------
@@ -106,7 +112,7 @@ def describe_texture_scene(
         "integrator": {"type": "path", "max_depth": 6},
         "sensor": camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], _FIELD, size, fov_axis="smaller"),
         "light": _light(mi, light, angle, environment),
-        **({} if geometry == "ground" else {"floor": floor(mi)}),
+        **({"floor": floor(mi)} if standing and geometry != "ground" else {}),
         **_object(mi, geometry, bsdf),
     }
 
@@ -116,11 +122,28 @@ def pixel_angle(size: tuple[int, int]) -> float:
     return _FIELD / min(size)
 
 
+def light_direction(angle: float) -> list[float]:
+    """From the object towards a light some degrees from the view, to the upper left."""
+    aside = math.sqrt(0.5) * math.sin(math.radians(angle))
+    return [-aside, aside, math.cos(math.radians(angle))]
+
+
+def facing(geometry: str) -> list[float]:
+    """Normal of a geometry in the middle of the picture."""
+    tilt = math.radians({"plane": _TILT, "ground": 90.0}.get(geometry, 0.0))
+    return [0.0, math.sin(tilt), math.cos(tilt)]
+
+
+def point_position(toward: Sequence[float] | Floats) -> list[float]:
+    """Where the point light stands in some direction from the object's middle."""
+    middle = (0.0, 1.0, 0.0)
+    return [_DISTANCE * float(x) + y for x, y in zip(toward, middle, strict=True)]
+
+
 def _light(mi: Any, light: str, angle: float, environment: Environment | None) -> dict[str, Any]:
     if light == "environment":
         return emitter(mi, light, environment)
-    aside = math.sqrt(0.5) * math.sin(math.radians(angle))
-    toward = [-aside, aside, math.cos(math.radians(angle))]
+    toward = light_direction(angle)
     if light == "directional":
         return {
             "type": "directional",
@@ -129,7 +152,7 @@ def _light(mi: Any, light: str, angle: float, environment: Environment | None) -
         }
     return {
         "type": "point",
-        "position": [_DISTANCE * x + y for x, y in zip(toward, (0.0, 1.0, 0.0), strict=True)],
+        "position": point_position(toward),
         "intensity": {"type": "rgb", "value": math.pi * _DISTANCE**2},
     }
 

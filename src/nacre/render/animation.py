@@ -1,0 +1,83 @@
+"""Animations in one file, which repeat for ever."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
+from nacre.render.preview import check_image_path
+
+ANIMATIONS = (".gif", ".png", ".webp")
+"""Endings of the files that :func:`write_animation` writes."""
+
+FRAME_MILLISECONDS = 80
+"""How long a frame is shown; .gif has steps of 10."""
+
+MAX_PIXELS = 1 << 26
+"""Of all frames together: Pillow holds them, at up to eight bytes each."""
+
+_SAMPLED = 1 << 18
+"""About so many pixels of an animation decide on its palette."""
+
+
+def check_animation(path: PathLike, count: int, width: int, height: int) -> None:
+    """Refuse an animation before it is rendered.
+
+    Raises
+    ------
+    FormatError
+        If the ending is none of :data:`ANIMATIONS`, or a file of it cannot be as large.
+    NacreError
+        If its frames have more than :data:`MAX_PIXELS` pixels together.
+    """
+    suffix = check_image_path(path, ANIMATIONS).suffix.lower()
+    if suffix == ".webp" and max(width, height) > 16383:
+        raise FormatError(f"{path}: .webp has at most 16383 pixels an edge; choose .gif or .png")
+    if count * width * height > MAX_PIXELS:
+        raise NacreError(
+            f"{count} frames of {width} x {height} pixels are more than the {MAX_PIXELS:,} pixels "
+            "that an animation may have: make fewer or smaller ones"
+        )
+
+
+def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> None:
+    """Write pictures of display values as an animation, whole or not at all.
+
+    Parameters
+    ----------
+    frames
+        Two or more of shape (height, width, 3), all of one size.
+    path
+        `.gif` has 256 colours, the same in all frames; `.png` has all; `.webp` is lossy.
+
+    Raises
+    ------
+    FormatError
+        If the ending is none of these or the file cannot be written.
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    path = check_image_path(path, ANIMATIONS)
+    pillow = require("PIL.Image", "render")
+    images = [pillow.fromarray(frame) for frame in frames]
+    options: dict[str, Any] = {"duration": FRAME_MILLISECONDS, "loop": 0}
+    if path.suffix.lower() == ".gif":
+        palette = _palette(pillow, images)
+        images = [image.quantize(palette=palette, dither=pillow.Dither.NONE) for image in images]
+        options |= {"optimize": False}
+    elif path.suffix.lower() == ".webp":
+        options |= {"quality": 90}
+    with atomic_path(path) as temporary:
+        images[0].save(temporary, save_all=True, append_images=images[1:], **options)
+
+
+def _palette(pillow: Any, images: list[Any]) -> Any:
+    """An image of the 256 colours that stand for some pixels of all frames."""
+    # Of Pillow's ways this errs least, and changes least from frame to frame; dithering flickers.
+    step = max(1, round((sum(i.width * i.height for i in images) / _SAMPLED) ** 0.5))
+    sampled = np.concatenate([np.array(i)[::step, ::step].reshape(-1, 3) for i in images])
+    return pillow.fromarray(sampled[None]).quantize(256, pillow.Quantize.MAXCOVERAGE, kmeans=1)
