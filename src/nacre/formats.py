@@ -99,7 +99,8 @@ def _of_texture(path: Path) -> Brdf:
             raise ValueError("is a texture (BTF), not one material")
         brdf = material_of(load_latent_map(path))
     except ValueError as error:
-        raise FormatError(f"{path}: {error}; nacre btf average makes one of it") from error
+        told = "see nacre btf info, or nacre btf average, which makes one of it"
+        raise FormatError(f"{path}: {error}; {told}") from error
     brdf.source = {"file": path.name, "sha256": digest(path)}
     brdf.name = brdf.name or path.stem
     return brdf

@@ -57,5 +57,5 @@ def test_a_texture_of_several_texels_is_no_material(tmp_path) -> None:
     with pytest.raises(ValueError, match="3 x 2 texels"):
         material_of(latent)
     save_latent_map(latent, tmp_path / "more.safetensors")
-    with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; nacre btf average"):
+    with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; see nacre btf info"):
         nacre.load(tmp_path / "more.safetensors")

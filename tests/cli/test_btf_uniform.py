@@ -61,7 +61,7 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
             "texture, expected a model",
         ),
         ("average texture.npz -o texture.npz", "texture.npz"),
-        ("spread texture.npz -o x.npz", "is a texture (BTF), not one material; nacre btf average"),
+        ("spread texture.npz -o x.npz", "is a texture (BTF), not one material; see nacre btf info"),
         ("spread grey.json -o x.npz --size 0 3", "0 is not in the range"),
         ("spread grey.json -o x.npz --directions berlin", "berlin"),
     ],
