@@ -77,7 +77,7 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
 
 def _palette(pillow: Any, images: list[Any]) -> Any:
     """An image of the 256 colours that stand for some pixels of all frames."""
-    # Of Pillow's ways this errs least, and changes least from frame to frame; dithering flickers.
+    # Of Pillow's ways this is among those that err and flicker least; dithering flickers more.
     step = max(1, round((sum(i.width * i.height for i in images) / _SAMPLED) ** 0.5))
     sampled = np.concatenate([np.array(i)[::step, ::step].reshape(-1, 3) for i in images])
     return pillow.fromarray(sampled[None]).quantize(256, pillow.Quantize.MAXCOVERAGE, kmeans=1)
