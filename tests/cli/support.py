@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 from nacre.cli import main
 
 
@@ -12,3 +15,13 @@ def run(*arguments: object) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def assert_refused(capsys: Any, words: str, *arguments: object) -> None:
+    """A command says in one line what it cannot do, and leaves the working folder as it was."""
+    before = sorted(Path().iterdir())
+    assert run(*arguments) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert sorted(Path().iterdir()) == before

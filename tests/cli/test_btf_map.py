@@ -13,7 +13,7 @@ from nacre import btf
 from nacre.btf import BONN, LatentMap
 from nacre.image_file import read_header
 from tests.btf.basis.made import codec
-from tests.cli.support import run
+from tests.cli.support import assert_refused, run
 
 pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
@@ -91,9 +91,4 @@ def test_the_nearest_texels_are_told_and_shown(here, capsys) -> None:
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:
-    before = sorted(here.iterdir())
-    assert run("btf", *arguments.split()) == 2
-    error = capsys.readouterr().err
-    assert words in error
-    assert error.count("\n") == 1
-    assert sorted(here.iterdir()) == before
+    assert_refused(capsys, words, "btf", *arguments.split())

@@ -11,7 +11,7 @@ from nacre import btf
 from nacre.btf.direction_list import named_directions, read_rows
 from tests.btf.basis.made import codec
 from tests.btf.support import linear, write_image
-from tests.cli.support import run
+from tests.cli.support import assert_refused, run
 
 MODEL = "--model", "model.safetensors"
 
@@ -72,9 +72,4 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:
-    before = sorted(here.iterdir())
-    assert run("btf", *arguments.split()) == 2
-    error = capsys.readouterr().err
-    assert words in error
-    assert error.count("\n") == 1
-    assert sorted(here.iterdir()) == before
+    assert_refused(capsys, words, "btf", *arguments.split())
