@@ -9,6 +9,7 @@ import numpy as np
 from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance
+from nacre.files import require
 from nacre.render.upsample import upsample
 from nacre.sampling.sequence import even_points
 
@@ -33,6 +34,17 @@ def masked(mi: Any, value: Array, active: Any) -> Any:
     if mi.Float is float:
         return float(value) if active else 0.0
     return mi.Float(value) & active
+
+
+def glossy_sample(mi: Any, wo: Components, density: Array, active: Any) -> Any:
+    """A `mi.BSDFSample3f` of a glossy BSDF of one component, of density 0 where not `active`."""
+    sample = require("drjit", "render").zeros(mi.BSDFSample3f)
+    sample.wo = vector(mi, wo)
+    sample.pdf = masked(mi, density, active)
+    sample.eta = 1.0
+    sample.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
+    sample.sampled_component = mi.UInt32(0)
+    return sample
 
 
 def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:

@@ -157,13 +157,7 @@ def _plugins(variant: str) -> dict[str, Any]:
                 active = active & (given[2] > 0) & (other[2] > 0) & (density > 0)
                 value = self.value(ctx, si, given, other, active)
                 inverse = adapter.masked(mi, 1.0 / density, active)
-            bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo = adapter.vector(mi, other)
-            bs.pdf = adapter.masked(mi, density, active)
-            bs.eta = 1.0
-            bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
-            bs.sampled_component = mi.UInt32(0)
-            return bs, value * inverse
+            return adapter.glossy_sample(mi, other, density, active), value * inverse
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
             if not ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):

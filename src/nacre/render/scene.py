@@ -70,10 +70,8 @@ def describe_scene(
     NacreError
         If there is no such shape or light.
     """
-    if shape not in SHAPES:
-        raise NacreError(f"no shape {shape!r}: choose one of {', '.join(SHAPES)}")
-    if light not in LIGHTS:
-        raise NacreError(f"no light {light!r}: choose one of {', '.join(LIGHTS)}")
+    check_name("shape", shape, SHAPES)
+    check_name("light", light, LIGHTS)
     mi = mitsuba()
     return {
         "type": "scene",
@@ -83,6 +81,18 @@ def describe_scene(
         "floor": floor(mi),
         **(_ball(mi, bsdf) if shape == "ball" else _sphere(mi, bsdf)),
     }
+
+
+def check_name(what: str, name: str, known: Sequence[str]) -> None:
+    """Refuse what a scene does not know.
+
+    Raises
+    ------
+    NacreError
+        If the name is none of those known.
+    """
+    if name not in known:
+        raise NacreError(f"no {what} {name!r}: choose one of {', '.join(known)}")
 
 
 def camera(

@@ -172,12 +172,8 @@ def plugins(variant: str) -> dict[str, Any]:
             other, density = mixture.sample_components(given, (sample1, *sample2))
             active = active & (given[2] > 0) & (other[2] > 0) & (density > 0)
             value = self.value(ctx, si, texels, given, other, active)
-            bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo = mi.Vector3f(self.placement.from_texture(si, other))
-            bs.pdf = density & active
-            bs.eta = 1.0
-            bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
-            bs.sampled_component = mi.UInt32(0)
+            towards = self.placement.from_texture(si, other)
+            bs = adapter.glossy_sample(mi, towards, density, active)
             return bs, value * ((1.0 / density) & active)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:

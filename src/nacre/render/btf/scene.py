@@ -13,7 +13,7 @@ from nacre.array import Floats
 from nacre.files import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
-from nacre.render.scene import camera, emitter, floor, matte
+from nacre.render.scene import camera, check_name, emitter, floor, matte
 
 Geometry = Literal["cylinder", "sphere", "plane", "ground"]
 LightName = Literal["environment", "directional", "point"]
@@ -62,8 +62,7 @@ def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
         "plane": -1.0,
         "ground": -1.0,
     }
-    if geometry not in upward:
-        raise NacreError(f"no geometry {geometry!r}: choose one of {', '.join(GEOMETRIES)}")
+    check_name("geometry", geometry, GEOMETRIES)
     across = float(repeat) * (_GROUND / _PLANE if geometry == "ground" else 1.0)
     return mitsuba().ScalarTransform4f().scale([across, upward[geometry] * across * aspect, 1.0])
 
@@ -102,10 +101,8 @@ def describe_texture_scene(
     NacreError
         If there is no such geometry or light.
     """
-    if geometry not in GEOMETRIES:
-        raise NacreError(f"no geometry {geometry!r}: choose one of {', '.join(GEOMETRIES)}")
-    if light not in LIGHTS:
-        raise NacreError(f"no light {light!r}: choose one of {', '.join(LIGHTS)}")
+    check_name("geometry", geometry, GEOMETRIES)
+    check_name("light", light, LIGHTS)
     mi = mitsuba()
     return {
         "type": "scene",
