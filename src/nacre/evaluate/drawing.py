@@ -83,12 +83,10 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         If Pillow is not installed.
     """
     canvas = require("PIL.Image", "render")
-    drawing = require("PIL.ImageDraw", "render")
     width = 2 * _MARGIN + 3 * _CELL + 2 * _GAP
     row_count = len(comparison.lights) + (views is not None)
     height = _HEADER + row_count * (_ROW_LABEL + _CELL) + _FOOTER
-    image = canvas.new("RGB", (width, height), PAPER)
-    draw = drawing.Draw(image)
+    image, draw = blank_page(width, height)
     columns = [_MARGIN + i * (_CELL + _GAP) for i in range(3)]
     right = width - _MARGIN
 
@@ -179,6 +177,18 @@ def _disk(values: Floats, mask: npt.NDArray[np.bool_]) -> tuple[Bytes, Bytes]:
     distance = np.hypot(axis, axis[:, None])
     alpha = np.clip(_CELL / 2.0 * (1.0 - MARGIN) - distance, 0.0, 1.0)
     return np.array(enlarged), display_bytes(alpha)
+
+
+def blank_page(width: int, height: int) -> tuple[Any, Any]:
+    """A page of Pillow's, and what draws on it.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    image = require("PIL.Image", "render").new("RGB", (width, height), PAPER)
+    return image, require("PIL.ImageDraw", "render").Draw(image)
 
 
 def draw_text(

@@ -11,8 +11,8 @@ from nacre.color import tone_map
 from nacre.evaluate.drawing import (
     FAINT,
     INK,
-    PAPER,
     Bytes,
+    blank_page,
     display_bytes,
     draw_scale,
     draw_text,
@@ -80,8 +80,7 @@ def _panels(truth: Floats, other: Floats, scale: float, names: tuple[str, str], 
     cell = max(across, _NARROWEST)
     columns = [_MARGIN + i * (cell + _GAP) for i in range(3)]
     right = columns[2] + cell
-    image = canvas.new("RGB", (right + _MARGIN, _HEADER + height + _FOOTER), PAPER)
-    draw = require("PIL.ImageDraw", "render").Draw(image)
+    image, draw = blank_page(right + _MARGIN, _HEADER + height + _FOOTER)
     draw_text(draw, (_MARGIN, 34), names[1], 20, INK, limit=right - _MARGIN)
     draw_text(draw, (_MARGIN, 56), f"against {names[0]}", 13, FAINT, limit=right - _MARGIN)
     for x, title, panel in zip(columns, ("Reference", "Rendered", "Error"), panels, strict=True):

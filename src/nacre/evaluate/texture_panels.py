@@ -10,7 +10,7 @@ from nacre.array import Floats
 from nacre.btf.sheet import reduced_pictures
 from nacre.btf.texture import Btf, Indices
 from nacre.color import tone_map
-from nacre.evaluate.drawing import FAINT, INK, PAPER, Bytes, display_bytes, draw_text
+from nacre.evaluate.drawing import FAINT, INK, Bytes, blank_page, display_bytes, draw_text
 from nacre.files import require
 from nacre.geometry import split, to_spherical
 
@@ -49,10 +49,8 @@ def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
     rows = -(-len(panels) // columns)
     canvas = require("PIL.Image", "render")
     width = 2 * _MARGIN + columns * (cell + _GAP) - _GAP
-    image = canvas.new(
-        "RGB", (width, _HEADER + rows * (_CAPTION + height + _GAP) - _GAP + _MARGIN), PAPER
-    )
-    draw = require("PIL.ImageDraw", "render").Draw(image)
+    tall = _HEADER + rows * (_CAPTION + height + _GAP) - _GAP + _MARGIN
+    image, draw = blank_page(width, tall)
     limit = width - 2 * _MARGIN
     draw_text(draw, (_MARGIN, 34), btf.name, 20, INK, limit=limit)
     note = f"{texels(btf, height, across)}; reflectance of 1 is white"

@@ -17,9 +17,9 @@ from nacre.color import tone_map
 from nacre.evaluate.drawing import (
     FAINT,
     INK,
-    PAPER,
     RULE,
     Bytes,
+    blank_page,
     display_bytes,
     draw_scale,
     draw_text,
@@ -82,8 +82,7 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     cell = max(SMALL, size[1])
     width = 2 * _MARGIN + 3 * cell + 2 * _GAP
     height = _HEADER + len(rows) * (_LABEL + size[0]) + _FOOTER
-    image = canvas.new("RGB", (width, height), PAPER)
-    draw = require("PIL.ImageDraw", "render").Draw(image)
+    image, draw = blank_page(width, height)
     columns = [_MARGIN + i * (cell + _GAP) for i in range(3)]
     right = width - _MARGIN
     draw_text(draw, (_MARGIN, 42), names[1], 26, INK, limit=right - _MARGIN)
