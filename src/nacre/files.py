@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import importlib
+import io
 import json
 import os
 import platform
 import re
 import secrets
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -227,7 +230,7 @@ def atomic_path(path: PathLike) -> Iterator[Path]:
 
     The temporary name keeps the suffix of `path`. If the block raises, nothing is left behind and
     an existing file at `path` stays as it was. What a process that was killed here left behind goes
-    when the same file is written again.
+    when another one writes the same file again.
 
     Raises
     ------
@@ -269,6 +272,20 @@ def abandoned(folder: PathLike) -> list[Path]:
         return [Path(entry.path) for entry in entries if _TEMPORARY.fullmatch(entry.name)]
 
 
+def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
+    """Write comma-separated values, the names of the columns first, whole or not at all.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    with atomic_path(path) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8")
+
+
 def _claim(path: Path) -> Path:
     """A new empty file beside `path`, hidden, with the permissions of any new file."""
     if path.is_dir():
@@ -289,10 +306,19 @@ def _claim(path: Path) -> Path:
 def _remove_stale(folder: Path, owner: str) -> None:
     """Remove temporary files with the mark of a file whose processes, on this machine, are dead."""
     with suppress(OSError):  # a folder that cannot be listed or changed
-        for path in abandoned(folder):
+        for path in _found_first(folder.absolute()):
             match = _TEMPORARY.fullmatch(path.name)
             if match and match[1] == owner and not _runs(int(match[2], 16)):
                 path.unlink(missing_ok=True)
+
+
+@cache
+def _found_first(folder: Path) -> list[Path]:
+    """The temporary files that this process finds when it first writes into a folder.
+
+    To list a large folder takes longer than to write a file.
+    """
+    return abandoned(folder)
 
 
 def _runs(process: int) -> bool:

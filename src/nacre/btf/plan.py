@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-
 import numpy as np
 import numpy.typing as npt
 from scipy.stats import qmc
@@ -13,7 +10,7 @@ from nacre.array import Floats
 from nacre.btf.basis.codec import BasisCodec
 from nacre.btf.directions import from_degrees
 from nacre.btf.domes import BONN
-from nacre.files import PathLike, atomic_path
+from nacre.files import PathLike, write_rows
 from nacre.geometry import split, to_spherical
 from nacre.progress import Progress, silent
 
@@ -161,14 +158,10 @@ def write_plan(wi: Floats, wo: Floats, path: PathLike) -> None:
     FormatError
         If the file cannot be written.
     """
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(("file", "theta_l", "phi_l", "theta_v", "phi_v"))
     angles = np.degrees(np.stack([*to_spherical(split(wi)), *to_spherical(split(wo))], axis=1))
     angles[:, 1::2] %= 360.0
     digits = max(3, len(str(len(wi))))
+    rows = [["file", "theta_l", "phi_l", "theta_v", "phi_v"]]
     for index, row in enumerate(angles):
-        name = f"{index + 1:0{digits}d}.png"
-        writer.writerow([name, *(f"{angle:.2f}" for angle in row)])
-    with atomic_path(path) as temporary:
-        temporary.write_text(buffer.getvalue(), encoding="utf-8")
+        rows.append([f"{index + 1:0{digits}d}.png", *(f"{angle:.2f}" for angle in row)])
+    write_rows(rows, path)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Collection, Sequence
 from typing import Any
 
@@ -12,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.color import tone_map
 from nacre.evaluate.polar import INK
-from nacre.files import PathLike, atomic_path, require
+from nacre.files import PathLike, require, write_rows
 from nacre.latent.texel_places import TexelPlaces
 
 Places = npt.NDArray[np.float64]
@@ -130,17 +128,15 @@ def write_table(chart: TexelPlaces, path: PathLike) -> None:
     FormatError
         If the file cannot be written.
     """
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    head = "texture", "family", "column", "row", "x", "y", "red", "green", "blue"
-    writer.writerow(head)
+    rows: list[list[object]] = [
+        ["texture", "family", "column", "row", "x", "y", "red", "green", "blue"]
+    ]
     for name, texel, place, color in zip(
         chart.labels, chart.xy, chart.places, chart.colors, strict=True
     ):
         numbers = [f"{v:.6g}" for v in (*place, *color)]
-        writer.writerow([name, family(name), *(int(v) for v in texel), *numbers])
-    with atomic_path(path) as temporary:
-        temporary.write_text(buffer.getvalue(), encoding="utf-8")
+        rows.append([name, family(name), *(int(v) for v in texel), *numbers])
+    write_rows(rows, path)
 
 
 def _scatter_swatches(axes: Any, chart: TexelPlaces, ringed: npt.NDArray[np.bool_]) -> None:

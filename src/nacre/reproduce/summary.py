@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -11,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nacre.files import atomic_path
+from nacre.files import write_rows
 from nacre.reproduce.study import Study
 from nacre.reproduce.trial import HIGHER_IS_BETTER, Trial
 
@@ -92,10 +90,7 @@ def write_csv(study: Study, methods: Iterable[str], path: Path) -> None:
         (t.material, t.method, t.size, round(t.seconds, 3), *(t.figures[f] for f in figures))
         for t in trials
     ]
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text.getvalue(), encoding="utf-8")
+    write_rows(rows, path)
 
 
 def _cell(summary: Summary, figure: str) -> str:

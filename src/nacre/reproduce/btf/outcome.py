@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nacre.evaluate.plot import write_plot
-from nacre.files import atomic_path
+from nacre.files import atomic_path, write_rows
 from nacre.reproduce.summary import table_row
 
 
@@ -54,15 +52,10 @@ class Outcome:
             If a file cannot be written.
         """
         written = [folder / f"{name}.csv", folder / f"{name}.md"]
-        buffer = io.StringIO()
-        writer = csv.writer(buffer, lineterminator="\n")
-        writer.writerow(self.columns)
-        for row in self.rows:
-            writer.writerow(f"{v:.6g}" if isinstance(v, float) else v for v in row)
-        texts = [buffer.getvalue(), text.replace("{table}", self.table)]
-        for path, content in zip(written, texts, strict=True):
-            with atomic_path(path) as temporary:
-                temporary.write_text(content, encoding="utf-8")
+        rows = [[f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in self.rows]
+        write_rows([self.columns, *rows], written[0])
+        with atomic_path(written[1]) as temporary:
+            temporary.write_text(text.replace("{table}", self.table), encoding="utf-8")
         for ending, page in self.pages.items():
             written.append(folder / f"{name}{ending}.png")
             write_plot(page, written[-1])
