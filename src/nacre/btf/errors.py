@@ -64,6 +64,12 @@ class Errors:
             },
         }
 
+    def shown(self) -> tuple[dict[str, Any], dict[str, float]]:
+        """The facts for people, whose PSNR may be infinite, and apart from them those by view."""
+        facts = self.facts()
+        by_view = facts.pop("MSE x 1e4 by view")
+        return facts | {"PSNR": self.psnr}, by_view
+
 
 class ErrorSums:
     """Adds up errors of parts of a texture.

@@ -89,9 +89,8 @@ def command(
         names = {"truth": str(truth), "other": str(other), "picture": str(picture or "")}
         print_json({**names, "pairs": found.compared, "errors": facts, "worst texels": worst})
         return
-    by_view = facts.pop("MSE x 1e4 by view")
-    facts["PSNR"] = found.errors.psnr  # JSON has no infinity
-    rows = [("pairs compared", found.compared), *facts.items()]
+    shown, by_view = found.errors.shown()
+    rows = [("pairs compared", found.compared), *shown.items()]
     print_facts(f"{other.name} against {truth.name}", rows, UNITS)
     print_table(("views", "MSE x 1e4"), by_view.items())
     print_table(

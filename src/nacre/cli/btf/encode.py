@@ -110,18 +110,18 @@ def command(
                 progress=progress,
             )
     seconds = time.monotonic() - began
-    errors = found.errors.facts() | {"pairs compared a texel": found.compared}
+    compared = {"pairs compared a texel": found.compared}
+    errors = found.errors.facts() | compared
     facts: dict[str, Any] = {"source": source_of(source), "model": model.name, "errors": errors}
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
     save_latent_map(latent, output)
     state.unlink(missing_ok=True)
     before = sum(path.stat().st_size for path in source_files(source, btf))
     after = output.stat().st_size
-    by_view = errors.pop("MSE x 1e4 by view")
-    errors["PSNR"] = found.errors.psnr  # files have no infinity
+    shown, by_view = found.errors.shown()
     rows = [
         ("texels", f"{btf.width} x {btf.height}, {counted(codec.values, 'value', 'values')} each"),
-        *errors.items(),
+        *(shown | compared).items(),
         *((f"MSE x 1e4, views {name}", mse) for name, mse in by_view.items()),
         ("seconds", seconds),
         ("bytes of codes", found.codes.nbytes),

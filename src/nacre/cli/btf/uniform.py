@@ -70,11 +70,9 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
     codec = load_codec(model)
     found = encode(texture, codec)
     codes = np.tile(found.codes, (height, width, 1))
-    errors = found.errors.facts()
-    facts: dict[str, Any] = {"model": model.name, "errors": errors}
+    facts: dict[str, Any] = {"model": model.name, "errors": found.errors.facts()}
     latent = LatentMap(codes, codec, texture.wi, texture.wo, texture.name, None, facts)
     save_latent_map(latent, output)
-    errors.pop("MSE x 1e4 by view")
-    errors["PSNR"] = found.errors.psnr  # files have no infinity
-    rows = [("texels", f"{width} x {height}"), *errors.items(), ("bytes", output.stat().st_size)]
+    shown, _ = found.errors.shown()
+    rows = [("texels", f"{width} x {height}"), *shown.items(), ("bytes", output.stat().st_size)]
     print_facts(output.name, rows, UNITS)
