@@ -10,6 +10,7 @@ from scipy.spatial import Delaunay, QhullError
 from nacre.array import Components, Floats
 from nacre.files import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
+from nacre.render.btf.packets import Packets, aligned_zeros
 from nacre.render.btf.texels import Corners, jitters
 
 _CELLS = 128
@@ -60,10 +61,11 @@ class Hemisphere:
         neighbors = np.where(known, number[neighbors], -1)[solid]
         # Weights w of a direction d are those for which sum w_k v_k = d.
         inverses = np.linalg.inv(corners[solid].swapaxes(1, 2))
-        kind = mi.TensorXf
-        self._inverses = kind(np.pad(inverses.reshape(-1, 9), ((0, 0), (0, 7)))).array
-        table = np.concatenate([plane.simplices[solid], neighbors], axis=1)
-        self._links = mi.Int32(np.pad(table, ((0, 0), (0, 2))).astype(np.int32).ravel())
+        matrices = aligned_zeros((len(inverses), 16), np.float32)
+        matrices[:, :9] = inverses.reshape(-1, 9)
+        links = aligned_zeros((len(inverses), 8), np.int32)
+        links[:, :3], links[:, 3:6] = plane.simplices[solid], neighbors
+        self._inverses, self._links = Packets(mi, matrices), Packets(mi, links)
         axis = (np.arange(_CELLS) + 0.5) * 2.0 / _CELLS - 1.0
         y, x = (part.ravel() for part in np.meshgrid(axis, axis, indexing="ij"))
         self._starts = mi.UInt32(_nearest(inverses, join(from_stereographic(x, y))))
@@ -100,12 +102,9 @@ class Hemisphere:
 
     def _triangle(self, triangle: Any, w: Components) -> tuple[list[Any], list[Any], list[Any]]:
         """Weights of the corners of triangles, the corners, and the neighbours across from them."""
-        mi, dr = self._mi, require("drjit", "render")
-        count = dr.width(triangle)
-        m = dr.gather(mi.ArrayXf, self._inverses, triangle, shape=(16, count))
+        m, links = self._inverses[triangle], self._links[triangle]
         weights = [m[3 * k] * w[0] + m[3 * k + 1] * w[1] + m[3 * k + 2] * w[2] for k in range(3)]
-        links = dr.gather(mi.ArrayXi, self._links, triangle, shape=(8, count))
-        return weights, [mi.UInt32(links[k]) for k in range(3)], [links[3 + k] for k in range(3)]
+        return weights, [self._mi.UInt32(link) for link in links[:3]], links[3:6]
 
 
 def _nearest(inverses: Floats, directions: Floats) -> Any:

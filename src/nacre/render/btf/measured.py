@@ -12,6 +12,7 @@ from nacre.array import Components, Floats
 from nacre.btf.texture import Btf
 from nacre.files import NacreError, require
 from nacre.render.btf.hemisphere import Hemisphere
+from nacre.render.btf.packets import Packets, aligned_zeros
 from nacre.render.btf.texels import Corners
 
 _BLOCK = 1 << 26
@@ -53,13 +54,13 @@ class MeasuredDecoder:
                 "are allowed; encode it (nacre btf encode) and render that, or raise memory"
             )
         # A fourth value keeps the three of a colour on one line of the cache.
-        table = np.zeros((btf.texel_count, btf.pair_count, 4), np.float16)
+        table = aligned_zeros((btf.texel_count, btf.pair_count, 4), np.float16)
         for block in btf.blocks(_BLOCK):
             with np.errstate(over="ignore"):
                 table[block, :, :3] = np.maximum(btf.texels(block)[:, sides.order], 0.0)
         if not all(np.isfinite(table[b]).all() for b in btf.blocks(_BLOCK)):
             raise NacreError(f"{btf.name}: has values above 65,504; scale it down")
-        self._table = mi.TensorXf16(table).array
+        self._table = Packets(mi, table.reshape(-1, 4))
         self._pairs, self._lights = btf.pair_count, len(sides.lights)
         self._light_side = Hemisphere(mi, sides.lights, stochastic)
         self._view_side = Hemisphere(mi, sides.views, stochastic)
@@ -77,12 +78,10 @@ class MeasuredDecoder:
             for view, view_weight in views:
                 start = texel * self._pairs + view * self._lights
                 for light, light_weight in lights:
-                    shape = (4, dr.width(start))
-                    value = dr.gather(mi.ArrayXf16, self._table, start + light, shape=shape)
+                    *rgb, _ = self._table[start + light]
                     weight = texel_weight * view_weight * light_weight
                     total = [
-                        dr.fma(mi.Float(v), weight, t)
-                        for v, t in zip(list(value)[:3], total, strict=True)
+                        dr.fma(mi.Float(v), weight, t) for v, t in zip(rgb, total, strict=True)
                     ]
         return total[0], total[1], total[2]
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.files import require
 from nacre.render.btf.footprint import Footprint
+from nacre.render.btf.packets import Packets, aligned_zeros
 from nacre.tensors import HALF_LARGEST
 
 Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
@@ -165,10 +166,9 @@ class Records:
         self._packets = -(-self.numbers // self._packet)
         half = half and float(np.abs(values).max()) < HALF_LARGEST
         dtype: npt.DTypeLike = np.float16 if half else np.float32
-        padded = np.zeros((count, self._packets * self._packet), dtype)
+        padded = aligned_zeros((count, self._packets * self._packet), dtype)
         padded[:, : self.numbers] = values
-        tensor, self._kind = (mi.TensorXf16, mi.ArrayXf16) if half else (mi.TensorXf, mi.ArrayXf)
-        self._data = tensor(padded).array
+        self._data = Packets(mi, padded.reshape(-1, self._packet))
 
     def at(self, corners: Corners) -> list[Any]:
         """The weighted sums of the numbers of some records."""
@@ -184,13 +184,8 @@ class Records:
         return total
 
     def _read(self, index: Any) -> list[Any]:
-        dr = require("drjit", "render")
-        shape = (self._packet, dr.width(index))
-        values: list[Any] = []
-        for packet in range(self._packets):
-            found = dr.gather(self._kind, self._data, index * self._packets + packet, shape=shape)
-            values += [self._mi.Float(v) for v in found]
-        return values[: self.numbers]
+        packets = [self._data[index * self._packets + k] for k in range(self._packets)]
+        return [self._mi.Float(v) for packet in packets for v in packet][: self.numbers]
 
 
 def record_bytes(numbers: int, half: bool) -> int:
