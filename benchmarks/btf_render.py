@@ -29,6 +29,7 @@ from nacre.btf.formats import load
 from nacre.btf.latent_map import NeuralBtf
 from nacre.render.btf.plugins import texture_bsdf
 from nacre.render.btf.scene import describe_texture_scene, texture_scale
+from nacre.render.preview import render_scene
 
 BASELINE = "textured GGX"
 _REPEAT = 6
@@ -137,16 +138,15 @@ def serve(way: Way, size: int, spp: int, threads: int, pipe: Any) -> None:
         bsdf = baseline(mi, to_uv)
     prepared = time.perf_counter() - start
     loaded = scene(mi, bsdf, size)
+    wavefront = way.options.get("decoder") == "network"
     start = time.perf_counter()
-    dr.eval(mi.render(loaded, spp=1))
-    dr.sync_thread()
+    render_scene(loaded, 1, wavefront=wavefront)
     compiled = time.perf_counter() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     pipe.send((prepared, compiled, peak))
     while (seed := pipe.recv()) is not None:
         wall, used = time.perf_counter(), time.process_time()
-        dr.eval(mi.render(loaded, spp=spp, seed=seed))
-        dr.sync_thread()
+        render_scene(loaded, spp, seed, wavefront=wavefront)
         pipe.send((time.perf_counter() - wall, time.process_time() - used))
 
 

@@ -3,24 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.files import require
 from nacre.render.engine import mitsuba
 
 PASS = 16
 """Most samples per pixel that are rendered at a time: memory grows with them."""
+_WAVEFRONT = 1 << 21
+"""Most samples of all pixels in a wavefront; each takes about 600 bytes."""
 
 
-def pass_sizes(counts: Sequence[int]) -> list[int]:
-    """Samples per pixel of passes that stop at each of some increasing counts."""
+def pass_sizes(counts: Sequence[int], most: int = PASS) -> list[int]:
+    """Samples per pixel of passes, of `most` or fewer, that stop at each of increasing counts."""
     sizes: list[int] = []
     for before, count in zip((0, *counts), counts, strict=False):
-        whole, rest = divmod(count - before, PASS)
-        sizes += [PASS] * whole + [rest] * (rest > 0)
+        whole, rest = divmod(count - before, most)
+        sizes += [most] * whole + [rest] * (rest > 0)
     return sizes
+
+
+def wavefront_pass(scene: Any) -> int:
+    """Samples per pixel of a scene that memory is enough for in one wavefront."""
+    pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
+    return min(PASS, max(1, _WAVEFRONT // pixels))
+
+
+@contextmanager
+def wavefronts() -> Iterator[None]:
+    """Paths are traced one bounce at a time, all that meet a BSDF together.
+
+    One kernel for whole paths is faster, but where a BSDF costs far more than tracing: sixteen
+    paths go together in it, and all sixteen pay for what one of them meets.
+    """
+    dr: Any = require("drjit", "render")
+    whole, flag = dr.scoped_set_flag, dr.JitFlag
+    with whole(flag.SymbolicLoops, False), whole(flag.SymbolicCalls, False):
+        yield
 
 
 def accumulate(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
 from nacre.image_file import bitmaps
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
-from nacre.render.passes import accumulate, pass_sizes
+from nacre.render.passes import PASS, accumulate, pass_sizes, wavefront_pass, wavefronts
 from nacre.render.plugins import bsdf
 from nacre.render.scene import describe_scene
 
@@ -95,13 +96,25 @@ def render_scene(
     spp: int,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    *,
+    wavefront: bool = False,
 ) -> Image:
-    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest."""
+    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest.
+
+    Parameters
+    ----------
+    scene, spp, seed, progress
+        As there.
+    wavefront
+        See :func:`nacre.render.passes.wavefronts`; changes noise, where passes are smaller, only.
+    """
     loaded = mitsuba().load_dict(scene) if isinstance(scene, dict) else scene
+    sizes = pass_sizes([spp], wavefront_pass(loaded) if wavefront else PASS)
     picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
-    for done, picture in accumulate(loaded, pass_sizes([spp]), seed):  # noqa: B007 - the last one
-        if progress is not None:
-            progress(done / spp)
+    with wavefronts() if wavefront else nullcontext():
+        for done, picture in accumulate(loaded, sizes, seed):  # noqa: B007 - the last one
+            if progress is not None:
+                progress(done / spp)
     return picture.astype(np.float32)
 
 

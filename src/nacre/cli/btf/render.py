@@ -152,6 +152,7 @@ def command(
     def pictures(path: Path, stages: Stages) -> Iterator[Floats]:
         btf = load(path)
         neural = isinstance(btf, NeuralBtf)
+        wavefront = neural and decoder == "network"
         report = stages.add(path.stem)
         bsdf = texture_bsdf(
             btf.latent if isinstance(btf, NeuralBtf) else btf,
@@ -171,10 +172,11 @@ def command(
             bsdf, geometry, light, (size, size), angle, lighting, standing=standing
         )
         if frames is None:
-            yield render_scene(scene, spp, seed, progress)
+            yield render_scene(scene, spp, seed, progress, wavefront=wavefront)
             return
         directions = light_path(way, frames, angle, geometry)
-        for picture in render_moving(scene, directions, spp, seed, progress):
+        moving = render_moving(scene, directions, spp, seed, progress, wavefront=wavefront)
+        for picture in moving:
             yield np.clip(picture, 0.0, 1.0).astype(np.float16)  # finer than what is shown
 
     with Stages() as stages:

@@ -71,6 +71,8 @@ def render_moving(
     spp: int,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    *,
+    wavefront: bool = False,
 ) -> Iterator[Image]:
     """Render a scene once for each direction of its light, compiled once.
 
@@ -89,6 +91,8 @@ def render_moving(
         Of the samples.
     progress
         Called with the part of all pictures that is done.
+    wavefront
+        See :func:`nacre.render.passes.wavefronts`.
 
     Yields
     ------
@@ -105,7 +109,7 @@ def render_moving(
     parameters = mi.traverse(loaded)
     for index, toward in enumerate(directions):
         _move(mi, parameters, toward)
-        yield render_scene(loaded, spp, seed)
+        yield render_scene(loaded, spp, seed, wavefront=wavefront)
         if progress is not None:
             progress((index + 1) / len(directions))
 

@@ -1,0 +1,42 @@
+"""Passes of pictures, and wavefronts, which show the same."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nacre.render.passes import PASS, pass_sizes, wavefront_pass
+from nacre.render.preview import render_scene
+
+from .btf.made import picture
+
+
+def scene(mi: Any, size: int) -> Any:
+    from nacre.render import texture_bsdf
+    from nacre.render.btf.scene import describe_texture_scene
+
+    pixels = np.random.default_rng(0).random((4, 4, 3)).astype(np.float32)
+    return mi.load_dict(describe_texture_scene(texture_bsdf(picture(pixels)), size=(size, size)))
+
+
+def test_passes_stop_at_counts() -> None:
+    assert pass_sizes([3, 40]) == [3, PASS, PASS, 5]
+    assert pass_sizes([5], 2) == [2, 2, 1]
+
+
+def test_wavefronts_are_as_large_as_memory_allows(rgb: Any) -> None:
+    assert wavefront_pass(scene(rgb, 32)) == PASS
+    assert wavefront_pass(scene(rgb, 1024)) == 2
+    assert wavefront_pass(scene(rgb, 4096)) == 1
+
+
+def test_wavefronts_show_what_whole_paths_do(rgb: Any) -> None:
+    import drjit as dr
+
+    shown = scene(rgb, 24)
+    expected = render_scene(shown, 4, seed=3)
+    flags = dr.JitFlag.SymbolicLoops, dr.JitFlag.SymbolicCalls
+    np.testing.assert_allclose(render_scene(shown, 4, seed=3, wavefront=True), expected, atol=1e-5)
+    assert all(dr.flag(flag) for flag in flags)
+    assert expected.std() > 0.05
