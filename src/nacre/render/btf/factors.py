@@ -26,7 +26,7 @@ from nacre.geometry import cosine_hemisphere, join, normalize, reflect
 from nacre.progress import Progress, silent
 from nacre.render.btf.angle_grid import node_directions
 
-GREYS, CHROMAS = 40, 8
+GREYS, CHROMAS = 96, 16
 """Functions of grey values, and of both values of pairs of colours."""
 _PAIRS = 2048
 """Pairs of directions that weights are found from."""
