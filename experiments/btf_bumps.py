@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from experiments.btf_mipmaps import PAIRS, of_codes
 
 from benchmarks.table import markdown
-from experiments.btf_mipmaps import PAIRS, of_codes
 from nacre.array import Floats
 from nacre.btf import BONN, LatentMap, encode, load_codec
 from nacre.btf.capture import capture, find
