@@ -73,6 +73,21 @@ def test_tables_are_near_the_codec(rgb: Any, kind: str) -> None:
     assert expected.std() > 2.0 * error * expected.mean()
 
 
+@pytest.mark.parametrize("decoder", ["table", "network"])
+def test_between_texels_is_the_mean_of_reflectance(rgb: Any, decoder: str) -> None:
+    codec = basis_codec(1)
+    source = latent(3.0 * np.random.default_rng(4).normal(size=(1, 2, codec.values)), codec)
+    wi, wo = hemisphere(COUNT, 1, 0.3), hemisphere(COUNT, 2, 0.3)
+    options = {"interpolation": "linear", "decoder": decoder, "coefficients": "texture"}
+    bsdf = texture_bsdf(source, **options)
+    first, between, second = (
+        factors_at(rgb, bsdf, np.tile([u, 0.5], (COUNT, 1)), wi, wo) for u in (0.25, 0.5, 0.75)
+    )
+    np.testing.assert_allclose(between, 0.5 * (first + second), rtol=1e-3, atol=1e-4)
+    roots = 0.25 * np.square(np.sqrt(first) + np.sqrt(second))
+    assert roots.mean() < 0.95 * between.mean()
+
+
 def test_a_pair_by_chance_is_as_the_linear_table_in_the_mean(rgb: Any) -> None:
     source = latent(np.random.default_rng(9).normal(size=(1, 1, 2)), basis_codec(1))
     wi, wo = (np.array([w], np.float32) for w in ([0.48, 0.2, 0.854], [-0.3, 0.52, 0.8]))
