@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+import nacre
 from nacre.array import Floats
 from nacre.btf import LatentMap
 from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
+from nacre.btf.uniform import material_of
 from nacre.render import texture_bsdf
 from tests.btf.basis.made import codec as basis_codec
 from tests.render.reflectances import sphere_scene
 
-from .made import FlatCodec, centres, factors_at, hemisphere, latent
+from .made import FLIP, FlatCodec, centres, factors_at, hemisphere, latent
 
 COUNT = 256
 
@@ -101,6 +103,20 @@ def test_a_pair_by_chance_is_as_the_linear_table_in_the_mean(rgb: Any) -> None:
     )
     assert chance.std(0).min() > 5.0 * linear.std(0).max()
     np.testing.assert_allclose(chance.mean(0), linear.mean(0), rtol=0.02)
+
+
+def test_a_texel_is_rendered_as_the_material_that_it_is(rgb: Any) -> None:
+    codec = basis_codec(1)
+    one = latent(np.random.default_rng(4).normal(size=(1, 1, codec.values)), codec)
+    material = material_of(one)
+    wi, wo = hemisphere(COUNT, 1, 0.3), hemisphere(COUNT, 2, 0.3)
+    anywhere = np.random.default_rng(1).random((COUNT, 2))
+    found = factors_at(rgb, nacre.render.bsdf(material), anywhere, FLIP * wi, FLIP * wo)
+    expected = np.pi * material.eval(wi, wo)
+    turned = np.pi * material.eval(FLIP * wi, FLIP * wo)
+    error, other = (np.sqrt(np.square(found - e).mean()) for e in (expected, turned))
+    assert error < 0.03 * expected.mean()
+    assert error < 0.2 * other
 
 
 def test_white_furnace(rgb: Any) -> None:
