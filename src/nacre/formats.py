@@ -98,6 +98,8 @@ def _of_texture(path: Path) -> Brdf:
         if not has_header(path, CODES):
             raise ValueError("is a texture (BTF), not one material")
         brdf = material_of(load_latent_map(path))
+    except FormatError:
+        raise
     except ValueError as error:
         told = "see nacre btf info, or nacre btf average, which makes one of it"
         raise FormatError(f"{path}: {error}; {told}") from error

@@ -59,3 +59,9 @@ def test_a_texture_of_several_texels_is_no_material(tmp_path) -> None:
     save_latent_map(latent, tmp_path / "more.safetensors")
     with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; see nacre btf info"):
         nacre.load(tmp_path / "more.safetensors")
+    whole = (tmp_path / "more.safetensors").read_bytes()
+    (tmp_path / "part.safetensors").write_bytes(whole[:-9])
+    with pytest.raises(FormatError, match="not a whole safetensors file") as caught:
+        nacre.load(tmp_path / "part.safetensors")
+    assert str(caught.value).count("part.safetensors") == 1
+    assert "nacre btf" not in str(caught.value)
