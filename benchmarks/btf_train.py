@@ -97,11 +97,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
     parser.add_argument("--batch", type=int, default=32, help="texels of an efficient step")
-    parser.add_argument("--literal", type=int, default=2, help="texels of a literal step")
+    parser.add_argument(
+        "--literal", type=int, default=2, help="texels of a literal step, 1 or more"
+    )
     parser.add_argument("--texels", type=int, default=512, help="that are encoded at once")
     parser.add_argument("--decoded", type=int, default=16, help="texels that are decoded at once")
     parser.add_argument("--rounds", type=int, default=5, help="of each that are timed")
     options = parser.parse_args()
+    if options.literal < 1:
+        parser.error("--literal: 1 texel or more")
     torch.set_num_threads(core_count())
     wi, wo = BONN.pairs()
     network = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))

@@ -84,6 +84,11 @@ def test_neighbours_stay_neighbours():
     assert nearest([[0.0], [5.0], [1.0], [2.0]], 0, 2) == [2, 3]
 
 
+def test_codes_that_are_alike_have_places():
+    pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
+    assert np.isfinite(embed(np.ones((7, 4)))).all()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -95,6 +95,11 @@ class TexelBrdf(Brdf):
         """Bytes of the code; its codec serves many materials."""
         return int(self.code.nbytes)
 
+    def latent(self) -> LatentMap:
+        """As an encoded texture of one texel; see :func:`material_of`."""
+        up = np.array([[0.0, 0.0, 1.0]], np.float32)
+        return LatentMap(self.code[None, None], self.codec, up, up, self.name)
+
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`."""
         light, view = (np.ascontiguousarray(join(w), np.float32) for w in (wi, wo))

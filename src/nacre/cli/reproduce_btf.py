@@ -11,7 +11,7 @@ from nacre.cli.console import Stages, file_path, print_facts
 from nacre.cli.ranges import SEED, FiniteRange
 from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
 
-EXPERIMENTS = ("btf-table1", "btf-fig4", "btf-fig6", "btf-fig7", "btf-fig8", "btf-tsne")
+EXPERIMENTS = ("btf-table1", "btf-fig4", "btf-fig5", "btf-fig6", "btf-fig7", "btf-fig8", "btf-tsne")
 _QUICK_TEXELS = 48
 """Of each texture at which errors are found, if it should be quick."""
 

@@ -47,7 +47,7 @@ def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.N
         raise NacreError(f"a map takes {FEWEST} {what} at least, got {len(values)}")
     tsne = require("openTSNE", "latent").TSNE(
         perplexity=_perplexity(len(values)),
-        initialization="pca",
+        initialization="pca" if np.ptp(values, axis=0).any() else "random",  # of one value is none
         negative_gradient_method="bh",
         random_state=seed,
         n_jobs=1,

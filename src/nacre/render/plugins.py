@@ -14,11 +14,13 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf, above_horizon
+from nacre.btf.uniform import TexelBrdf
 from nacre.files import FormatError, NacreError, require
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
 from nacre.render.btf.plugins import plugins as btf_plugins
+from nacre.render.btf.plugins import texture_bsdf
 from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import CooperativeNetwork
 
@@ -71,7 +73,8 @@ def bsdf(brdf: Brdf, weights: str = "literals", precision: str = "single") -> An
     Returns
     -------
     mi.BSDF
-        With a method `material()` that returns the reflectance, with its current weights.
+        With a method `material()` that returns the reflectance, with its current weights; of a
+        texel of a texture the plugin `neuralbtf`, without it.
 
     Raises
     ------
@@ -82,6 +85,10 @@ def bsdf(brdf: Brdf, weights: str = "literals", precision: str = "single") -> An
     neural = isinstance(brdf, NeuralBrdf)
     if not neural and (weights, precision) != ("literals", "single"):
         raise NacreError(f"weights and precision are for networks, not {type(brdf).__name__}")
+    if isinstance(brdf, TexelBrdf):
+        # Rows of a texture run down: turned over, its axes are those of the surface.
+        upright = mi.ScalarTransform4f().scale([1.0, -1.0, 1.0])
+        return texture_bsdf(brdf.latent(), interpolation="linear", to_uv=upright)
     properties = mi.Properties("nbrdf" if neural else "brdf")
     if neural:
         properties["weights"], properties["precision"] = weights, precision

@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+import nacre
 from nacre.array import Floats
 from nacre.btf import LatentMap
 from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
+from nacre.btf.uniform import material_of
 from nacre.render import texture_bsdf
 from tests.btf.basis.made import codec as basis_codec
 from tests.render.reflectances import sphere_scene
 
-from .made import FlatCodec, centres, factors_at, hemisphere, latent
+from .made import FLIP, FlatCodec, centres, factors_at, hemisphere, latent
 
 COUNT = 256
 
@@ -73,6 +75,21 @@ def test_tables_are_near_the_codec(rgb: Any, kind: str) -> None:
     assert expected.std() > 2.0 * error * expected.mean()
 
 
+@pytest.mark.parametrize("decoder", ["table", "network"])
+def test_between_texels_is_the_mean_of_reflectance(rgb: Any, decoder: str) -> None:
+    codec = basis_codec(1)
+    source = latent(3.0 * np.random.default_rng(4).normal(size=(1, 2, codec.values)), codec)
+    wi, wo = hemisphere(COUNT, 1, 0.3), hemisphere(COUNT, 2, 0.3)
+    options = {"interpolation": "linear", "decoder": decoder, "coefficients": "texture"}
+    bsdf = texture_bsdf(source, **options)
+    first, between, second = (
+        factors_at(rgb, bsdf, np.tile([u, 0.5], (COUNT, 1)), wi, wo) for u in (0.25, 0.5, 0.75)
+    )
+    np.testing.assert_allclose(between, 0.5 * (first + second), rtol=1e-3, atol=1e-4)
+    roots = 0.25 * np.square(np.sqrt(first) + np.sqrt(second))
+    assert roots.mean() < 0.95 * between.mean()
+
+
 def test_a_pair_by_chance_is_as_the_linear_table_in_the_mean(rgb: Any) -> None:
     source = latent(np.random.default_rng(9).normal(size=(1, 1, 2)), basis_codec(1))
     wi, wo = (np.array([w], np.float32) for w in ([0.48, 0.2, 0.854], [-0.3, 0.52, 0.8]))
@@ -86,6 +103,20 @@ def test_a_pair_by_chance_is_as_the_linear_table_in_the_mean(rgb: Any) -> None:
     )
     assert chance.std(0).min() > 5.0 * linear.std(0).max()
     np.testing.assert_allclose(chance.mean(0), linear.mean(0), rtol=0.02)
+
+
+def test_a_texel_is_rendered_as_the_material_that_it_is(rgb: Any) -> None:
+    codec = basis_codec(1)
+    one = latent(np.random.default_rng(4).normal(size=(1, 1, codec.values)), codec)
+    material = material_of(one)
+    wi, wo = hemisphere(COUNT, 1, 0.3), hemisphere(COUNT, 2, 0.3)
+    anywhere = np.random.default_rng(1).random((COUNT, 2))
+    found = factors_at(rgb, nacre.render.bsdf(material), anywhere, FLIP * wi, FLIP * wo)
+    expected = np.pi * material.eval(wi, wo)
+    turned = np.pi * material.eval(FLIP * wi, FLIP * wo)
+    error, other = (np.sqrt(np.square(found - e).mean()) for e in (expected, turned))
+    assert error < 0.03 * expected.mean()
+    assert error < 0.2 * other
 
 
 def test_white_furnace(rgb: Any) -> None:

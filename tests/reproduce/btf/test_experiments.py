@@ -17,6 +17,7 @@ from tests.cli.support import run as nacre
 METHODS = {
     "btf-table1": "custom-4,unified-4,pca-4,pca-own-4,basis-4",
     "btf-fig4": "custom-4,unified-4",
+    "btf-fig5": "custom-4,unified-4,basis-4,pca-4",
     "btf-fig6": "unified-4,pca-4,pca-own-4",
     "btf-fig7": "custom-4,unified-4,pca-4",
     "btf-fig8": "custom-4,pca-4",
@@ -69,6 +70,20 @@ def test_fig4_compares_pictures(study, tmp_path):
     (row,) = (r for r in rows if (r["material"], r["method"]) == ("felt12", "unified-4"))
     assert float(row["mse of all pairs"]) == pytest.approx(whole, rel=1e-4)
     assert "unseen: felt12, wood_12" in text
+
+
+def test_fig5_renders_what_can_be_decoded_at_hits(study, tmp_path, monkeypatch):
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    monkeypatch.setattr("nacre.reproduce.btf.trial.SIZE", 24)
+    monkeypatch.setattr("nacre.reproduce.btf.trial._SAMPLES", 4)
+    rows, text, paths = made(study, "btf-fig5", tmp_path)
+    assert paths[-1] == "btf-fig5.png"
+    assert {r["method"] for r in rows} == {"custom-4", "unified-4", "basis-4"}
+    assert all(0 < float(r["mse of the picture"]) < 1 for r in rows)
+    assert "**Left out:** pca-4 (felt12, wood_12): texture: principal components are known" in text
+    study.calls.clear()
+    assert made(study, "btf-fig5", tmp_path)[0] == rows
+    assert not any("rendering" in str(call) for call in study.calls)
 
 
 def test_fig6_leaves_out_what_is_for_other_directions(study, tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from nacre.render.btf.angle_grid import AngleGrid
 from nacre.render.btf.factors import CHROMAS, GREYS, Factors
 from nacre.render.btf.texels import Corners, Records
 from nacre.render.network import pack_layers
+
+Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
+"""Weights of functions, of each texel around a hit, and its share."""
 
 
 class HitDecoder(Protocol):
@@ -51,11 +54,11 @@ class TableDecoder:
         self._functions = Records(mi, factors.functions, half=True)
         self._grid = AngleGrid(mi, factors.resolution, stochastic)
 
-    def texels(self, corners: Corners) -> list[Any]:
+    def texels(self, corners: Corners) -> Weighed:
         """See :class:`HitDecoder`."""
-        return self._weights.at(corners)
+        return [(self._weights[index], share) for index, share in corners]
 
-    def reflectance(self, texels: list[Any], wi: Components, wo: Components) -> Components:
+    def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
         functions = self._grid.interpolated(self._functions, wi, wo)
         return _joined(texels, functions, GREYS, CHROMAS)
@@ -81,19 +84,21 @@ class BasisDecoder:
     def __init__(
         self, mi: Any, codec: BasisCodec, codes: Floats, expanded: bool, half: bool
     ) -> None:
-        functions = codec.functions
+        self._mi, functions = mi, codec.functions
         self._greys, self._chromas = functions.greys, functions.chromas
         layers = [*functions.hidden, functions.wide, functions.last]
         self._functions = _Chain(mi, layers, half)
         self._expansion = None if expanded else _Expansion(mi, codec.decode, half)
         self._records = Records(mi, codec.decode(codes) if expanded else codes, half)
 
-    def texels(self, corners: Corners) -> list[Any]:
+    def texels(self, corners: Corners) -> Weighed:
         """See :class:`HitDecoder`."""
-        values = self._records.at(corners)
-        return values if self._expansion is None else self._expansion(values)
+        expand = self._expansion
+        if expand is not None:
+            return [(expand(self._records.at(corners)), self._mi.Float(1.0))]
+        return [(self._records[index], share) for index, share in corners]
 
-    def reflectance(self, texels: list[Any], wi: Components, wo: Components) -> Components:
+    def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
         chain = self._functions
         first, *middle, wide, last = range(len(chain))
@@ -203,16 +208,24 @@ def _silu(state: Any) -> Any:
 
 
 def _joined(
-    weights: list[Any], functions: list[Any], greys: int, chromas: int, mean: Any = 0.0
+    texels: Weighed, functions: list[Any], greys: int, chromas: int, mean: Any = 0.0
 ) -> Components:
-    """Reflectance of weights of grey values, then of both values of pairs, and functions."""
+    """Reflectance between texels, of functions of grey values, then of both values of pairs.
+
+    Functions stand for roots of it, whose means between unlike texels would be too dark.
+    """
     dr = require("drjit", "render")
 
-    def product(first: int, functions: list[Any], start: Any) -> Any:
-        for weight, value in zip(weights[first : first + len(functions)], functions, strict=True):
+    def product(weights: list[Any], functions: list[Any], start: Any) -> Any:
+        for weight, value in zip(weights, functions, strict=True):
             start = dr.fma(weight, value, start)
         return start
 
-    grey = product(0, functions[:greys], mean)
-    pairs = [product(greys + k * chromas, functions[greys:], 0.0) for k in (0, 1)]
-    return join_components(grey, pairs[0], pairs[1])
+    total: list[Any] = [0.0] * 3
+    for weights, share in texels:
+        grey = product(weights[:greys], functions[:greys], mean)
+        first, second = weights[greys : greys + chromas], weights[greys + chromas :]
+        pairs = [product(w, functions[greys:], 0.0) for w in (first, second)]
+        rgb = join_components(grey, *pairs)
+        total = [dr.fma(value, share, sum_) for value, sum_ in zip(rgb, total, strict=True)]
+    return total[0], total[1], total[2]

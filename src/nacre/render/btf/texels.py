@@ -173,17 +173,17 @@ class Records:
     def at(self, corners: Corners) -> list[Any]:
         """The weighted sums of the numbers of some records."""
         if len(corners) == 1:
-            return self._read(corners[0][0])
+            return self[corners[0][0]]
         dr = require("drjit", "render")
         total: list[Any] = [self._mi.Float(0.0)] * self.numbers
         for index, weight in corners:
             total = [
-                dr.fma(value, weight, sum_)
-                for value, sum_ in zip(self._read(index), total, strict=True)
+                dr.fma(value, weight, sum_) for value, sum_ in zip(self[index], total, strict=True)
             ]
         return total
 
-    def _read(self, index: Any) -> list[Any]:
+    def __getitem__(self, index: Any) -> list[Any]:
+        """The numbers of some records."""
         packets = [self._data[index * self._packets + k] for k in range(self._packets)]
         return [self._mi.Float(v) for packet in packets for v in packet][: self.numbers]
 

@@ -122,6 +122,31 @@ class Study:
         found = self._result(method, material, facts, ("picture",), make)
         return None if found is None else found["picture"]
 
+    def rendering(
+        self, material: Material, method: Method | None
+    ) -> npt.NDArray[np.float32] | None:
+        """A cylinder of the decoded texture, or of the measured one where no method is given.
+
+        See :meth:`errors`, and :func:`nacre.reproduce.btf.trial.rendering`.
+        """
+        report = named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
+
+        def make(texture: Btf, codec: TexelCodec | None) -> dict[str, Any]:
+            return {"rendering": trial.rendering(texture, codec, self.settings.seed, report)}
+
+        def measured() -> dict[str, Any]:
+            with material.opened() as texture:
+                return make(texture, None)
+
+        facts = ["rendering", self.settings.seed, sources_digest(SOURCES.glob("render/**/*.py"))]
+        names = ("rendering",)
+        found = (
+            self._kept([*facts, material.mark, _code()], names, measured)
+            if method is None
+            else self._result(method, material, facts, names, make)
+        )
+        return None if found is None else found["rendering"]
+
     def codes(
         self, method: Method, material: Material, texels: int
     ) -> npt.NDArray[np.float32] | None:

@@ -1,26 +1,24 @@
-"""Figures 4, 6 and 8: textures at a light and a view, as they are and as they are decoded."""
+"""Figures 4, 5, 6 and 8: textures, and renderings, as they are and as they are decoded."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.array import Floats
 from nacre.btf.directions import from_degrees
 from nacre.btf.selection import nearest_pair
-from nacre.color import tone_map
-from nacre.evaluate.polar import FAINT
 from nacre.files import NacreError
+from nacre.reproduce.btf.cell_page import TRUTH, Cell, cell_page
 from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.btf.methods import Method
 from nacre.reproduce.btf.outcome import Outcome, markdown_table, scaled
 from nacre.reproduce.btf.sampling import ALL, SHARES, Sampling
 from nacre.reproduce.btf.study import Study
 from nacre.reproduce.btf.table import error_table
-from nacre.reproduce.page import Page, broken
 
 ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0)),
           "fig8": ((45.0, 0.0), (0.0, 0.0))}  # fmt: skip
@@ -28,26 +26,11 @@ ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0
 them, 0, 45, 90, 30 and 0, 45, 0, 90 degrees: its elevations are angles to the surface, as 90 of the
 light of Figure 8 can only be the normal, and no direction at the horizon was measured."""
 _PARTS = tuple(s for s in SHARES if s.name in ("1 %", "5 %", "10 %", "20 %", "50 %", "100 %"))
-_SIDE, _GAP, _NAMES, _HEAD, _CAPTION = 1.25, 0.08, 1.05, 0.4, 0.2
-"""Inches: edge of a picture, space between, width of names, height of titles and captions."""
-_BRIGHT, _WHITE = 99.0, 0.9
-"""Percentile of the truth that is shown at a brightness."""
+_RENDERED = 1.9
+"""Inches: edge of a rendering."""
 
-
-@dataclass(frozen=True)
-class _Cell:
-    """A picture, errors of it and of the whole texture; none of the truth."""
-
-    picture: Floats | None
-    mse: float | None = None
-    whole: float | None = None
-
-    @property
-    def caption(self) -> str:
-        """The errors."""
-        if self.mse is None:
-            return ""
-        return f"{scaled(self.mse)} (all angles {scaled(self.whole)})"
+Pictures: TypeAlias = Callable[[Material, Method | None], Floats | None]
+"""Of a material as a method decodes it, if it can; or, without one, as it was measured."""
 
 
 def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -58,7 +41,18 @@ def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
     NacreError
         If a codec cannot be made.
     """
-    return _by_method(study, methods, study.unseen, "fig4")
+    return _by_method(study, methods, study.unseen, partial(_texture, study, "fig4"))
+
+
+def fig5(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Cylinders of unseen textures, path-traced, and of what each method makes of them.
+
+    Raises
+    ------
+    NacreError
+        If a codec cannot be made, or Mitsuba is not there.
+    """
+    return _by_method(study, methods, study.unseen, study.rendering, side=_RENDERED, exposed=True)
 
 
 def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -71,26 +65,37 @@ def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
     """
     if not study.others:
         raise NacreError("there are no textures unlike those of the training; give --other FOLDER")
-    return _by_method(study, methods, study.others, "fig6")
+    return _by_method(study, methods, study.others, partial(_texture, study, "fig6"))
+
+
+def _texture(study: Study, name: str, material: Material, method: Method | None) -> Floats | None:
+    """At the angles of a figure."""
+    pair, truth = _truth(material, name)
+    return truth if method is None else study.picture(method, material, pair)
 
 
 def _by_method(
-    study: Study, methods: Sequence[Method], materials: Sequence[Material], name: str
+    study: Study,
+    methods: Sequence[Method],
+    materials: Sequence[Material],
+    pictures: Pictures,
+    **options: Any,
 ) -> Outcome:
     rows: list[Sequence[object]] = []
     lines, whole = [], dict[str, dict[str, float]]()
     for material in materials:
-        pair, truth = _truth(material, name)
-        line = [_Cell(truth)]
+        truth = pictures(material, None)
+        assert truth is not None
+        line = [Cell(truth)]
         for method in methods:
-            cell = _cell(study, method, material, pair, truth, ALL)
+            cell = _cell(study, method, material, truth, pictures(material, method), ALL)
             line.append(cell)
             if cell.mse is not None and cell.whole is not None:
                 rows.append((material.name, method.name, cell.mse, cell.whole))
                 whole.setdefault(method.name, {})[material.name] = cell.whole
         lines.append(line)
-    heads = ["truth", *(method.name for method in methods)]
-    page = _page(heads, [material.name for material in materials], lines)
+    heads = [TRUTH, *(method.name for method in methods)]
+    page = cell_page(heads, [material.name for material in materials], lines, **options)
     columns = ("material", "method", "mse of the picture", "mse of all pairs")
     table = error_table([material.name for material in materials], whole)
     return Outcome(columns, rows, table, {"": page})
@@ -111,15 +116,18 @@ def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
         lines = []
         for material in study.unseen:
             pair, truth = _truth(material, "fig8")
-            cells = [_cell(study, method, material, pair, truth, part) for part in _PARTS]
-            lines.append([*cells, _Cell(truth)])
+            cells = []
+            for part in _PARTS:
+                picture = study.picture(method, material, pair, part)
+                cells.append(_cell(study, method, material, truth, picture, part))
+            lines.append([*cells, Cell(truth)])
             table.append([f"{method.name}, {material.name}", *(scaled(c.whole) for c in cells)])
             for part, cell in zip(_PARTS, cells, strict=True):
                 if cell.mse is not None:
                     rows.append((material.name, method.name, part.name, cell.mse, cell.whole))
-        heads = [*(part.name for part in _PARTS), "truth"]
+        heads = [*(part.name for part in _PARTS), TRUTH]
         if any(cell.mse is not None for line in lines for cell in line):
-            pages[f"-{method.name}"] = _page(heads, [m.name for m in study.unseen], lines)
+            pages[f"-{method.name}"] = cell_page(heads, [m.name for m in study.unseen], lines)
     columns = ("material", "method", "pairs seen", "mse of the picture", "mse of all pairs")
     head = ["MSE x 10⁴", *(part.name for part in _PARTS)]
     return Outcome(columns, rows, markdown_table(head, table), pages)
@@ -134,36 +142,14 @@ def _truth(material: Material, name: str) -> tuple[int, Floats]:
 
 
 def _cell(
-    study: Study, method: Method, material: Material, pair: int, truth: Floats, sampling: Sampling
-) -> _Cell:
-    picture = study.picture(method, material, pair, sampling)
+    study: Study,
+    method: Method,
+    material: Material,
+    truth: Floats,
+    picture: Floats | None,
+    sampling: Sampling,
+) -> Cell:
     found = study.errors(method, material, sampling)
     if picture is None or found is None:
-        return _Cell(None)
-    return _Cell(picture, float(np.square(picture - truth).mean()), found.mse)
-
-
-def _page(heads: Sequence[str], names: Sequence[str], lines: Sequence[Sequence[_Cell]]) -> Any:
-    """Pictures of materials (rows), each row as bright as shows the truth well."""
-    across, down = _SIDE + _GAP, _SIDE + _CAPTION
-    page = Page((_NAMES + len(heads) * across, _HEAD + len(lines) * down + _GAP))
-    truth = heads.index("truth")
-    for column, head in enumerate(heads):
-        x = _NAMES + column * across + 0.5 * _SIDE
-        page.text(x, _HEAD - 0.08, head, ha="center", va="bottom", fontsize=8)
-    for row, (name, line) in enumerate(zip(names, lines, strict=True)):
-        y = _HEAD + row * down
-        page.text(0.05, y + 0.5 * _SIDE, broken(name, 12), va="center", fontsize=8)
-        shown = line[truth].picture
-        assert shown is not None
-        exposure = _WHITE / max(float(np.percentile(shown, _BRIGHT)), 1e-6)
-        for column, cell in enumerate(line):
-            x = _NAMES + column * across
-            if cell.picture is None:
-                page.text(x + 0.5 * _SIDE, y + 0.5 * _SIDE, "none", ha="center", color=FAINT)
-                continue
-            axes = page.axes(x, y, _SIDE, _SIDE)
-            axes.imshow(tone_map(exposure * cell.picture), interpolation="nearest")
-            caption = {"ha": "center", "va": "top", "fontsize": 6}
-            page.text(x + 0.5 * _SIDE, y + _SIDE + 0.03, cell.caption, **caption)
-    return page.figure
+        return Cell(None)
+    return Cell(picture, float(np.square(picture - truth).mean()), found.mse)

@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf.codec import TexelCodec, TexelMap, on_all_cores
+from nacre.btf.encoding import encode
+from nacre.btf.latent_map import LatentMap
+from nacre.btf.networks import TexelNetwork
 from nacre.btf.networks.preprocessing import OFFSET
 from nacre.btf.texture import Btf
 from nacre.progress import Progress, silent
+from nacre.render.btf.plugins import texture_bsdf
+from nacre.render.btf.scene import describe_texture_scene, texture_scale
+from nacre.render.preview import render_scene
 from nacre.reproduce.btf.sampling import Pairs, Sampling
 
+SIZE = 256
+"""Edge of renderings in pixels."""
+_SAMPLES = 64
+"""Of a pixel."""
+_REPEAT = 4
+"""Times that a texture goes around the cylinder."""
 _BLOCK = 1 << 26
 """Bytes of reflectance at a time."""
 
@@ -96,6 +109,34 @@ def picture(
     decode = _decoder(texture, codec, seen, np.array([pair]))
     rows = [decode(texture.texels(part))[:, 0] for part in texture.blocks(_BLOCK)]
     return np.concatenate(rows).reshape(texture.height, texture.width, 3).astype(np.float32)
+
+
+def rendering(
+    texture: Btf, codec: TexelCodec | None, seed: int, progress: Progress = silent
+) -> npt.NDArray[np.float32]:
+    """A path-traced cylinder of a texture that is coded and decoded at hits, or of the texture.
+
+    Linear RGB, shape (:data:`SIZE`, :data:`SIZE`, 3); measured textures are interpolated between
+    the nearest directions. Networks of the papers are evaluated at every hit.
+
+    Raises
+    ------
+    NacreError
+        If the codec is for other directions, or decodes its own only.
+    MissingExtraError
+        If Mitsuba is not installed.
+    """
+    shown: Btf | LatentMap = texture
+    options: dict[str, Any] = {}
+    wavefront = isinstance(codec, TexelNetwork)
+    if codec is not None:
+        found = encode(texture, codec, progress=progress).codes
+        shown = LatentMap(found, codec, texture.wi, texture.wo, "texture")
+        options["decoder"] = "network" if wavefront else "table"
+    to_uv = texture_scale("cylinder", _REPEAT, texture.width / texture.height)
+    bsdf = texture_bsdf(shown, progress, interpolation="linear", to_uv=to_uv, **options)
+    scene = describe_texture_scene(bsdf, "cylinder", size=(SIZE, SIZE))
+    return render_scene(scene, _SAMPLES, seed, wavefront=wavefront)
 
 
 def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArray[np.float32]:
