@@ -29,6 +29,10 @@ _SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
 _VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
 _LIGHTS = (45.0, 60.0)
 _BOTH = (45.0, 53.0, 60.0, 68.0)
+_FLASH = 10.0
+"""Degrees from the view to a light that counts as being at the camera."""
+_FLASHES = (1.0, 0.5, 0.2)
+"""Shares of the pairs with such a light."""
 
 Indices = npt.NDArray[np.intp]
 
@@ -58,7 +62,8 @@ class TrainingTexels:
 
 def partial_measurements(wi: Floats, wo: Floats, random: np.random.Generator) -> list[Indices]:
     """Subsets of pairs like those that people measure: all, random shares of them (Unified BTF
-    encoding, section 4), and views, lights or both within some angle of the normal.
+    encoding, section 4), views, lights or both within some angle of the normal, and lights at the
+    camera.
     """
     count = len(wi)
     subsets = [np.arange(count)]
@@ -68,6 +73,9 @@ def partial_measurements(wi: Floats, wo: Floats, random: np.random.Generator) ->
     subsets += [np.flatnonzero(below(wo, degrees)) for degrees in _VIEWS]
     subsets += [np.flatnonzero(below(wi, degrees)) for degrees in _LIGHTS]
     subsets += [np.flatnonzero(below(wi, angle) & below(wo, angle)) for angle in _BOTH]
+    flash = np.flatnonzero((wi * wo).sum(1) > np.cos(np.radians(_FLASH)))
+    for share in _FLASHES:
+        subsets.append(np.sort(random.permutation(flash)[: round(share * len(flash))]))
     return [subset for subset in subsets if len(subset)]
 
 
