@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 from typing import Any
 
 import numpy as np
+import pytest
 
 from nacre.render.passes import PASS, pass_sizes, wavefront_pass
 from nacre.render.preview import render_scene
@@ -23,6 +25,21 @@ def scene(mi: Any, size: int) -> Any:
 def test_passes_stop_at_counts() -> None:
     assert pass_sizes([3, 40]) == [3, PASS, PASS, 5]
     assert pass_sizes([5], 2) == [2, 2, 1]
+
+
+def test_interrupts_wait_for_passes(rgb: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown, render = scene(rgb, 8), rgb.render
+    passes: list[int] = []
+
+    def interrupted(*arguments: Any, **options: Any) -> Any:
+        signal.raise_signal(signal.SIGINT)
+        passes.append(options["spp"])
+        return render(*arguments, **options)
+
+    monkeypatch.setattr(rgb, "render", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        render_scene(shown, PASS + 1)
+    assert passes == [PASS]
 
 
 def test_wavefronts_are_as_large_as_memory_allows(rgb: Any) -> None:

@@ -19,6 +19,7 @@ from nacre.measured.merl import tabulate
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
+from .btf.made import FlatCodec, latent
 from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
 
@@ -364,6 +365,18 @@ def test20_what_cannot_be_is_refused(rgb: Any, tmp_path: Path) -> None:
     table = require_data("rgl", "paper_white_rgb.bsdf")
     with pytest.raises(RuntimeError, match="use the plugin brdf"):
         rgb.load_dict({"type": "nbrdf", "filename": str(table)})
+
+
+def test25_what_was_refused_is_not_rendered_with(rgb: Any) -> None:
+    with pytest.raises(nacre.NacreError) as first:
+        nacre.render.bsdf(network(1), "textures")
+    codes = latent(np.ones((2, 2, 3)), FlatCodec())
+    with pytest.raises(nacre.NacreError) as second:
+        nacre.render.texture_bsdf(codes, resolution=40, memory=8)
+    assert first.tb is not None
+    assert second.tb is not None  # both keep what was begun, as notebooks do
+    image = np.array(rgb.render(rgb.load_dict(sphere_scene(rgb, {"type": "diffuse"})), spp=1))
+    assert image.max() > 0.1
 
 
 def test21_registers_once_for_every_variant(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.files import require
+from nacre.interrupts import uninterrupted
 from nacre.render.engine import mitsuba
 
 PASS = 16
@@ -73,7 +74,8 @@ def accumulate(
     total: npt.NDArray[np.float64] | float = 0.0
     done = 0
     for samples, pass_seed in zip(sizes, seeds, strict=True):
-        picture = np.array(mi.render(scene, spp=samples, seed=int(pass_seed)), np.float64)
+        with uninterrupted():  # Mitsuba makes an error of its own of what ends it
+            picture = np.array(mi.render(scene, spp=samples, seed=int(pass_seed)), np.float64)
         total = total + samples * picture
         done += samples
         yield done, total / done

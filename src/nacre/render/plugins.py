@@ -122,7 +122,6 @@ def _plugins(variant: str) -> dict[str, Any]:
         """The plugin `brdf`."""
 
         def __init__(self, properties: Any, brdf: Brdf | None = None) -> None:
-            super().__init__(properties)
             self.brdf = _read(mi, properties) if brdf is None else brdf
             if not self.brdf.traceable:
                 raise NacreError(
@@ -130,11 +129,16 @@ def _plugins(variant: str) -> dict[str, Any]:
                     "rendered as it is; fit a network to it first (nacre fit)"
                 )
             self.albedo: Components | None = None
+            self.prepare(properties)
+            super().__init__(properties)  # from here on, all renderings call it
             flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
             if not self.brdf.isotropic:
                 flags |= mi.BSDFFlags.Anisotropic
             self.m_components = [flags]
             self.m_flags = flags
+
+        def prepare(self, properties: Any) -> None:
+            """What subclasses make before renderings may call them."""
 
         def material(self) -> Brdf:
             """The reflectance."""
@@ -203,8 +207,7 @@ def _plugins(variant: str) -> dict[str, Any]:
     class Network(Reflectance):
         """The plugin `nbrdf`."""
 
-        def __init__(self, properties: Any, brdf: Brdf | None = None) -> None:
-            super().__init__(properties, brdf)
+        def prepare(self, properties: Any) -> None:
             if not isinstance(self.brdf, NeuralBrdf):
                 raise NacreError(
                     f"nbrdf renders networks; for {type(self.brdf).__name__} use the plugin brdf"

@@ -108,7 +108,6 @@ def plugins(variant: str) -> dict[str, Any]:
             source: LatentMap | Btf | None = None,
             progress: Progress = silent,
         ) -> None:
-            super().__init__(properties)
             name = properties.plugin_name()
             if mi.Float is float:
                 raise NacreError(f"{name}: needs a variant that compiles, got {variant}")
@@ -131,6 +130,7 @@ def plugins(variant: str) -> dict[str, Any]:
                 heights = read_heights(_resolved(mi, height_field))
                 depth = _number(properties, "depth", 0.0, 0.0)
                 self.relief = Relief(mi, heights, depth, self.width / self.height)
+            super().__init__(properties)  # from here on, all renderings call it
             glossy = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
             flags = glossy | mi.BSDFFlags.SpatiallyVarying | mi.BSDFFlags.Anisotropic
             self.m_components = [flags]
