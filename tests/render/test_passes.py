@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nacre.files import NacreError
 from nacre.render.passes import PASS, pass_sizes, wavefront_pass
 from nacre.render.preview import render_scene
 
@@ -45,7 +46,9 @@ def test_interrupts_wait_for_passes(rgb: Any, monkeypatch: pytest.MonkeyPatch) -
 def test_wavefronts_are_as_large_as_memory_allows(rgb: Any) -> None:
     assert wavefront_pass(scene(rgb, 32)) == PASS
     assert wavefront_pass(scene(rgb, 1024)) == 2
-    assert wavefront_pass(scene(rgb, 4096)) == 1
+    assert wavefront_pass(scene(rgb, 2048)) == 1
+    with pytest.raises(NacreError, match=r"4096 x 4096 pixels take 9\.4 GiB where networks"):
+        wavefront_pass(scene(rgb, 4096))
 
 
 def test_wavefronts_show_what_whole_paths_do(rgb: Any) -> None:

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import require
+from nacre.files import NacreError, require
 from nacre.interrupts import uninterrupted
 from nacre.render.engine import mitsuba
 
 PASS = 16
 """Most samples per pixel that are rendered at a time: memory grows with them."""
-_WAVEFRONT = 1 << 21
-"""Most samples of all pixels in a wavefront; each takes about 600 bytes."""
+_WAVEFRONT, _WIDEST = 1 << 21, 1 << 23
+"""Samples of all pixels in a wavefront, unless one of each is more; and the most that it has."""
+_SAMPLE_BYTES = 600
+"""Of a sample in a wavefront, about."""
 
 
 def pass_sizes(counts: Sequence[int], most: int = PASS) -> list[int]:
@@ -29,8 +31,21 @@ def pass_sizes(counts: Sequence[int], most: int = PASS) -> list[int]:
 
 
 def wavefront_pass(scene: Any) -> int:
-    """Samples per pixel of a scene that memory is enough for in one wavefront."""
-    pixels = int(np.prod(scene.sensors()[0].film().crop_size()))
+    """Samples per pixel of a scene that memory is enough for in one wavefront.
+
+    Raises
+    ------
+    NacreError
+        If it is not enough for one.
+    """
+    width, height = scene.sensors()[0].film().crop_size()
+    pixels = int(width * height)
+    if pixels > _WIDEST:
+        raise NacreError(
+            f"{width} x {height} pixels take {pixels * _SAMPLE_BYTES / 2**30:.1f} GiB where "
+            f"networks are evaluated at hits, which is done up to {_WIDEST:,} pixels; render "
+            "fewer, or functions in a table"
+        )
     return min(PASS, max(1, _WAVEFRONT // pixels))
 
 
