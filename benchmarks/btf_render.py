@@ -138,15 +138,14 @@ def serve(way: Way, size: int, spp: int, threads: int, pipe: Any) -> None:
         bsdf = baseline(mi, to_uv)
     prepared = time.perf_counter() - start
     loaded = scene(mi, bsdf, size)
-    wavefront = way.options.get("decoder") == "network"
     start = time.perf_counter()
-    render_scene(loaded, 1, wavefront=wavefront)
+    render_scene(loaded, 1)
     compiled = time.perf_counter() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     pipe.send((prepared, compiled, peak))
     while (seed := pipe.recv()) is not None:
         wall, used = time.perf_counter(), time.process_time()
-        render_scene(loaded, spp, seed, wavefront=wavefront)
+        render_scene(loaded, spp, seed)
         pipe.send((time.perf_counter() - wall, time.process_time() - used))
 
 

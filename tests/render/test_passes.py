@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from nacre.files import NacreError
-from nacre.render.passes import PASS, pass_sizes, wavefront_pass
+from nacre.render import texture_bsdf
+from nacre.render.btf.scene import describe_texture_scene
+from nacre.render.passes import PASS, accumulate, needs_wavefronts, pass_sizes, wavefront_pass
 from nacre.render.preview import render_scene
+from tests.btf.basis.made import codec as basis_codec
 
-from .btf.made import picture
+from .btf.made import latent, picture
 
 
 def scene(mi: Any, size: int) -> Any:
-    from nacre.render import texture_bsdf
-    from nacre.render.btf.scene import describe_texture_scene
-
     pixels = np.random.default_rng(0).random((4, 4, 3)).astype(np.float32)
     return mi.load_dict(describe_texture_scene(texture_bsdf(picture(pixels)), size=(size, size)))
 
@@ -54,9 +54,14 @@ def test_wavefronts_are_as_large_as_memory_allows(rgb: Any) -> None:
 def test_wavefronts_show_what_whole_paths_do(rgb: Any) -> None:
     import drjit as dr
 
-    shown = scene(rgb, 24)
-    expected = render_scene(shown, 4, seed=3)
+    codec = basis_codec(1)
+    codes = latent(np.random.default_rng(0).normal(size=(4, 4, codec.values)), codec)
+    bsdf = texture_bsdf(codes, decoder="network")
+    shown = rgb.load_dict(describe_texture_scene(bsdf, size=(24, 24)))
+    assert needs_wavefronts(shown)
+    assert not needs_wavefronts(scene(rgb, 24))
+    ((_, expected),) = accumulate(shown, [4], 3)
     flags = dr.JitFlag.SymbolicLoops, dr.JitFlag.SymbolicCalls
-    np.testing.assert_allclose(render_scene(shown, 4, seed=3, wavefront=True), expected, atol=1e-5)
+    np.testing.assert_allclose(render_scene(shown, 4, seed=3), expected, atol=1e-5)
     assert all(dr.flag(flag) for flag in flags)
     assert expected.std() > 0.05

@@ -30,6 +30,11 @@ def pass_sizes(counts: Sequence[int], most: int = PASS) -> list[int]:
     return sizes
 
 
+def needs_wavefronts(scene: Any) -> bool:
+    """Whether a BSDF of a scene says, by an attribute `wavefront`, that it is for these."""
+    return any(getattr(shape.bsdf(), "wavefront", False) for shape in scene.shapes())
+
+
 def wavefront_pass(scene: Any) -> int:
     """Samples per pixel of a scene that memory is enough for in one wavefront.
 

@@ -16,7 +16,14 @@ from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
 from nacre.image_file import bitmaps
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
-from nacre.render.passes import PASS, accumulate, pass_sizes, wavefront_pass, wavefronts
+from nacre.render.passes import (
+    PASS,
+    accumulate,
+    needs_wavefronts,
+    pass_sizes,
+    wavefront_pass,
+    wavefronts,
+)
 from nacre.render.plugins import bsdf
 from nacre.render.scene import describe_scene
 
@@ -96,19 +103,10 @@ def render_scene(
     spp: int,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
-    *,
-    wavefront: bool = False,
 ) -> Image:
-    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest.
-
-    Parameters
-    ----------
-    scene, spp, seed, progress
-        As there.
-    wavefront
-        See :func:`nacre.render.passes.wavefronts`; changes noise, where passes are smaller, only.
-    """
+    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest."""
     loaded = mitsuba().load_dict(scene) if isinstance(scene, dict) else scene
+    wavefront = needs_wavefronts(loaded)
     sizes = pass_sizes([spp], wavefront_pass(loaded) if wavefront else PASS)
     picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
     with wavefronts() if wavefront else nullcontext():

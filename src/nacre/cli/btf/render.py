@@ -152,7 +152,6 @@ def command(
     def pictures(path: Path, stages: Stages) -> Iterator[Floats]:
         btf = load(path)
         neural = isinstance(btf, NeuralBtf)
-        wavefront = neural and decoder == "network"
         report = stages.add(path.stem)
         bsdf = texture_bsdf(
             btf.latent if isinstance(btf, NeuralBtf) else btf,
@@ -172,11 +171,10 @@ def command(
             bsdf, geometry, light, (size, size), angle, lighting, standing=standing
         )
         if frames is None:
-            yield render_scene(scene, spp, seed, progress, wavefront=wavefront)
+            yield render_scene(scene, spp, seed, progress)
             return
         directions = light_path(way, frames, angle, geometry)
-        moving = render_moving(scene, directions, spp, seed, progress, wavefront=wavefront)
-        for picture in moving:
+        for picture in render_moving(scene, directions, spp, seed, progress):
             yield np.clip(picture, 0.0, 1.0).astype(np.float16)  # finer than what is shown
 
     with Stages() as stages:

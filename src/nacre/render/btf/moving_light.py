@@ -71,8 +71,6 @@ def render_moving(
     spp: int,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
-    *,
-    wavefront: bool = False,
 ) -> Iterator[Image]:
     """Render a scene once for each direction of its light, compiled once.
 
@@ -91,8 +89,6 @@ def render_moving(
         Of the samples.
     progress
         Called with the part of all pictures that is done.
-    wavefront
-        See :func:`nacre.render.passes.wavefronts`.
 
     Yields
     ------
@@ -109,7 +105,7 @@ def render_moving(
     parameters = mi.traverse(loaded)
     for index, toward in enumerate(directions):
         _move(mi, parameters, toward)
-        yield render_scene(loaded, spp, seed, wavefront=wavefront)
+        yield render_scene(loaded, spp, seed)
         if progress is not None:
             progress((index + 1) / len(directions))
 

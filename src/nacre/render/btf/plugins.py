@@ -101,6 +101,8 @@ def plugins(variant: str) -> dict[str, Any]:
         """What both plugins share; subclasses make the decoder and the lobes."""
 
         decoder: HitDecoder
+        wavefront = False
+        """Whether it costs far more than tracing; see :func:`nacre.render.passes.wavefronts`."""
 
         def __init__(
             self,
@@ -243,6 +245,7 @@ def plugins(variant: str) -> dict[str, Any]:
                 factors = factor(latent, resolution, len(levels), progress)
                 self.decoder = TableDecoder(mi, factors, self.stochastic)
                 return height, width, latent_lobes(latent)
+            self.wavefront = True
             maps = [codes.astype(np.float32)]
             if self.pixel_angle:
                 maps = list(LatentPyramid.build(latent, progress=progress).levels)

@@ -128,15 +128,14 @@ def rendering(
     """
     shown: Btf | LatentMap = texture
     options: dict[str, Any] = {}
-    wavefront = isinstance(codec, TexelNetwork)
     if codec is not None:
         found = encode(texture, codec, progress=progress).codes
         shown = LatentMap(found, codec, texture.wi, texture.wo, "texture")
-        options["decoder"] = "network" if wavefront else "table"
+        options["decoder"] = "network" if isinstance(codec, TexelNetwork) else "table"
     to_uv = texture_scale("cylinder", _REPEAT, texture.width / texture.height)
     bsdf = texture_bsdf(shown, progress, interpolation="linear", to_uv=to_uv, **options)
     scene = describe_texture_scene(bsdf, "cylinder", size=(SIZE, SIZE))
-    return render_scene(scene, _SAMPLES, seed, wavefront=wavefront)
+    return render_scene(scene, _SAMPLES, seed)
 
 
 def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArray[np.float32]:
