@@ -16,7 +16,7 @@ from tests.btf.basis.made import codec
 from tests.btf.synthesis.test_quilting import latent
 from tests.cli.support import run
 
-pytest.importorskip("PIL.Image")
+pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
 
 
 @pytest.fixture(autouse=True)

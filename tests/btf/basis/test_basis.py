@@ -308,7 +308,7 @@ def test_one_texture_is_enough_to_learn_from() -> None:
     assert codec.functions.greys == 6
 
 
-def test_cards_of_one_colour_come_back(codec) -> None:  # type: ignore[no-untyped-def]
+def test_cards_of_one_colour_come_back(codec) -> None:
     wi, wo = SMALL.pairs()
     texels = swatches(wi, wo, 50, 12345).texels(slice(None))
     for some in (slice(None), slice(None, None, 9)):

@@ -78,7 +78,7 @@ def test_made_masks():
 
 
 def test_images_as_masks(tmp_path):
-    image = pytest.importorskip("PIL.Image")
+    image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
     greys = np.array([[0, 255, 51], [102, 0, 255]], np.uint8)
 
     def written(name, pixels, mode=None):
