@@ -17,15 +17,15 @@ lint: setup
 	.venv/bin/lint-imports --no-logo
 
 bench: setup  ## Speed and quality tables; takes about an hour.
-	$(RUN) -m benchmarks.fit
-	$(RUN) -m benchmarks.presets
-	$(RUN) -m benchmarks.cluster
-	$(RUN) -m benchmarks.stacked --samples 80000
-	$(RUN) -m benchmarks.evaluate
-	$(RUN) -m benchmarks.render --cooperative
-	$(RUN) -m benchmarks.fidelity
-	$(RUN) -m benchmarks.btf_file
-	$(RUN) -m benchmarks.btf_train
+	$(RUN) -m studies.speed.fit
+	$(RUN) -m studies.speed.presets
+	$(RUN) -m studies.speed.cluster
+	$(RUN) -m studies.speed.stacked --samples 80000
+	$(RUN) -m studies.speed.evaluate
+	$(RUN) -m studies.speed.render --cooperative
+	$(RUN) -m studies.speed.fidelity
+	$(RUN) -m studies.speed.btf_file
+	$(RUN) -m studies.speed.btf_train
 
 fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECONDS=60 for less.
 	@$(RUN) -c 'import atheris' 2>/dev/null || .venv/bin/pip install -q 'atheris>=2.3'

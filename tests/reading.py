@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
-from nacre.btf.ubo2014.reader import Ubo2014Btf
-from nacre.files import HEAD, Format, FormatError, MissingExtraError
+from nacre.errors import FormatError, MissingExtraError
+from nacre.io.format import HEAD, Format
 from nacre.measured import ScatteredBrdf
+from nacre.measured.textures.ubo2014.reader import Ubo2014Btf
 from tests.specimens import Specimen
 
 

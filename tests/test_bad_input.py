@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre import btf, formats
+from nacre import formats, textures
 from nacre.btf import Btf
-from nacre.files import Format, FormatError
+from nacre.errors import FormatError
+from nacre.io.format import Format
 from tests.fuzz.target import Target, target
 from tests.specimens import SPECIMENS, file_formats, mutated
 
@@ -41,7 +42,7 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Target]:
 
 def load(case: Target, path: Path) -> nacre.Brdf | Btf:
     """Read a file through the registry of its format."""
-    return nacre.load(path) if case.entry.name in MATERIALS else btf.load(path)
+    return nacre.load(path) if case.entry.name in MATERIALS else textures.load(path)
 
 
 def test_every_format_has_specimens() -> None:

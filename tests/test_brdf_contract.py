@@ -13,7 +13,7 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf, CosineSampler
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.latent import train
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import Resolution, tabulate

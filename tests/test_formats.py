@@ -7,7 +7,8 @@ import pytest
 
 import nacre
 from nacre import formats
-from nacre.files import Format, FormatError
+from nacre.errors import FormatError
+from nacre.io.format import Format
 from nacre.measured import utia
 from nacre.neural import Layer, NeuralBrdf
 from tests.specimens import SPECIMENS

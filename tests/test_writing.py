@@ -20,7 +20,9 @@ from hypothesis.extra.numpy import arrays
 import nacre
 from nacre import formats
 from nacre.brdf import Brdf, CosineSampler
-from nacre.files import Format, FormatError, atomic_path
+from nacre.errors import FormatError
+from nacre.io.files import atomic_path
+from nacre.io.format import Format
 from nacre.measured import MerlBrdf, ScatteredBrdf, UtiaBrdf, rgl, rgl_tables
 from nacre.measured.utia_table import SHAPE
 from nacre.neural import Layer, NeuralBrdf
@@ -124,7 +126,7 @@ def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
     path = tmp_path / "x.txt"
     with atomic_path(path) as mine:
         mine.write_text("mine")
-        script = "import sys; from nacre.files import atomic_path\n"
+        script = "import sys; from nacre.io.files import atomic_path\n"
         script += "with atomic_path(sys.argv[1]) as path: path.write_text('theirs')"
         subprocess.run([sys.executable, "-c", script, str(path)], check=True)
         assert path.read_text() == "theirs"

@@ -13,18 +13,21 @@ if TYPE_CHECKING:
     from nacre import (
         analytic,
         download,
-        evaluate,
+        figures,
         formats,
         geometry,
         latent,
-        library,
         measured,
+        metrics,
         neural,
         render,
         sampling,
+        textures,
+        workflows,
     )
     from nacre.brdf import Brdf, CosineSampler, Sampler
-    from nacre.files import FormatError, MissingExtraError, NacreError
+    from nacre.btf import Btf, TableBtf
+    from nacre.errors import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
     from nacre.neural import NeuralBrdf, Recipe, fit, fit_many
 
@@ -32,6 +35,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Brdf",
+    "Btf",
     "CosineSampler",
     "FormatError",
     "MissingExtraError",
@@ -39,22 +43,25 @@ __all__ = [
     "NeuralBrdf",
     "Recipe",
     "Sampler",
+    "TableBtf",
     "__version__",
     "analytic",
     "download",
-    "evaluate",
+    "figures",
     "fit",
     "fit_many",
     "formats",
     "geometry",
     "latent",
-    "library",
     "load",
     "measured",
+    "metrics",
     "neural",
     "render",
     "sampling",
     "save",
+    "textures",
+    "workflows",
 ]
 
 __getattr__, __dir__, _ = lazy_loader.attach(
@@ -62,19 +69,22 @@ __getattr__, __dir__, _ = lazy_loader.attach(
     submodules=[
         "analytic",
         "download",
-        "evaluate",
+        "figures",
         "formats",
         "geometry",
         "latent",
-        "library",
         "measured",
+        "metrics",
         "neural",
         "render",
         "sampling",
+        "textures",
+        "workflows",
     ],
     submod_attrs={
         "brdf": ["Brdf", "CosineSampler", "Sampler"],
-        "files": ["FormatError", "MissingExtraError", "NacreError"],
+        "btf": ["Btf", "TableBtf"],
+        "errors": ["FormatError", "MissingExtraError", "NacreError"],
         "formats": ["load", "save"],
         "neural": ["NeuralBrdf", "Recipe", "fit", "fit_many"],
     },

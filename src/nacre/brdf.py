@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
-from nacre.direction_samples import Scattered
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
+from nacre.numerics.direction_samples import Scattered
 
 _CHUNK = 1 << 14
 """Pairs evaluated at a time: intermediate arrays stay in the cache."""

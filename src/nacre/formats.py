@@ -9,15 +9,17 @@ from pathlib import Path
 
 from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
-from nacre.btf.formats import is_btf
-from nacre.btf.latent_file import KEY as CODES
-from nacre.btf.latent_file import load_latent_map
-from nacre.btf.uniform import material_of
-from nacre.files import Format, FormatError, PathLike, digest, read_head
+from nacre.errors import FormatError
+from nacre.io.files import PathLike, digest, read_head
+from nacre.io.format import Format
+from nacre.io.tensors import has_header
 from nacre.measured import FORMATS as MEASURED
 from nacre.neural.file import FORMAT as NEURAL
 from nacre.neural.published import FORMATS as PUBLISHED
-from nacre.tensors import has_header
+from nacre.textures.formats import is_btf
+from nacre.textures.latent_file import KEY as CODES
+from nacre.textures.latent_file import load_latent_map
+from nacre.textures.uniform import material_of
 
 _MODELS: tuple[Format, ...] = (NEURAL, *ANALYTIC, *PUBLISHED)
 _formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]

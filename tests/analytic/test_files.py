@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import nacre
 from nacre.analytic import MODELS, Ggx
 from nacre.analytic.tables import materials
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from tests.analytic.materials import EXAMPLES
 from tests.data import require_data
 from tests.measured.support import hemisphere

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nacre.analytic import MODELS, Ggx, fit
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.measured import ScatteredBrdf
 from nacre.sampling import draw_samples
 from tests.analytic.materials import EXAMPLES

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre import btf
-from nacre.btf import BONN, TableBtf
+from nacre import textures
+from nacre.btf import TableBtf
+from nacre.measured.textures import BONN
 from nacre.neural import Layer, NeuralBrdf
-from tests.btf.basis.made import codec
+from nacre.textures.codecs import save_codec
 from tests.cli.support import run
+from tests.textures.codecs.basis.made import codec
 
 MODEL = "--model", "model.safetensors"
 
@@ -23,8 +25,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A texture, the same encoded, a model, and a material; all of few directions."""
     monkeypatch.chdir(tmp_path)
     wi, wo = (w[:1] for w in BONN.pairs())
-    btf.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
-    btf.save_codec(codec(), "model.safetensors")
+    textures.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
+    save_codec(codec(), "model.safetensors")
     assert run("btf", "encode", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
     nacre.save(NeuralBrdf([Layer(np.ones((6, 3), "f4"), np.ones(3, "f4"))]), "paint.safetensors")
     (tmp_path / "taken.npz").mkdir()

@@ -9,11 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import btf
-from nacre.btf import BONN, LatentMap
-from nacre.image_file import read_header
-from tests.btf.basis.made import codec
+from nacre import textures
+from nacre.btf import TableBtf
+from nacre.io.image_file import read_header
+from nacre.measured.textures import BONN
+from nacre.textures import LatentMap
+from nacre.textures.codecs import save_codec
 from tests.cli.support import assert_refused, run
+from tests.textures.codecs.basis.made import codec
 
 pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
@@ -27,10 +30,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     random = np.random.default_rng(1)
     for name, seed in {"felt01": 0, "felt02": 0, "wood01": 0, "other": 7}.items():
         codes = random.normal(size=(3, 4, 2)).astype(np.float32)
-        btf.save_latent_map(LatentMap(codes, codec(seed), wi, wo, name), f"{name}.safetensors")
-    btf.save_codec(codec(), "model.safetensors")
+        textures.save_latent_map(LatentMap(codes, codec(seed), wi, wo, name), f"{name}.safetensors")
+    save_codec(codec(), "model.safetensors")
     values = np.full((1, 1, 2, 3), 0.5, np.float32)
-    btf.save(btf.TableBtf(values, wi, wo), "texture.npz")
+    textures.save(TableBtf(values, wi, wo), "texture.npz")
     return tmp_path
 
 

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import btf
-from nacre.btf.direction_list import named_directions, read_rows
-from tests.btf.basis.made import codec
-from tests.btf.support import linear, write_image
+from nacre import textures
+from nacre.measured.textures.direction_list import named_directions, read_rows
+from nacre.textures.codecs import save_codec
 from tests.cli.support import assert_refused, run
+from tests.textures.codecs.basis.made import codec
+from tests.textures.support import linear, write_image
 
 MODEL = "--model", "model.safetensors"
 
@@ -19,7 +20,7 @@ MODEL = "--model", "model.safetensors"
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    btf.save_codec(codec(), "model.safetensors")
+    save_codec(codec(), "model.safetensors")
     (tmp_path / "photos").mkdir()
     return tmp_path
 
@@ -37,14 +38,14 @@ def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
         write_image(Path("photos", row["file"]), image)
     encode = "btf", "encode", "photos", "-o", "c.safetensors", *MODEL
     assert run(*encode, "--directions", "d.csv") == 0
-    found = btf.load("c.safetensors")
+    found = textures.load("c.safetensors")
     values = np.stack([linear(image) for image in images], axis=2).reshape(35, 12, 3)
     expected = codec().encoder(wi, wo)(values)
     np.testing.assert_allclose(found.latent.codes.reshape(35, 2), expected, rtol=1e-3, atol=1e-3)
     assert found.name == "photos"
     Path("d.csv").rename("photos/directions.csv")
     assert run(*encode[:4], "again.safetensors", *MODEL) == 0
-    again = btf.load("again.safetensors")
+    again = textures.load("again.safetensors")
     assert np.array_equal(again.latent.codes, found.latent.codes)
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import btf
-from tests.btf.basis.made import codec
+from nacre import textures
 from tests.cli.support import run
 from tests.render.btf.made import latent, picture
+from tests.textures.codecs.basis.made import codec
 from tests.variants import require_mitsuba
 
 LIT = ("--light", "point", "--angle", 30)
@@ -22,8 +22,8 @@ def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     require_mitsuba()
     monkeypatch.chdir(tmp_path)
     codes = np.random.default_rng(1).normal(size=(2, 4, 2))
-    btf.save_latent_map(latent(codes, codec(1)), "cloth.safetensors")
-    btf.save(picture(np.full((2, 4, 3), 0.5)), "grey.npz")
+    textures.save_latent_map(latent(codes, codec(1)), "cloth.safetensors")
+    textures.save(picture(np.full((2, 4, 3), 0.5)), "grey.npz")
     return tmp_path
 
 

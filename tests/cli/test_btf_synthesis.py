@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre.btf import load_latent_map, save_codec, save_latent_map
-from nacre.btf.latent_map import CodecFile
-from nacre.files import digest
-from tests.btf.basis.made import codec
-from tests.btf.synthesis.test_quilting import latent
+from nacre.io.files import digest
+from nacre.textures import load_latent_map, save_latent_map
+from nacre.textures.codecs import save_codec
+from nacre.textures.latent_map import CodecFile
 from tests.cli.support import run
+from tests.textures.codecs.basis.made import codec
+from tests.textures.synthesis.test_quilting import latent
 
 pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
 

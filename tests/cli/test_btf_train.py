@@ -11,14 +11,14 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
-from nacre.btf.basis import network_training
-from nacre.btf.basis.codec import BasisCodec
-from nacre.btf.basis.recipe import BasisRecipe
-from nacre.btf.codec_file import load_codec
-from nacre.btf.networks import CustomNetwork, TrainingRecipe, UnifiedNetwork, training
-from tests.btf.networks.conftest import one_thread
-from tests.btf.networks.made import OTHER, texture, write
+from nacre.textures.codecs.basis import network_training
+from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.codec_file import load_codec
+from nacre.textures.codecs.networks import CustomNetwork, TrainingRecipe, UnifiedNetwork, training
 from tests.cli.support import run
+from tests.textures.codecs.networks.conftest import one_thread
+from tests.textures.codecs.networks.made import OTHER, texture, write
 
 __all__ = ["one_thread"]
 
@@ -191,7 +191,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(
 
     with monkeypatch.context() as patch:
         for module in ("function_training", "code_training"):
-            patch.setattr(f"nacre.btf.basis.{module}.descend", interrupted)
+            patch.setattr(f"nacre.textures.codecs.basis.{module}.descend", interrupted)
         assert run(*arguments) == 130
     names = {path.name for path in tmp_path.iterdir()}
     assert f"model.safetensors.state.{where}-steps.stage" in names

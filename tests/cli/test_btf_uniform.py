@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre import btf
+from nacre import textures
 from nacre.analytic.lambert import Lambert
-from nacre.btf import BONN, TableBtf
-from tests.btf.basis.made import codec
+from nacre.btf import TableBtf
+from nacre.measured.textures import BONN
+from nacre.textures.codecs import save_codec
 from tests.cli.support import assert_refused, run
+from tests.textures.codecs.basis.made import codec
 
 MODEL = "--model", "model.safetensors"
 
@@ -23,21 +25,21 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     wi, wo = (w[::700] for w in BONN.pairs())
     values = np.linspace(0.1, 0.9, 6, dtype=np.float32)[:, None, None]
     values = np.broadcast_to(values, (6, len(wi), 3)).reshape(2, 3, len(wi), 3)
-    btf.save(TableBtf(values, wi, wo), "texture.npz")
-    btf.save_codec(codec(), "model.safetensors")
+    textures.save(TableBtf(values, wi, wo), "texture.npz")
+    save_codec(codec(), "model.safetensors")
     nacre.save(Lambert(diffuse=(0.5, 0.5, 0.5)), "grey.json")
     return tmp_path
 
 
 def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
     assert run("btf", "average", "texture.npz", "-o", "mean.npz") == 0
-    np.testing.assert_allclose(btf.load("mean.npz").texels(slice(None)), 0.5, rtol=1e-3)
+    np.testing.assert_allclose(textures.load("mean.npz").texels(slice(None)), 0.5, rtol=1e-3)
     assert run("btf", "average", "texture.npz", "-o", "mean.safetensors", *MODEL) == 0
     assert "1 x 1" in capsys.readouterr().out
     assert nacre.load("mean.safetensors").name == "texture"
     size = "--size", 4, 2
     assert run("btf", "spread", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
-    spread = btf.load("4.safetensors")
+    spread = textures.load("4.safetensors")
     assert (spread.width, spread.height, spread.pair_count) == (4, 2, 151 * 151)
 
 
@@ -45,7 +47,7 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
     Path("two.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,0\n40,90,0,0\n")
     arguments = "-o", "grey.npz", "--size", 3, 2, "--directions", "two.csv"
     assert run("btf", "spread", "grey.json", *arguments) == 0
-    grey = btf.load("grey.npz")
+    grey = textures.load("grey.npz")
     assert (grey.width, grey.height, grey.pair_count) == (3, 2, 2)
     np.testing.assert_allclose(grey.texels(slice(None)), 0.5, rtol=1e-3)
 

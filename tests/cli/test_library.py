@@ -14,7 +14,7 @@ from rich.console import Console
 import nacre
 from nacre.cli import library
 from tests.cli.support import run
-from tests.library.support import contents, lines, table
+from tests.workflows.support import contents, lines, table
 
 QUICK = ["--hidden", "4", "--epochs", "1", "--samples", "1000"]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.evaluate import albedo
+from nacre.metrics import albedo
 from nacre.neural import Layer, NeuralBrdf
 from tests.cli.support import run
 

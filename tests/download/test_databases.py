@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nacre.download import Facts, databases, find
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from tests.data import require_data
 
 

@@ -12,7 +12,7 @@ import pooch
 import pytest
 
 from nacre.download import Database, Facts, cache_folder, fetch
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from tests.download.server import Server
 
 TERMS = "Be kind.\n"

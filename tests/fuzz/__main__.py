@@ -20,7 +20,7 @@ import sys
 import time
 from pathlib import Path
 
-from nacre.files import Format
+from nacre.io.format import Format
 from tests.fuzz.target import Figures, target, working_folder
 from tests.specimens import SPECIMENS, file_formats
 

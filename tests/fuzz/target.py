@@ -18,7 +18,7 @@ from unittest import mock
 
 from nacre.brdf import CosineSampler
 from nacre.btf import Btf
-from nacre.files import Format
+from nacre.io.format import Format
 from tests.reading import check_reading, check_texture
 from tests.specimens import Specimen
 

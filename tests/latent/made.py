@@ -16,7 +16,7 @@ from nacre.measured.merl import Resolution
 from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
-from nacre.progress import Progress
+from nacre.runtime.progress import Progress
 from nacre.sampling.families import FAMILIES
 
 GRID = Resolution(24, 12, 12)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.latent import Autoencoder
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation

@@ -11,7 +11,7 @@ import pytest
 import safetensors.numpy
 
 import nacre
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
 from tests.latent.made import basis, random_autoencoder, random_basis, random_hypernetwork
 from tests.specimens import mutated

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.channels import CHROMA
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.latent import Autoencoder, Hypernetwork, encode
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.picture_errors import PictureErrors
@@ -19,6 +18,7 @@ from nacre.measured import MerlBrdf
 from nacre.neural import NeuralBrdf
 from nacre.neural.inputs import PAPER
 from nacre.neural.prune import without_inactive_units
+from nacre.numerics.channels import CHROMA
 from nacre.sampling import GgxMixture
 from tests.latent.made import GRID, random_autoencoder, random_basis, random_hypernetwork
 from tests.reflectances import Brushed

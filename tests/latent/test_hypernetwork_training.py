@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.latent import Hypernetwork, encode, encode_network
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.neural.inputs import ENHANCED

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.latent import LobePredictor, NeuralBasis
 from nacre.latent.file import fingerprint, load_basis, load_code, save_basis, save_code
 from nacre.sampling import BlinnPhongMixture, GgxMixture

@@ -9,12 +9,12 @@ import pytest
 
 from nacre.analytic import Ggx
 from nacre.array import Array, Components
-from nacre.channels import ORDERS
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.latent import NeuralBasis, NeuralBasisBrdf, encode_neural
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.measured import MerlBrdf
 from nacre.neural.inputs import ENHANCED
+from nacre.numerics.channels import ORDERS
 from tests.latent.made import GRID, predictor, random_basis
 from tests.reflectances import Brushed
 

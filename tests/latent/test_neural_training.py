@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.latent import BasisRecipe, NeuralBasis, encode_neural
 from nacre.latent.directions import shared_directions
 from nacre.measured import MerlBrdf
@@ -17,8 +17,8 @@ from tests.latent.made import GRID, MATERIALS, NEW, stop_at
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
-from nacre import device
 from nacre.latent import descent, train_neural
+from nacre.runtime import device
 
 RECIPE = BasisRecipe(values=6, hidden=(24, 24), steps=300, directions=4096, batch=128)
 WI, WO = shared_directions(3000, 11)

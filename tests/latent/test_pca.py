@@ -11,7 +11,7 @@ import pytest
 
 from nacre.analytic import Ggx
 from nacre.brdf import Brdf
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.latent import Basis, optimised, train
 from nacre.latent.pca import EPSILON, node_cosines
 from nacre.measured import MerlBrdf

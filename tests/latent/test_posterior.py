@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nacre.direction_samples import DirectionSamples
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.latent import encode, encode_samples
 from nacre.latent.directions import shared_directions
 from nacre.latent.posterior import _expected
 from nacre.measured.scattered import ScatteredBrdf
+from nacre.numerics.direction_samples import DirectionSamples
 from tests.latent.made import random_basis
 
 CODE = np.array([0.9, -1.3, 0.4, 0.2, 1.1, -0.7])

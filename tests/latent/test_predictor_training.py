@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.brdf import Brdf, CosineSampler, Sampler
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.latent import LobePredictor, PredictorRecipe
 from nacre.sampling import fit_blinn_phong, fit_lobes

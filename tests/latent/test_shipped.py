@@ -10,8 +10,8 @@ import pytest
 import nacre
 from nacre.brdf import CosineSampler
 from nacre.cli import main
-from nacre.evaluate import compare
 from nacre.latent import encode, find_basis, shipped, shipped_basis, shipped_hypernetwork
+from nacre.metrics import compare
 from nacre.sampling import GgxMixture
 from tests.data import list_data, require_data
 

@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import chi2
 
 from nacre.brdf import Brdf
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import split
 
 _CODES = {"u1": 1, "i1": 2, "u2": 3, "i2": 4, "u4": 5, "u8": 7, "i8": 8, "f2": 9, "f4": 10}

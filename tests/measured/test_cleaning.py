@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nacre.evaluate import known_share
 from nacre.measured.cleaning import from_measurement
+from nacre.metrics import known_share
 from tests.measured.support import hemisphere
 from tests.scans import Gloss
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.measured import cornell
 from nacre.measured.spectra import to_rgb

@@ -12,7 +12,7 @@ import pytest
 
 import nacre
 from nacre.color import xyz_to_rgb
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join
 from nacre.measured import ScatteredBrdf, comma_separated
 from tests.data import require_data

@@ -15,17 +15,10 @@ import pytest
 
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic, join, split
 from nacre.geometry import rusinkiewicz_angles as angles
-from nacre.measured import (
-    FORMATS,
-    MerlBrdf,
-    comma_separated,
-    merl,
-    merl_array,
-    utia_image,
-)
+from nacre.measured import FORMATS, MerlBrdf, comma_separated, merl, merl_array, utia_image
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
 from tests.variants import require_mitsuba

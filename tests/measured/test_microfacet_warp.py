@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nacre.brdf import Brdf, CosineSampler, Sampler
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import join, split
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.measured.rgl_writer import Resolution

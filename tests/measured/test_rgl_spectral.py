@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 
 import nacre
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.measured import rgl
 from nacre.measured.spectra import to_rgb

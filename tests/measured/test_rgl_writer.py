@@ -12,11 +12,11 @@ import pytest
 import nacre
 from nacre.array import Components
 from nacre.brdf import Brdf
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.measured import MerlBrdf, RglBrdf, merl, rgl
 from nacre.measured.rgl_writer import Resolution
 from nacre.measured.tensor_file import read_tensors, write_tensors
-from nacre.microfacets import NormalGrid, polar_nodes
+from nacre.sampling.microfacets import NormalGrid, polar_nodes
 from tests.reflectances import Beckmann, Glossy
 from tests.variants import require_mitsuba
 
@@ -132,7 +132,7 @@ def test_a_highlight_without_a_diffuse_part_has_no_halo(rough: tuple[float, floa
     assert dark.mean() > 0.4
     assert leaked.mean() < 1e-4
     assert np.quantile(leaked, 0.99) < 2e-3
-    for light in nacre.evaluate.compare(metal, table, size=48, directions=64).lights:
+    for light in nacre.metrics.compare(metal, table, size=48, directions=64).lights:
         assert light.errors.psnr > 40.0
 
 
@@ -209,7 +209,7 @@ def test_samples_of_a_table_follow_its_density() -> None:
 @pytest.mark.parametrize("name", ["chrome.h5", "blue-acrylic.h5", "pink-fabric.h5"])
 def test_a_sphere_of_a_table_looks_like_its_source(name: str) -> None:
     network = nacre.load(require_data("pretrained", "merl", name))
-    comparison = nacre.evaluate.compare(network, rgl.tabulate(network), size=48, directions=64)
+    comparison = nacre.metrics.compare(network, rgl.tabulate(network), size=48, directions=64)
     for light in comparison.lights:
         assert light.errors.psnr > 45.0
 

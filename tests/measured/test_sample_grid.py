@@ -9,7 +9,7 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import split
 from nacre.measured import ScatteredBrdf, sample_grid
 from tests.measured.support import hemisphere, relative_error

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.measured import ScatteredBrdf
 from nacre.measured.interpolation import coordinates

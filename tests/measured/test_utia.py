@@ -16,7 +16,7 @@ import pytest
 import nacre
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.measured import UtiaBrdf, utia
 from nacre.measured.utia_table import SHAPE
 from tests.measured import support

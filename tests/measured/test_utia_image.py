@@ -14,7 +14,7 @@ import pytest
 
 import nacre
 from nacre.color import srgb_to_linear
-from nacre.files import FormatError, MissingExtraError
+from nacre.errors import FormatError, MissingExtraError
 from nacre.measured import UtiaBrdf, utia, utia_image
 from nacre.measured.utia_table import SHAPE
 from tests.measured import support

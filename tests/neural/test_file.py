@@ -12,7 +12,7 @@ import pytest
 import safetensors.numpy
 
 from nacre.brdf import CosineSampler
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, join
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.file import load, save

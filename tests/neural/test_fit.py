@@ -10,7 +10,7 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import half_vector
 from nacre.neural import Recipe, fit
 from nacre.neural.file import save

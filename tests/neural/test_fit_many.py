@@ -7,7 +7,7 @@ import pytest
 
 import nacre
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.neural import Recipe, fit, fit_many
 from tests.data import list_data, require_data
 from tests.reflectances import Brushed, Glossy

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.geometry import half_difference, isotropic, join, split, uniform_rusinkiewicz
 from nacre.neural import Layer, NeuralBrdf, Recipe, fit
 from nacre.neural.inputs import (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.measured import ScatteredBrdf
 from nacre.neural import Recipe, fit
 from nacre.neural.bound import bounded

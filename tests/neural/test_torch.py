@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import draw
 from nacre.neural.training import schedule

@@ -11,9 +11,9 @@ import sys
 import numpy as np
 import pytest
 
-from nacre.layer import Layer
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples
+from nacre.numerics.layer import Layer
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 

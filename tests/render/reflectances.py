@@ -11,9 +11,9 @@ import numpy as np
 from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.geometry import dot, half_vector
-from nacre.layer import Layer
 from nacre.neural.inputs import PAPER, input_count
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
+from nacre.numerics.layer import Layer
 from nacre.sampling import BlinnPhongMixture
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.render.animation import (
     FRAME_MILLISECONDS,
     MAX_PIXELS,

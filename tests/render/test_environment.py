@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.color import luminance
-from nacre.files import FormatError
+from nacre.errors import FormatError
 from nacre.render.environment import Environment, load_environment, pixel_directions, sphere_mean
 from nacre.render.quadrature import golden_lattice, quadrature
 from nacre.render.studio import studio

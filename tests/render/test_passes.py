@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.render import texture_bsdf
 from nacre.render.btf.scene import describe_texture_scene
 from nacre.render.passes import PASS, accumulate, needs_wavefronts, pass_sizes, wavefront_pass
 from nacre.render.preview import render_scene
-from tests.btf.basis.made import codec as basis_codec
+from tests.textures.codecs.basis.made import codec as basis_codec
 
 from .btf.made import latent, picture
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.render import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.preview import check_image_path, render_preview, write_bytes, write_image

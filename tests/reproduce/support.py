@@ -9,7 +9,7 @@ import numpy as np
 import nacre
 from nacre.analytic import MODELS
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.neural import Layer, NeuralBrdf
 from nacre.reproduce import Method, Settings
 from tests.analytic.materials import EXAMPLES

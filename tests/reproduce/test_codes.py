@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import nacre
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.reproduce import EXPERIMENTS, methods, run
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.codes import CODES, CodeSettings, code_methods, split

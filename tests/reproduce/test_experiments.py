@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from nacre.analytic import MODELS
-from nacre.evaluate.plot import MAX_MATERIALS
+from nacre.figures.labels import place_labels
+from nacre.figures.plot import MAX_MATERIALS
 from nacre.reproduce import EXPERIMENTS, Settings, methods, run
 from nacre.reproduce.cache import Cache
-from nacre.reproduce.labels import place_labels
 from nacre.reproduce.lobes import lobe_errors
 from nacre.reproduce.summary import markdown, readable, summarise
 from nacre.reproduce.trial import FIGURES, Trial

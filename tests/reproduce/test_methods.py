@@ -7,7 +7,8 @@ from functools import partial
 import pytest
 
 import nacre
-from nacre.files import NacreError, digest
+from nacre.errors import NacreError
+from nacre.io.files import digest
 from nacre.latent import train
 from nacre.latent.file import save_basis
 from nacre.measured.merl import Resolution

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.latent import encode_neural
 from nacre.measured.rgl import tabulate
 from nacre.measured.rgl_writer import COMPACT

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.evaluate import compare
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
+from nacre.metrics import compare
 from nacre.reproduce import run
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.trial import FIGURES

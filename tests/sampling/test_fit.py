@@ -11,10 +11,10 @@ import pytest
 from nacre.analytic import AnisotropicGgx
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.geometry import join, split
+from nacre.numerics.newton import minimise
 from nacre.sampling import GgxMixture, fit_blinn_phong, fit_lobes
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import second_moment
-from nacre.sampling.newton import minimise
 from nacre.sampling.sequence import even_points
 
 from .mixtures import steady

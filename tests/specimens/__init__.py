@@ -4,9 +4,9 @@ The tests of bad input and the fuzz targets go through :data:`SPECIMENS`: a new 
 by an entry in a module here. Nothing is a real measurement.
 """
 
-from nacre.btf.formats import FORMATS as TEXTURES
-from nacre.files import Format
 from nacre.formats import formats
+from nacre.io.format import Format
+from nacre.textures.formats import FORMATS as TEXTURES
 from tests.specimens import (
     analytic,
     encoded,

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from nacre.btf.basis.file import pack_basis
-from tests.btf.basis.made import codec
+from nacre.textures.codecs.basis.file import pack_basis
 from tests.specimens.networks import safetensors_bytes
 from tests.specimens.specimen import Array, Specimen, odd_array, odd_json, odd_shape, packed
+from tests.textures.codecs.basis.made import codec
 
 _KEY = "nacre latent map"
 _NUMBERS = "functions.greys", "prior.noise"

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from random import Random
 from typing import Any
 
-from nacre.btf.ubo2014 import ColorModel
-from tests.btf.ubo2014_file import FIELDS, btf_bytes, factors
+from nacre.measured.textures.ubo2014 import ColorModel
 from tests.specimens.specimen import NUMBERS, VALUES, Specimen, odd_array
+from tests.textures.ubo2014_file import FIELDS, btf_bytes, factors
 
 _COUNTS = (
     "size",

@@ -5,7 +5,7 @@ from nacre.analytic.catalogue import MODELS
 from nacre.analytic.fitting import fit
 from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.analytic.model import AnalyticBrdf, Parameter
-from nacre.files import Format
+from nacre.io.format import Format
 
 FORMATS: tuple[Format, ...] = (file.FORMAT, tables.FORMAT)
 """Every format of analytic reflectance."""

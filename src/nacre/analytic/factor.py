@@ -12,9 +12,9 @@ import numpy.typing as npt
 from nacre.analytic.model import AnalyticBrdf
 from nacre.array import Array, Components, Table, namespace
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
 from nacre.geometry import dot, half_vector, to_spherical
-from nacre.progress import Progress
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.progress import Progress
 
 NODES = 90
 """Nodes of every table, as both papers have it."""

@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from nacre.analytic.factor import NODES, Cell, locate
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
 from nacre.geometry import join, split, uniform_rusinkiewicz
+from nacre.numerics.direction_samples import DirectionSamples
 
 Vector = npt.NDArray[np.float64]
 

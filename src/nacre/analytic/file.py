@@ -9,7 +9,9 @@ from typing import Any
 
 from nacre.analytic.catalogue import MODELS
 from nacre.analytic.model import AnalyticBrdf
-from nacre.files import Format, FormatError, check_json, read_bytes, reason, write_encoded
+from nacre.errors import FormatError, reason
+from nacre.io.files import check_json, read_bytes, write_encoded
+from nacre.io.format import Format
 
 VERSION = 1
 _LIMIT = 1 << 20

@@ -12,12 +12,12 @@ import numpy.typing as npt
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import join, split, turn
-from nacre.least_absolute import minimise
-from nacre.parallel import one_blas_thread, thread_map
-from nacre.progress import Progress, silent
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.numerics.least_absolute import minimise
+from nacre.runtime.parallel import one_blas_thread, thread_map
+from nacre.runtime.progress import Progress, silent
 from nacre.sampling import draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)

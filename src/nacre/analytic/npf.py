@@ -15,9 +15,9 @@ from nacre.analytic.factorisation import Channel, Factors, draw
 from nacre.analytic.model import DIFFUSE, Parameter, TableParameter, Values, lambertian
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
-from nacre.parallel import thread_map
-from nacre.progress import Progress
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.parallel import thread_map
+from nacre.runtime.progress import Progress
 
 SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), colour=True)
 """Scale of the product; far from 1 where F or G are largest at angles that hardly occur."""

@@ -22,10 +22,10 @@ from nacre.analytic.factor import (
 from nacre.analytic.model import TableParameter, Values
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
 from nacre.geometry import from_rusinkiewicz_angles, join
-from nacre.microfacets import GRAZING, NormalGrid, polar_nodes
-from nacre.progress import Progress
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.progress import Progress
+from nacre.sampling.microfacets import GRAZING, NormalGrid, polar_nodes
 
 _AZIMUTHS = 32
 """Nodes of the half vector's azimuth, over which D is averaged."""

@@ -16,7 +16,9 @@ from typing import Any
 
 from nacre.analytic.catalogue import MODELS
 from nacre.analytic.model import AnalyticBrdf
-from nacre.files import Format, FormatError, read_bytes
+from nacre.errors import FormatError
+from nacre.io.files import read_bytes
+from nacre.io.format import Format
 
 _LIMIT = 1 << 22
 _LONGEST = 1 << 14

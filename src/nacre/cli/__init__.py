@@ -46,8 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     0 done, 1 done but for some materials of a folder, 2 wrong input or usage, 130 interrupted by
     Ctrl-C, 143 by SIGTERM.
     """
-    from nacre.files import NacreError
-    from nacre.interrupts import Terminated, terminable
+    from nacre.errors import NacreError
+    from nacre.runtime.interrupts import Terminated, terminable
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _stop(message: str, code: int = 2) -> NoReturn:
-    from nacre.files import printable
+    from nacre.errors import printable
 
     click.echo(f"nacre: {printable(message)}", err=True)
     sys.exit(code)

@@ -40,8 +40,9 @@ def command(
     as_json: bool,
 ) -> None:
     """Compare a material with the TRUTH: error figures, and a picture of both with FLIP maps."""
-    from nacre.evaluate import compare, picture
+    from nacre.figures import picture
     from nacre.formats import load
+    from nacre.metrics import compare
     from nacre.render.environment import load_environment
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 

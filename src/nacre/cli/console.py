@@ -21,7 +21,8 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
-from nacre.files import FormatError, check_writable, printable
+from nacre.errors import FormatError, printable
+from nacre.io.files import check_writable
 
 console = Console(highlight=False, soft_wrap=True)
 """Results go to standard output."""

@@ -21,7 +21,7 @@ from nacre.cli.console import (
     print_facts,
     print_table,
 )
-from nacre.files import FormatError
+from nacre.errors import FormatError
 
 _MATERIAL = {
     "type": "principled",
@@ -52,8 +52,9 @@ def command(file: Path | None, output: Path, preset: str, spp: int) -> None:
     The material is FILE, or the file that NACRE_DATA names (in a folder: the first RGL table), or
     a virtual measurement of a Mitsuba material, tabulated as a MERL file.
     """
-    from nacre.evaluate import compare, picture
+    from nacre.figures import picture
     from nacre.formats import load, save
+    from nacre.metrics import compare
     from nacre.neural import Recipe, fit
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 

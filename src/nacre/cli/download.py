@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from nacre.cli.console import StageCallback, Stages, console, file_path, print_facts, status
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 
 @click.command("download")

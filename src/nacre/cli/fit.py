@@ -24,7 +24,7 @@ from nacre.cli.ranges import SEED, FiniteRange
 
 if TYPE_CHECKING:
     from nacre.analytic import AnalyticBrdf
-    from nacre.library.submission import Data
+    from nacre.workflows.submission import Data
 
 
 def _widths(context: click.Context, parameter: click.Parameter, value: str) -> tuple[int, ...]:
@@ -201,7 +201,7 @@ def command(
     from nacre import analytic
     from nacre.formats import check_target, load, save, target
     from nacre.neural import Recipe, fit
-    from nacre.parallel import core_count, one_blas_thread
+    from nacre.runtime.parallel import core_count, one_blas_thread
 
     settings = _analytic_settings(context, gain) if model else {}
     if size is not None and context.get_parameter_source("hidden") != ParameterSource.DEFAULT:
@@ -220,7 +220,7 @@ def command(
     )
     if any(path.is_dir() for path in files):
         from nacre.cli.library import executor, fit_folders
-        from nacre.library import AnalyticFitting, NetworkFitting
+        from nacre.workflows import AnalyticFitting, NetworkFitting
 
         fitting = AnalyticFitting(model, settings) if model else NetworkFitting(recipe, device)
         fit_folders(files, output, fitting, executor(scheduler, data, jobs, device))

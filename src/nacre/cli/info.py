@@ -16,7 +16,7 @@ from nacre.cli.console import (
     print_json,
     raise_all,
 )
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 _UNITS = {
     "value range": "1/sr",
@@ -48,7 +48,7 @@ def command(files: tuple[Path, ...], physics: bool, plot: Path | None, as_json: 
 
     if plot is not None:
         from nacre.cli.plot import check_count
-        from nacre.evaluate.plot import check_plot_path
+        from nacre.figures.plot import check_plot_path
 
         check_plot_path(plot)
         check_outputs([plot], files)
@@ -80,7 +80,7 @@ def _facts(path: Path, brdf: Brdf, physics: bool) -> tuple[dict[str, Any], dict[
     facts = dict(brdf.describe())
     units = dict(_UNITS)
     if physics:
-        from nacre.evaluate.facts import UNITS, physical_facts
+        from nacre.metrics.facts import UNITS, physical_facts
 
         facts |= physical_facts(brdf)
         units |= UNITS
@@ -93,6 +93,6 @@ def _facts(path: Path, brdf: Brdf, physics: bool) -> tuple[dict[str, Any], dict[
 def _draw(materials: list[tuple[Path, Brdf]], path: Path) -> None:
     """The lobe plot of some materials."""
     from nacre.cli.plot import name_apart
-    from nacre.evaluate.plot import lobe_figure, write_plot
+    from nacre.figures.plot import lobe_figure, write_plot
 
     write_plot(lobe_figure(name_apart(materials)), path)

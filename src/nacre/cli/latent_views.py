@@ -9,7 +9,7 @@ import numpy as np
 
 from nacre.cli.console import Stages, check_outputs, console, file_path, print_table
 from nacre.cli.ranges import SEED
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 basis_option = click.option(
     "--basis",
@@ -48,10 +48,10 @@ def interpolate(
     Of pca and neural the logarithm of f_r is linear in a code: what lies between reflects no more
     than the same mixture of the ends would, in any direction.
     """
-    from nacre.evaluate import albedo
-    from nacre.evaluate.code_views import between, coded, displayed
+    from nacre.figures.code_views import between, coded, displayed
     from nacre.latent import find_basis
     from nacre.latent.file import save_code
+    from nacre.metrics import albedo
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
     check_image_path(output, DISPLAY_IMAGES)
@@ -91,8 +91,8 @@ def chart(
     files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
 ) -> None:
     """Lay out the materials or codes in FILES by t-SNE, neighbours side by side."""
-    from nacre.evaluate.code_views import coded, draw_map
-    from nacre.evaluate.plot import check_plot_path, write_plot
+    from nacre.figures.code_views import coded, draw_map
+    from nacre.figures.plot import check_plot_path, write_plot
     from nacre.latent import find_basis
     from nacre.latent.map import nearest
 

@@ -15,12 +15,12 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
 from nacre.cli.console import StageCallback, console, stage_columns, status
-from nacre.files import printable
+from nacre.errors import printable
 from nacre.formats import formats
-from nacre.library import Cluster, Executor, Fitting, Stacks, Threads, Watcher, fit_library
-from nacre.library.cluster import LOCAL
-from nacre.library.submission import Data
-from nacre.progress import Progress as Report
+from nacre.runtime.progress import Progress as Report
+from nacre.workflows import Cluster, Executor, Fitting, Stacks, Threads, Watcher, fit_library
+from nacre.workflows.cluster import LOCAL
+from nacre.workflows.submission import Data
 
 
 def executor(scheduler: str | None, data: Data, jobs: int | None, device: str | None) -> Executor:
@@ -53,7 +53,7 @@ def fit_folders(
     BadParameter
         If the output is named like a file.
     NacreError
-        As :func:`nacre.library.fit_library` has it.
+        As :func:`nacre.workflows.fit_library` has it.
     """
     endings = {ending for entry in formats() for ending in entry.extensions}
     if output and output.suffix.lower() in endings and not output.is_dir():
@@ -114,17 +114,17 @@ class LibraryDisplay(Watcher):
             self._live.__exit__(*error)
 
     def dashboard(self, link: str) -> None:
-        """See :class:`nacre.library.Watcher`."""
+        """See :class:`nacre.workflows.Watcher`."""
         status.print(f"dashboard: {link}", markup=False)
 
     def begin(self, materials: int) -> None:
-        """See :class:`nacre.library.Watcher`."""
+        """See :class:`nacre.workflows.Watcher`."""
         self._total = materials
         self._whole.reset(self._task, total=materials)
         self._update()
 
     def start(self, name: str) -> Report:
-        """See :class:`nacre.library.Watcher`."""
+        """See :class:`nacre.workflows.Watcher`."""
         task = self._materials.add_task("waiting", total=1, name=name, note="")
         line = StageCallback(self._materials, task)
         with self._lock:
@@ -133,7 +133,7 @@ class LibraryDisplay(Watcher):
         return line
 
     def end(self, name: str, error: str | None) -> None:
-        """See :class:`nacre.library.Watcher`."""
+        """See :class:`nacre.workflows.Watcher`."""
         with self._lock:
             if line := self._lines.pop(name, None):
                 self._materials.remove_task(line.task)

@@ -18,7 +18,7 @@ from nacre.cli.console import (
     status,
 )
 from nacre.cli.ranges import SEED
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 if TYPE_CHECKING:
     from nacre.render.virtual import MitsubaBrdf

@@ -11,8 +11,8 @@ import click
 from nacre.brdf import Brdf
 from nacre.cli.console import check_outputs, console, file_path
 from nacre.cli.ranges import FiniteRange
-from nacre.evaluate.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
-from nacre.files import NacreError, printable
+from nacre.errors import NacreError, printable
+from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
 
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
@@ -71,7 +71,7 @@ def command(
     The first of several materials is a wide grey line beneath the others. Lines have gaps where
     nothing was measured.
     """
-    from nacre.evaluate.plot import check_plot_path, lobe_figure, write_plot
+    from nacre.figures.plot import check_plot_path, lobe_figure, write_plot
     from nacre.formats import load
 
     check_plot_path(output)

@@ -15,7 +15,7 @@ from nacre.cli.ranges import SEED
 from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
 from nacre.cli.reproduce_btf import command as texture_command
 from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 if TYPE_CHECKING:
     from nacre.latent import NeuralBasis
@@ -123,7 +123,7 @@ def command(
 
     Those of the paper on textures have options of their own: nacre reproduce btf-table1 --help.
     """
-    from nacre.files import require
+    from nacre.errors import require
     from nacre.render.environment import load_environment
     from nacre.reproduce import EXPERIMENTS, Settings, methods, run
     from nacre.reproduce.cache import Cache
@@ -217,7 +217,7 @@ def _of_codes(
     seed: int,
 ) -> None:
     """Figures 11 and 12, which show codes and compare nothing."""
-    from nacre.evaluate.plot import write_plot
+    from nacre.figures.plot import write_plot
     from nacre.reproduce.code_figures import MAP_DIFFERS, ROWS_DIFFER, map_page, row_page
 
     basis, path = _basis(basis_path), output / f"{experiment}.png"

@@ -82,7 +82,7 @@ def command(
     found or trained on those that are not kept unseen. What is made is kept: a run that was stopped
     goes on, and other experiments on the same textures find what they need.
     """
-    from nacre.files import require
+    from nacre.errors import require
     from nacre.reproduce.btf.experiments import EXPERIMENTS as KNOWN
     from nacre.reproduce.btf.materials import collect, separate
     from nacre.reproduce.btf.methods import TrainingSettings, find

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from nacre.cli.console import console, file_path, status
-from nacre.files import printable
+from nacre.errors import printable
 
 _Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
 

@@ -16,7 +16,7 @@ from functools import cache
 from importlib import resources
 from urllib.parse import urlsplit
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 
 @dataclass(frozen=True)

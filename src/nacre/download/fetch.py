@@ -13,8 +13,9 @@ import pooch
 
 from nacre.download.databases import Database
 from nacre.download.transfer import Progress, Transfer, TransferError, without_credentials
-from nacre.files import NacreError, PathLike, atomic_path
-from nacre.lock import exclusive
+from nacre.errors import NacreError
+from nacre.io.files import PathLike, atomic_path
+from nacre.runtime.lock import exclusive
 
 
 @dataclass(frozen=True)

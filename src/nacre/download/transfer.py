@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import requests
 import urllib3
 
-from nacre.files import NacreError, reason
+from nacre.errors import NacreError, reason
 
 Progress = Callable[[int, int | None], None]
 """Takes the bytes that are there and the bytes there will be, None if that is not known."""

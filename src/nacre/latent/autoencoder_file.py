@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from nacre.io.tensors import Tensors
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.neural_file import check_tensors, named_layers, named_tensors
-from nacre.tensors import Tensors
 
 
 def pack(basis: Autoencoder) -> tuple[dict[str, Any], Tensors]:

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_inputs, sampled
@@ -27,11 +27,11 @@ from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weight_networks import reflectance
 from nacre.latent.weights import COUNT, SHAPES
-from nacre.layer import Layer
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.training import schedule
-from nacre.progress import Progress, silent
+from nacre.numerics.layer import Layer
+from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any

@@ -10,10 +10,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.checkpoint import load_state, save_state
-from nacre.device import one_thread
-from nacre.files import NacreError, require
-from nacre.progress import Progress
+from nacre.errors import NacreError, require
+from nacre.runtime.checkpoint import load_state, save_state
+from nacre.runtime.device import one_thread
+from nacre.runtime.progress import Progress
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any

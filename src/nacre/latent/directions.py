@@ -8,10 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import FormatError, NacreError
-from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
+from nacre.errors import FormatError, NacreError
+from nacre.geometry import (
+    cosine_hemisphere,
+    join,
+    split,
+    uniform_hemisphere,
+    uniform_rusinkiewicz,
+)
 from nacre.neural.inputs import network_inputs
-from nacre.progress import Progress
+from nacre.runtime.progress import Progress
 from nacre.sampling import BlinnPhongMixture
 
 Floats = npt.NDArray[np.float32]

@@ -14,14 +14,14 @@ import numpy.typing as npt
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.refine import GAIN
 from nacre.latent.weights import flat_weights, network_layers
-from nacre.layer import Layer
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import Samples
 from nacre.neural.training import initial_layers, train
-from nacre.parallel import thread_map
-from nacre.progress import Progress
+from nacre.numerics.layer import Layer
+from nacre.runtime.parallel import thread_map
+from nacre.runtime.progress import Progress
 
 DIRECTIONS = 1 << 15
 """Pairs of directions at which materials are seen."""

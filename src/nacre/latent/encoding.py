@@ -15,8 +15,8 @@ from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.posterior import encode_samples
 from nacre.latent.refine import optimised
 from nacre.latent.weight_encoding import refine
-from nacre.least_absolute import minimise
-from nacre.parallel import one_blas_thread
+from nacre.numerics.least_absolute import minimise
+from nacre.runtime.parallel import one_blas_thread
 
 _STEPS = 15
 _PRIOR = 0.05

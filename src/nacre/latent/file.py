@@ -8,22 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from nacre.files import (
-    FormatError,
-    PathLike,
-    atomic_path,
-    first_bytes,
-    read_bytes,
-    reason,
-    write_encoded,
-)
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes, write_encoded
+from nacre.io.tensors import from_file, to_bytes
 from nacre.latent import autoencoder_file, hypernetwork_file, neural_file, pca_file
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
 from nacre.latent.pca import Basis, PcaBrdf
 from nacre.latent.weights import CodedNetwork, WeightBasis
-from nacre.tensors import from_file, to_bytes
 
 VERSION = 1
 AnyBasis: TypeAlias = Basis | NeuralBasis | Hypernetwork | Autoencoder

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.channels import CHROMA
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis, bent, dense
-from nacre.layer import Layer
 from nacre.neural.nbrdf import OUTPUTS
+from nacre.numerics.channels import CHROMA
+from nacre.numerics.layer import Layer
 
 COLUMN = SIZES[-2] + 1
 """Weights and bias of one output."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from nacre.io.tensors import Tensors
 from nacre.latent import neural_file
 from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_file import named_layers, named_tensors
-from nacre.tensors import Tensors
 
 
 def pack(basis: Hypernetwork) -> tuple[dict[str, Any], Tensors]:

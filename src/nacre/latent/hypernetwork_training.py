@@ -14,8 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.channels import CHROMA
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
@@ -24,11 +23,12 @@ from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.refine import GAIN
 from nacre.latent.weight_networks import reflectance
 from nacre.latent.weights import flat_weights
-from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.training import initial_layers, schedule
-from nacre.progress import Progress, silent
+from nacre.numerics.channels import CHROMA
+from nacre.numerics.layer import Layer
+from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 
 FEWEST = 5
 """Materials, or texels, that a map takes at least."""

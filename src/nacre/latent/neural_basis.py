@@ -24,13 +24,13 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.channels import CHROMA, TURNS
 from nacre.latent.codes import checked_code, code_facts
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
-from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, check_weights
+from nacre.numerics.channels import CHROMA, TURNS
+from nacre.numerics.layer import Layer
 from nacre.sampling import fit_lobes
 from nacre.sampling.families import BEST_FAMILY
 
@@ -138,7 +138,7 @@ class NeuralBasis:
         codes
             Shape (n, k).
         orders
-            Which of the six :data:`nacre.channels.ORDERS`, shape (n,) or for all codes alike.
+            Which of the six :data:`nacre.numerics.channels.ORDERS`, shape (n,) or for all codes alike.
         """
         pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ TURNS[orders]
         return np.concatenate([codes[:, : self.greys], pairs.reshape(len(codes), -1)], axis=1)

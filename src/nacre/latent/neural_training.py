@@ -13,17 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.channels import CHROMA
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import BasisRecipe
 from nacre.latent.refine import GAIN
-from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
-from nacre.progress import Progress, silent
+from nacre.numerics.channels import CHROMA
+from nacre.numerics.layer import Layer
+from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any

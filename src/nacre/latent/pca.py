@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.latent.codes import LARGEST, checked_code, code_facts
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf

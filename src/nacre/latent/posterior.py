@@ -7,10 +7,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from nacre.channels import ORDERS
-from nacre.direction_samples import DirectionSamples
 from nacre.latent.neural_basis import NeuralBasis, grown
-from nacre.parallel import one_blas_thread
+from nacre.numerics.channels import ORDERS
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.parallel import one_blas_thread
 
 MOST = 2048
 """Samples that count: of more, a code has nothing to learn."""

@@ -15,18 +15,18 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.device import one_thread
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import PredictorRecipe
 from nacre.latent.training_codes import Codes, draw_codes
-from nacre.layer import Layer
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
-from nacre.parallel import one_blas_thread
-from nacre.progress import Progress, silent
+from nacre.numerics.layer import Layer
+from nacre.runtime.device import one_thread
+from nacre.runtime.parallel import one_blas_thread
+from nacre.runtime.progress import Progress, silent
 from nacre.sampling.families import FAMILIES, LobeFamily
 from nacre.sampling.moment import Pairs, propose, view_pairs
 

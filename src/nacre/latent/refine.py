@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.latent.pca import EPSILON, Basis, node_cosines
-from nacre.least_absolute import minimise
+from nacre.numerics.least_absolute import minimise
 
 GAIN = 30.0
 """k of the loss."""

@@ -17,7 +17,7 @@ SHIPPED = "neural", "hypernetwork"
 def shipped_hypernetwork() -> Hypernetwork:
     """Codes of 32 values for networks of 675 weights, trained on the published NBRDF networks.
 
-    By `python -m experiments.shipped_codes`, which says on which of them.
+    By `python -m studies.ablations.shipped_codes`, which says on which of them.
     """
     basis = load_basis(Path(__file__).with_name("published.safetensors"))
     assert isinstance(basis, Hypernetwork)

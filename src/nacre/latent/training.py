@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.latent.pca import Basis, encoded, node_weights, on_grid, reflectance
 from nacre.measured.merl import Resolution
-from nacre.progress import Progress, silent
+from nacre.runtime.progress import Progress, silent
 
 RESOLUTION = Resolution(90, 45, 45)
 """Of the grid: a fifth of the memory of the database's own."""

@@ -7,8 +7,8 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.channels import ORDERS
 from nacre.latent.neural_basis import NeuralBasis
+from nacre.numerics.channels import ORDERS
 
 Codes: TypeAlias = npt.NDArray[np.floating]
 

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weights import FARTHEST, SHAPES, Matrix, WeightBasis, shortened
-from nacre.least_absolute import minimise
 from nacre.neural.inputs import PAPER
+from nacre.numerics.least_absolute import minimise
 
 _STEPS = 8
 _DIFFERENCE = 1e-4

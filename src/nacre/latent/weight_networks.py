@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
-from nacre.files import require
+from nacre.errors import require
 from nacre.latent.weights import SHAPES
 
 torch: Any = require("torch", "latent")

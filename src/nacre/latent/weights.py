@@ -16,13 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.latent.codes import checked_code, code_facts
-from nacre.layer import Layer
-from nacre.neural.nbrdf import (
-    HIDDEN,
-    OUTPUTS,
-    NeuralBrdf,
-    check_weights,
-)
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
+from nacre.numerics.layer import Layer
 from nacre.sampling.fitted import LobeSampledBrdf
 
 SIZES = (6, *HIDDEN, OUTPUTS)

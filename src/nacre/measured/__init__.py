@@ -1,6 +1,6 @@
 """Measured reflectance: one module a file format."""
 
-from nacre.files import Format
+from nacre.io.format import Format
 from nacre.measured import comma_separated, cornell, merl, merl_array, rgl, utia, utia_image
 from nacre.measured.merl_table import MerlBrdf
 from nacre.measured.rgl import RglBrdf

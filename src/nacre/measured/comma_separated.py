@@ -18,19 +18,16 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import xyz_to_rgb
-from nacre.files import Format, FormatError, PathLike, atomic_path, first_bytes
+from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join, split, to_spherical
+from nacre.io.files import PathLike, atomic_path, first_bytes
+from nacre.io.format import Format
+from nacre.io.text_file import read_lines
 from nacre.measured.cleaning import from_measurement
-from nacre.measured.sample_columns import (
-    ANGLES,
-    Columns,
-    read_header,
-    read_table,
-)
+from nacre.measured.sample_columns import ANGLES, Columns, read_header, read_table
 from nacre.measured.sample_grid import tabulate
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
-from nacre.text_file import read_lines
 
 _SIZE_LIMIT = 1 << 28
 _COUNTS = ("samples", "num_points")

@@ -19,8 +19,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import Format, FormatError, PathLike, read_bytes, reason
+from nacre.errors import FormatError, reason
 from nacre.geometry import from_spherical, join
+from nacre.io.files import PathLike, read_bytes
+from nacre.io.format import Format
 from nacre.measured.cleaning import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb

@@ -22,8 +22,10 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes
+from nacre.errors import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, join
+from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.format import Format
 from nacre.measured.merl_table import SCALES, Interpolation, MerlBrdf
 from nacre.measured.raw import LARGEST, read_values
 

@@ -17,19 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.files import (
-    Format,
-    FormatError,
-    PathLike,
-    atomic_path,
-    first_bytes,
-    read_bytes,
-    reason,
-)
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes
+from nacre.io.format import Format
+from nacre.io.npy import MAGIC, parse_npy, unpack_member
 from nacre.measured.merl import Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.raw import LARGEST, check_finite
-from nacre.npy import MAGIC, parse_npy, unpack_member
 
 _KEY = "f_r"
 _LIMIT = 1 << 30

@@ -16,7 +16,7 @@ from nacre.brdf import Brdf
 from nacre.measured.adaptive import AdaptiveWarp
 from nacre.measured.rgl_tables import RglTables
 from nacre.measured.rgl_writer import Resolution, view_nodes
-from nacre.microfacets import NormalGrid
+from nacre.sampling.microfacets import NormalGrid
 
 _UNIFORM = 0.01
 """Share of normals that are of all directions alike: what is reflected anywhere is sampled."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import FormatError
+from nacre.errors import FormatError
 
 LARGEST = float(np.finfo(np.float32).max)
 """Largest value of a table: they are kept as float32."""

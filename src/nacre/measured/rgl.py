@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
 from nacre.brdf import Brdf
-from nacre.files import Format, PathLike
 from nacre.geometry import split
+from nacre.io.files import PathLike
+from nacre.io.format import Format
 from nacre.measured.adaptive import AdaptiveWarp, Point, View, unit_azimuth, unit_elevation
 from nacre.measured.axis import zero_index
 from nacre.measured.rgl_tables import RglTables, read_tables

@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import FormatError, PathLike
+from nacre.errors import FormatError
+from nacre.io.files import PathLike
 from nacre.measured.raw import LARGEST
 from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import Tensors, read_tensors

@@ -2,7 +2,7 @@
 
 What :mod:`nacre.measured.adaptive` reads (Dupuy and Jakob 2018, "An Adaptive Parameterization for
 Efficient Material Acquisition and Rendering"), computed from the material itself: the density of
-microfacet normals by power iteration (:mod:`nacre.microfacets`), from it the densities of
+microfacet normals by power iteration (:mod:`nacre.sampling.microfacets`), from it the densities of
 visible normals that warp the square, and on the warped square the colour relative to what the
 microfacets alone would give.
 """
@@ -19,14 +19,15 @@ import numpy.typing as npt
 from nacre.array import Components, Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance
-from nacre.files import FormatError, PathLike
+from nacre.errors import FormatError
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
+from nacre.io.files import PathLike
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
 from nacre.measured.rgl_tables import RglTables
 from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
-from nacre.microfacets import GRAZING, NormalGrid
+from nacre.sampling.microfacets import GRAZING, NormalGrid
 
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""

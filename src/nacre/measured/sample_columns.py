@@ -16,8 +16,9 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import FormatError, PathLike
-from nacre.text_file import parse_number
+from nacre.errors import FormatError
+from nacre.io.files import PathLike
+from nacre.io.text_file import parse_number
 
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats
-from nacre.direction_samples import DirectionSamples, Scattered
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.measured.interpolation import NEIGHBOURS, SampleTree, interpolate, logarithms
+from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf
 
 

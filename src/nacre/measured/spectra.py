@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import require
+from nacre.errors import require
 
 _Array = npt.NDArray[np.float64]
 

@@ -14,8 +14,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.binary import BinaryReader
-from nacre.files import FormatError, PathLike, atomic_path, read_bytes
+from nacre.errors import FormatError
+from nacre.io.binary import BinaryReader
+from nacre.io.files import PathLike, atomic_path, read_bytes
 
 MAGIC = b"tensor_file\0"
 """First bytes of every tensor file."""

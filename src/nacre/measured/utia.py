@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from nacre.brdf import Brdf
-from nacre.files import Format, PathLike, atomic_path, read_bytes
 from nacre.geometry import from_spherical, join
+from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.format import Format
 from nacre.measured.raw import read_values
 from nacre.measured.utia_table import SHAPE, UtiaBrdf
 

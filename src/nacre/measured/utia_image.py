@@ -17,15 +17,10 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import srgb_to_linear
-from nacre.files import (
-    Format,
-    FormatError,
-    PathLike,
-    atomic_path,
-    first_bytes,
-    read_bytes,
-)
-from nacre.image_file import (
+from nacre.errors import FormatError
+from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes
+from nacre.io.format import Format
+from nacre.io.image_file import (
     EXR_MAGIC,
     HEADER_LIMIT,
     PNG_MAGIC,

@@ -1,8 +1,8 @@
 """Neural reflectance: the NBRDF, its files, and its fit."""
 
-from nacre.layer import Layer
 from nacre.neural.fitting import fit, fit_many
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.recipe import Recipe
+from nacre.numerics.layer import Layer
 
 __all__ = ["Layer", "NeuralBrdf", "Recipe", "fit", "fit_many"]

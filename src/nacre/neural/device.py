@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from nacre.device import open_device
-from nacre.files import require
+from nacre.errors import require
 from nacre.neural.samples import BLOCK, Samples
+from nacre.runtime.device import open_device
 
 torch: Any = require("torch", "latent")
 

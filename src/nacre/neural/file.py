@@ -7,19 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from nacre.files import (
-    Format,
-    FormatError,
-    PathLike,
-    check_json,
-    reason,
-    write_encoded,
-)
-from nacre.layer import Layer
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, check_json, write_encoded
+from nacre.io.format import Format
+from nacre.io.tensors import from_file, to_bytes
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
+from nacre.numerics.layer import Layer
 from nacre.sampling.header import describe_sampler, make_sampler
-from nacre.tensors import from_file, to_bytes
 
 VERSION = 1
 _LIMIT = 1 << 26

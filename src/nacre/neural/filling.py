@@ -14,9 +14,9 @@ from collections.abc import Callable
 import numpy as np
 
 from nacre.array import Floats
-from nacre.direction_samples import DirectionSamples, Scattered
 from nacre.geometry import from_spherical, join, uniform_rusinkiewicz
-from nacre.parallel import thread_map
+from nacre.numerics.direction_samples import DirectionSamples, Scattered
+from nacre.runtime.parallel import thread_map
 
 _SHARES = 0.2, 0.3, 0.2
 """Of directions near the scan's own, near a mirror direction, and over all polar angles; the rest

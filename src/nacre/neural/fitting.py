@@ -10,8 +10,8 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prepared import Prepared, prepare
 from nacre.neural.recipe import Recipe
 from nacre.neural.training import train
-from nacre.parallel import thread_map
-from nacre.progress import Progress, silent
+from nacre.runtime.parallel import thread_map
+from nacre.runtime.progress import Progress, silent
 
 
 def fit(
@@ -141,9 +141,9 @@ def _fit_stack(
     stack: Mapping[int, Prepared], device: str, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
     """Train materials of one shape together."""
-    from nacre.device import memory_errors
     from nacre.neural.device import SampleStack
     from nacre.neural.torch import TorchTrainer
+    from nacre.runtime.device import memory_errors
 
     materials = list(stack.values())
     recipe = materials[0].recipe

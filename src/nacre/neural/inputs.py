@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nacre.array import Array, Components, namespace
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import half_difference, isotropic, stereographic
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"

@@ -16,8 +16,6 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from nacre.compilation import compiled, inner, inner_fast
-from nacre.layer import Layer
 from nacre.neural.samples import BLOCK, Samples, aligned
 from nacre.neural.simd import (
     DENSE_ROWS,
@@ -33,6 +31,8 @@ from nacre.neural.simd import (
     prefetch_block,
     sum_lanes,
 )
+from nacre.numerics.layer import Layer
+from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3
 _TARGETS = _OUTPUTS + 1

@@ -13,7 +13,6 @@ import numpy as np
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.layer import Layer
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
@@ -21,6 +20,7 @@ from nacre.neural.inputs import (
     network_inputs,
     turns_half_vector,
 )
+from nacre.numerics.layer import Layer
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37

@@ -7,9 +7,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 
 from nacre.brdf import Brdf
-from nacre.direction_samples import Scattered
-from nacre.files import NacreError
-from nacre.layer import Layer
+from nacre.errors import NacreError
 from nacre.neural.bound import bounded
 from nacre.neural.inputs import input_count, turns_half_vector
 from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
@@ -22,8 +20,10 @@ from nacre.neural.scattered import (
     validation_errors,
 )
 from nacre.neural.training import initial_layers
-from nacre.parallel import one_blas_thread
-from nacre.progress import Progress
+from nacre.numerics.direction_samples import Scattered
+from nacre.numerics.layer import Layer
+from nacre.runtime.parallel import one_blas_thread
+from nacre.runtime.progress import Progress
 from nacre.sampling import fit_lobes
 
 SAMPLES = 800_000

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import Format, FormatError, PathLike, atomic_path, read_bytes, reason
-from nacre.layer import Layer
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.format import Format
+from nacre.io.npy import MAGIC, parse_npy
 from nacre.neural.hdf5_strings import count_strings
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import NeuralBrdf, check_weights
-from nacre.npy import MAGIC, parse_npy
+from nacre.numerics.layer import Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples
 from nacre.geometry import split, turn
 from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
-from nacre.parallel import thread_map
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
 
 BLOCK = 16

@@ -20,11 +20,11 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.brdf import Brdf
-from nacre.direction_samples import DirectionSamples, Scattered
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.neural.filling import filling
 from nacre.neural.inputs import PAPER
 from nacre.neural.samples import Samples, direction_inputs
+from nacre.numerics.direction_samples import DirectionSamples, Scattered
 
 SCATTERED_SAMPLES = 320_000
 """Training samples, filling included."""

@@ -15,12 +15,12 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.device import open_device
-from nacre.files import require
-from nacre.layer import Layer
+from nacre.errors import require
 from nacre.neural.device import SampleStack
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK
+from nacre.numerics.layer import Layer
+from nacre.runtime.device import open_device
 
 torch: Any = require("torch", "latent")
 adam: Any = require("torch.optim.adam", "latent").adam

@@ -10,11 +10,11 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.layer import Layer
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK
-from nacre.progress import Progress
+from nacre.numerics.layer import Layer
+from nacre.runtime.progress import Progress
 
 
 class Blocks(Protocol):

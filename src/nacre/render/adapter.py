@@ -9,7 +9,7 @@ import numpy as np
 from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
 from nacre.color import luminance
-from nacre.files import require
+from nacre.errors import require
 from nacre.render.upsample import upsample
 from nacre.sampling.sequence import even_points
 

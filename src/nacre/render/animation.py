@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
+from nacre.errors import FormatError, NacreError, require
+from nacre.io.files import PathLike, atomic_path
 from nacre.render.preview import check_image_path
 
 ANIMATIONS = (".gif", ".png", ".webp")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nacre.files import NacreError, require
-from nacre.image_file import bitmaps
+from nacre.errors import NacreError, require
+from nacre.io.image_file import bitmaps
 from nacre.render import llvm
 
 DEFAULT_VARIANT = "llvm_ad_rgb"

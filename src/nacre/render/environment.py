@@ -17,8 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import luminance
-from nacre.files import FormatError, NacreError, PathLike
-from nacre.image_file import bitmaps
+from nacre.errors import FormatError, NacreError
+from nacre.io.files import PathLike
+from nacre.io.image_file import bitmaps
 
 Floats = npt.NDArray[np.floating]
 

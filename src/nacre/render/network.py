@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.files import require
-from nacre.layer import Layer
+from nacre.errors import require
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.numerics.layer import Layer
 
 
 def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> list[tuple[Any, Any]]:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import NacreError, require
-from nacre.interrupts import uninterrupted
+from nacre.errors import NacreError, require
 from nacre.render.engine import mitsuba
+from nacre.runtime.interrupts import uninterrupted
 
 PASS = 16
 """Most samples per pixel that are rendered at a time: memory grows with them."""

@@ -14,8 +14,7 @@ import numpy as np
 
 from nacre.array import Components
 from nacre.brdf import Brdf, above_horizon
-from nacre.btf.uniform import TexelBrdf
-from nacre.files import FormatError, NacreError, require
+from nacre.errors import FormatError, NacreError, require
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
@@ -23,6 +22,7 @@ from nacre.render.btf.plugins import plugins as btf_plugins
 from nacre.render.btf.plugins import texture_bsdf
 from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import CooperativeNetwork
+from nacre.textures.uniform import TexelBrdf
 
 
 def register() -> None:

@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.files import FormatError, NacreError, PathLike, atomic_path, require
-from nacre.image_file import bitmaps
+from nacre.errors import FormatError, NacreError, require
+from nacre.io.files import PathLike, atomic_path
+from nacre.io.image_file import bitmaps
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.passes import (

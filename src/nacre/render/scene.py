@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight

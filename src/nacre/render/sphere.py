@@ -18,10 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.parallel import thread_map
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, DirectionalLight, EnvironmentLight, Light
 from nacre.render.studio import studio
+from nacre.runtime.parallel import thread_map
 
 SIZE = 128
 """Pixels along an edge of the picture."""

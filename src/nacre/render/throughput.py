@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.files import NacreError, require
-from nacre.progress import Progress
+from nacre.errors import NacreError, require
 from nacre.render.engine import mitsuba
+from nacre.runtime.progress import Progress
 
 _WARM_UP = 2
 """Renderings before the first round: they compile, and wake the threads."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.files import NacreError, reason, require
+from nacre.errors import NacreError, reason, require
 from nacre.geometry import join
 from nacre.measured.symmetry import unchanged_by_quarter_turn
 from nacre.render.engine import mitsuba

@@ -20,8 +20,9 @@ import numpy as np
 
 import nacre
 from nacre.brdf import Brdf
-from nacre.files import NacreError, atomic_path
+from nacre.errors import NacreError
 from nacre.formats import load, save
+from nacre.io.files import atomic_path
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
 

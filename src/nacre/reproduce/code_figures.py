@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from nacre.evaluate.code_views import between, coded, displayed, draw_map
-from nacre.files import NacreError
+from nacre.errors import NacreError
+from nacre.figures.code_views import between, coded, displayed, draw_map
+from nacre.figures.page import Page, broken
 from nacre.latent.file import AnyBasis
-from nacre.progress import Progress
-from nacre.reproduce.page import Page, broken
+from nacre.runtime.progress import Progress
 
 COUNT = 5
 """Materials in a row of Figure 12, both ends too."""

@@ -12,8 +12,9 @@ import numpy as np
 
 from nacre import latent
 from nacre.brdf import Brdf
-from nacre.files import NacreError, digest
+from nacre.errors import NacreError
 from nacre.formats import load
+from nacre.io.files import digest
 from nacre.latent import (
     Autoencoder,
     AutoencoderRecipe,
@@ -23,11 +24,11 @@ from nacre.latent import (
     encode,
 )
 from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
-from nacre.progress import Progress, named
 from nacre.render.sphere import lit_pixels
 from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
+from nacre.runtime.progress import Progress, named
 
 SHARE = 0.2
 """Of the materials that is held out."""

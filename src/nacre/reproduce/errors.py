@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from nacre.evaluate.plot import COLORS
-from nacre.evaluate.polar import FAINT, INK
-from nacre.files import require
+from nacre.errors import require
+from nacre.figures.plot import COLORS
+from nacre.figures.polar import FAINT, INK
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import summarise
 from nacre.reproduce.trial import LIGHTS

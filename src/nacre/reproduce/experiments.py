@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from nacre.evaluate.plot import write_plot
-from nacre.files import atomic_path
-from nacre.progress import Progress, silent
+from nacre.figures.plot import write_plot
+from nacre.io.files import atomic_path
 from nacre.reproduce.errors import error_strips
 from nacre.reproduce.footprint import footprint_plot
 from nacre.reproduce.lobes import FIGURES as LOBE_FIGURES
@@ -21,6 +20,7 @@ from nacre.reproduce.spheres import mean_maps, sphere_pages
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import markdown, write_csv
 from nacre.reproduce.trial import ANGLES, HIGHER_IS_BETTER, LIGHTS, MEASURES
+from nacre.runtime.progress import Progress, silent
 
 Pages = Mapping[str, Any]
 """Matplotlib figures by what is added to the experiment's name."""

@@ -6,10 +6,10 @@ import math
 from collections.abc import Container, Sequence
 from typing import Any
 
-from nacre.evaluate.polar import FAINT, INK
-from nacre.files import require
+from nacre.errors import require
+from nacre.figures.labels import place_labels
+from nacre.figures.polar import FAINT, INK
 from nacre.reproduce.errors import FAMILIES, FLOOR, prepare
-from nacre.reproduce.labels import place_labels
 from nacre.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import Summary, summarise

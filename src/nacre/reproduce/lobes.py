@@ -11,11 +11,11 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.color import luminance
-from nacre.evaluate.plot import lobe_figure
+from nacre.figures.plot import lobe_figure
 from nacre.geometry import from_spherical, join, split
-from nacre.progress import Progress
 from nacre.reproduce.methods import TRUTH
 from nacre.reproduce.study import Study
+from nacre.runtime.progress import Progress
 
 INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0, 80.0))
 """Polar angles of the light."""

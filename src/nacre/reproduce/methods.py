@@ -11,8 +11,9 @@ from typing import Any
 from nacre import analytic
 from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
 from nacre.brdf import Brdf
-from nacre.files import NacreError, digest
+from nacre.errors import NacreError
 from nacre.formats import load
+from nacre.io.files import digest
 from nacre.latent import Basis, PcaBrdf, optimised
 from nacre.latent.file import fingerprint, load_basis
 from nacre.measured.rgl import RglBrdf, tabulate

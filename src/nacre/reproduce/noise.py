@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf, Sampler
 from nacre.color import tone_map
-from nacre.progress import Progress
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
 from nacre.render.passes import accumulate, pass_sizes
+from nacre.runtime.progress import Progress
 
 Picture = npt.NDArray[np.float32]
 Describe = Callable[[Sequence[Any], tuple[int, int]], dict[str, Any]]

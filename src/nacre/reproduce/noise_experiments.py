@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from nacre.brdf import Brdf
-from nacre.evaluate.plot import write_plot
-from nacre.files import atomic_path
+from nacre.figures.plot import write_plot
 from nacre.formats import load
+from nacre.io.files import atomic_path
 from nacre.latent import NeuralBasis
 from nacre.latent.file import fingerprint
-from nacre.progress import Progress
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.noise import Describe, NoiseSettings
@@ -21,6 +20,7 @@ from nacre.reproduce.noise_pages import error_page, noise_table, picture_page, w
 from nacre.reproduce.noise_study import NoiseStudy, run_noise
 from nacre.reproduce.samplers import PREDICTED, sampler
 from nacre.reproduce.summary import table_row
+from nacre.runtime.progress import Progress
 
 DIFFERS = (
     "scenes of nacre's own; the materials named below in place of the test set of MERL; their f_r "

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from nacre.color import tone_map
-from nacre.evaluate.plot import COLORS
-from nacre.evaluate.polar import FAINT, INK
-from nacre.files import atomic_path, require
+from nacre.errors import require
+from nacre.figures.plot import COLORS
+from nacre.figures.polar import FAINT, INK
+from nacre.io.files import atomic_path
 from nacre.reproduce.noise import MEASURES
 from nacre.reproduce.noise_study import NoiseStudy
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
-from nacre.files import atomic_path
-from nacre.progress import Progress
+from nacre.io.files import atomic_path
 from nacre.reproduce.cache import DAMAGED, code_digest, facts_digest
 from nacre.reproduce.noise import (
     MEASURES,
@@ -24,6 +23,7 @@ from nacre.reproduce.noise import (
     reference,
     resampled,
 )
+from nacre.runtime.progress import Progress
 
 Samplers = Mapping[str, Callable[[Brdf], Sampler]]
 

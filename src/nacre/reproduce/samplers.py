@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from nacre.brdf import Brdf, CosineSampler, Sampler
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.latent import NeuralBasis, encode_neural
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.measured.rgl import RglBrdf, tabulate

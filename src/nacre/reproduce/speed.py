@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from nacre.progress import Progress, named
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
 from nacre.render.scene import describe_scene
 from nacre.render.throughput import race
 from nacre.reproduce.study import Study
+from nacre.runtime.progress import Progress, named
 
 FIGURES = ("seconds a million paths", "time relative to GGX")
 

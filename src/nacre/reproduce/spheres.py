@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.evaluate.drawing import magma
-from nacre.evaluate.polar import FAINT
+from nacre.figures.drawing import magma
+from nacre.figures.page import Page, broken
+from nacre.figures.polar import FAINT
 from nacre.reproduce.methods import TRUTH
-from nacre.reproduce.page import Page, broken
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import readable, summarise
 from nacre.reproduce.trial import Picture

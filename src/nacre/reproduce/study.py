@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nacre.brdf import Brdf
-from nacre.files import NacreError, digest, require
+from nacre.errors import NacreError, require
 from nacre.formats import load
-from nacre.parallel import core_count, one_blas_thread
-from nacre.progress import Progress, silent
+from nacre.io.files import digest
 from nacre.reproduce.cache import Cache, key
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import Picture, Reference, Settings, Trial, attempt
+from nacre.runtime.parallel import core_count, one_blas_thread
+from nacre.runtime.progress import Progress, silent
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nacre.files import write_rows
+from nacre.io.text_file import write_rows
 from nacre.reproduce.study import Study
 from nacre.reproduce.trial import HIGHER_IS_BETTER, Trial
 

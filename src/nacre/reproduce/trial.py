@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.color import tone_map
-from nacre.evaluate.metrics import angular_errors, image_errors, similarity_map
+from nacre.metrics.metrics import angular_errors, image_errors, similarity_map
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights

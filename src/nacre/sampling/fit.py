@@ -7,10 +7,10 @@ import math
 from nacre.array import Floats
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.geometry import half_vector, split
+from nacre.numerics.newton import minimise
 from nacre.sampling.mixture import GgxMixture
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import Moment, second_moment
-from nacre.sampling.newton import minimise
 
 _COSINES = (0.1, 0.45, 1.0)
 """Of the views at which lobes are fitted: a sphere shows hardly any lower ones."""

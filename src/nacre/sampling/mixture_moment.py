@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from nacre.array import Floats
+from nacre.numerics.newton import Terms
 from nacre.sampling.mixture import GgxMixture, Values
 from nacre.sampling.mixture_parameters import (
     LARGEST_SHIFT,
@@ -18,7 +19,6 @@ from nacre.sampling.mixture_parameters import (
     rounded_mixture,
 )
 from nacre.sampling.moment import Moment, view_pairs
-from nacre.sampling.newton import Terms
 from nacre.sampling.visible_normals import visible_density
 
 _STEP = 1e-5

@@ -8,10 +8,10 @@ import numpy as np
 
 from nacre.array import Array, Components
 from nacre.brdf import Brdf, CosineSampler
-from nacre.direction_samples import DirectionSamples
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
-from nacre.parallel import thread_map
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.runtime.parallel import thread_map
 from nacre.sampling.search import fit_blinn_phong
 
 Directions = Callable[[Array], tuple[Components, Components]]

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
-from nacre.btf import BONN, TableBtf
-from nacre.btf.codec import TexelCodec, TexelMap
-from nacre.btf.latent_map import LatentMap
+from nacre.btf import TableBtf
+from nacre.measured.textures import BONN
+from nacre.textures.codecs.codec import TexelCodec, TexelMap
+from nacre.textures.latent_map import LatentMap
 
 FLIP = np.array([1.0, -1.0, 1.0], np.float32)
 """From directions of a texture to those of a surface whose v runs along its second axis."""

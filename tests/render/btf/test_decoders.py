@@ -9,12 +9,12 @@ import pytest
 
 import nacre
 from nacre.array import Floats
-from nacre.btf import LatentMap
-from nacre.btf.networks import UnifiedNetwork, UnifiedSettings, Whitening
-from nacre.btf.uniform import material_of
 from nacre.render import texture_bsdf
-from tests.btf.basis.made import codec as basis_codec
+from nacre.textures import LatentMap
+from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
+from nacre.textures.uniform import material_of
 from tests.render.reflectances import sphere_scene
+from tests.textures.codecs.basis.made import codec as basis_codec
 
 from .made import FLIP, FlatCodec, centres, factors_at, hemisphere, latent
 

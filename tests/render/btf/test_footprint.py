@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.render import texture_bsdf
 from nacre.render.btf.footprint import footprint
 from nacre.render.btf.placement import Placement

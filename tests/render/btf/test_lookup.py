@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.btf import BONN, TableBtf
+from nacre.btf import TableBtf
+from nacre.measured.textures import BONN
 from nacre.render import texture_bsdf
 
 from .made import FLIP, factors_at, hemisphere, hits, picture, surface

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.btf import BONN, TableBtf
-from nacre.files import NacreError
+from nacre.btf import TableBtf
+from nacre.errors import NacreError
+from nacre.measured.textures import BONN
 from nacre.render import texture_bsdf
 from nacre.render.btf.hemisphere import Hemisphere
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.render.btf.moving_light import light_path, render_moving
 from nacre.render.btf.scene import GEOMETRIES, describe_texture_scene, facing, light_direction
 from nacre.render.preview import render_scene

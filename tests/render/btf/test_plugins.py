@@ -8,21 +8,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre import btf
-from nacre.btf.principal import PcaCodec
-from nacre.files import FormatError, NacreError
+from nacre import textures
+from nacre.errors import FormatError, NacreError
 from nacre.render import texture_bsdf
 from nacre.render.btf.scene import GEOMETRIES, describe_texture_scene, texture_scale
-from tests.btf.basis.made import codec as basis_codec
+from nacre.textures.codecs.principal import PcaCodec
 from tests.specimens import encoded
+from tests.textures.codecs.basis.made import codec as basis_codec
 
 from .made import FlatCodec, latent, picture
 
 
 def test_scenes_in_xml_find_files_beside_them(rgb: Any, tmp_path: Path) -> None:
     codes = np.random.default_rng(1).normal(size=(2, 5, 2))
-    btf.save_latent_map(latent(codes, basis_codec(1)), tmp_path / "cloth.safetensors")
-    btf.save(picture(np.full((3, 2, 3), 0.5)), tmp_path / "grey.npz")
+    textures.save_latent_map(latent(codes, basis_codec(1)), tmp_path / "cloth.safetensors")
+    textures.save(picture(np.full((3, 2, 3), 0.5)), tmp_path / "grey.npz")
     (tmp_path / "scene.xml").write_text(
         """<scene version="3.0.0">
         <integrator type="path"/><emitter type="constant"/>

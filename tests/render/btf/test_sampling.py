@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.btf import BONN, LatentMap, load_codec
-from nacre.btf.capture import capture
-from nacre.btf.capture.recipe import find
-from nacre.btf.domes import pairs
-from nacre.btf.shipped import PUBLISHED
+from nacre.measured.textures import BONN
+from nacre.measured.textures.domes import pairs
 from nacre.render import texture_bsdf
 from nacre.sampling.tilted import TiltedMixture, fit_tilted
+from nacre.textures import LatentMap
+from nacre.textures.capture import capture
+from nacre.textures.capture.recipe import find
+from nacre.textures.codecs import load_codec
+from nacre.textures.shipped import PUBLISHED
 from tests.render.chi_square import chi_square
 
 from .made import centres, hemisphere, hits

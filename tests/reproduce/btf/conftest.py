@@ -9,13 +9,13 @@ import pytest
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
 
-from nacre.btf.basis.recipe import BasisRecipe
 from nacre.reproduce.btf.materials import collect, separate
 from nacre.reproduce.btf.methods import TrainingSettings
 from nacre.reproduce.btf.study import Study
-from tests.btf.networks.conftest import one_thread
-from tests.btf.networks.made import OTHER, texture
+from nacre.textures.codecs.basis.recipe import BasisRecipe
 from tests.reproduce.btf.made import write
+from tests.textures.codecs.networks.conftest import one_thread
+from tests.textures.codecs.networks.made import OTHER, texture
 
 __all__ = ["one_thread"]
 

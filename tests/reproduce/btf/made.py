@@ -1,10 +1,11 @@
-"""Textures in files as `nacre.btf` reads them."""
+"""Textures in files as `nacre.textures` reads them."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from nacre.btf import TableBtf, save
+from nacre.btf import TableBtf
+from nacre.textures import save
 
 
 def write(texture: TableBtf, path: Path) -> None:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.reproduce.btf.experiments import EXPERIMENTS
 from nacre.reproduce.btf.methods import find
 from nacre.reproduce.btf.outcome import geometric_mean, scaled

@@ -8,19 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nacre.btf import BONN, TableBtf, TexelCodec
-from nacre.btf.domes import below, pairs
-from nacre.btf.selection import nearest_pair
-from nacre.files import NacreError
+from nacre.btf import TableBtf
+from nacre.errors import NacreError
+from nacre.measured.textures import BONN
+from nacre.measured.textures.domes import below, pairs
 from nacre.reproduce.btf import trial
 from nacre.reproduce.btf.materials import Material, collect, separate
 from nacre.reproduce.btf.methods import KINDS, find
 from nacre.reproduce.btf.sampling import ALL, APART, AT_HELD_OUT, LOW_VIEWS, SHARES, Sampling
 from nacre.reproduce.btf.texture_figures import ANGLES
 from nacre.reproduce.cache import SOURCES
-from tests.btf.networks.made import COARSE, texture
+from nacre.textures.codecs import TexelCodec
+from nacre.textures.selection import nearest_pair
 from tests.reproduce.btf.conftest import SETTINGS
 from tests.reproduce.btf.made import write
+from tests.textures.codecs.networks.made import COARSE, texture
 
 
 class Means(TexelCodec):
@@ -119,7 +121,7 @@ def test_samplings_choose_what_they_say():
     ("figure", "light", "view"), [("fig4", (60, 90), (45, 0)), ("fig8", (0, 0), (45, 0))]
 )
 def test_the_papers_angles_are_measured_in_bonn(figure, light, view):
-    from nacre.btf.directions import from_degrees
+    from nacre.measured.textures.directions import from_degrees
 
     wi, wo = BONN.pairs()
     made = TableBtf(np.zeros((1, 1, len(wi), 3), np.float32), wi, wo)

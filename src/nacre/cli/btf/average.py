@@ -13,7 +13,7 @@ from nacre.cli.btf.uniform import check_model, model_option, output_option, writ
 from nacre.cli.console import Stages, check_outputs, file_path
 
 if TYPE_CHECKING:
-    from nacre.btf.image_folder import Quantity
+    from nacre.measured.textures.image_folder import Quantity
 
 
 @click.command("average")
@@ -27,8 +27,8 @@ def command(source: Path, output: Path, model: Path | None, pixels: Quantity | N
     Written as codes, it is a material to all of nacre's commands, as any measured one: nacre fit
     makes a network of it, nacre compare and nacre plot show it.
     """
-    from nacre.btf.formats import load
-    from nacre.btf.uniform import average
+    from nacre.textures.formats import load
+    from nacre.textures.uniform import average
 
     check_model(output, model)
     check_outputs([output], [source, *([model] if model else [])])

@@ -51,9 +51,9 @@ def command(
     Both must have been encoded by the same model. One that is smaller than the output repeats: if
     it does not tile, make it larger by nacre btf synthesise first.
     """
-    from nacre.btf.latent_file import check_latent_path, load_latent_map, save_latent_map
-    from nacre.btf.synthesis import blend
-    from nacre.btf.synthesis.masks import NAMED, named_mask
+    from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
+    from nacre.textures.synthesis import blend
+    from nacre.textures.synthesis.masks import NAMED, named_mask
 
     check_latent_path(output)
     check_outputs([output], [first, second, *([] if mask in NAMED else [Path(mask)])])

@@ -10,12 +10,12 @@ import click
 from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, console, file_path
 from nacre.cli.ranges import SEED
-from nacre.files import FormatError
+from nacre.errors import FormatError
 
 if TYPE_CHECKING:
-    from nacre.btf.capture.dataset import Settings
-    from nacre.btf.capture.recipe import Recipe
-    from nacre.progress import Progress
+    from nacre.runtime.progress import Progress
+    from nacre.textures.capture.dataset import Settings
+    from nacre.textures.capture.recipe import Recipe
 
 
 @click.command("capture")
@@ -53,10 +53,10 @@ def command(
     A list of directions has the columns theta,phi in degrees (every pair of them is taken), or
     theta_l,phi_l,theta_v,phi_v or the unit vectors lx,ly,lz,vx,vy,vz (light and view of a pair).
     """
-    from nacre.btf.capture.dataset import Settings, capture_all
-    from nacre.btf.capture.gonioreflectometer import STEEPEST
-    from nacre.btf.direction_list import named_directions
-    from nacre.btf.formats import is_btf
+    from nacre.measured.textures.direction_list import named_directions
+    from nacre.textures.capture.dataset import Settings, capture_all
+    from nacre.textures.capture.gonioreflectometer import STEEPEST
+    from nacre.textures.formats import is_btf
 
     if everything == (recipe is not None):
         raise click.UsageError("expected either RECIPE or --all")
@@ -87,10 +87,10 @@ def _one(
     recipe: str, output: Path, settings: Settings, picture: Path | None, stages: Stages
 ) -> None:
     """Capture one recipe into a file."""
-    from nacre.btf.capture.picture import sheet
-    from nacre.btf.capture.recipe import find
-    from nacre.btf.formats import save, target
+    from nacre.figures.capture_sheet import sheet
     from nacre.render.preview import check_image_path, write_image
+    from nacre.textures.capture.recipe import find
+    from nacre.textures.formats import save, target
 
     if picture:
         check_image_path(picture)

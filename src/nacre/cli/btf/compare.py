@@ -22,7 +22,7 @@ from nacre.cli.console import (
 from nacre.cli.ranges import SEED
 
 if TYPE_CHECKING:
-    from nacre.btf.image_folder import Quantity
+    from nacre.measured.textures.image_folder import Quantity
 
 
 @click.command("compare")
@@ -55,13 +55,13 @@ def command(
     Both may be files, folders of images or lists of photographs (.csv); images are read once, into
     a temporary file of the system's.
     """
-    from nacre.btf.comparison import compare_textures
-    from nacre.btf.errors import UNITS
-    from nacre.btf.formats import lies_in_images, load
-    from nacre.btf.identity import source_files
-    from nacre.btf.transposition import by_texel
-    from nacre.evaluate.texture_sheet import texture_sheet
+    from nacre.figures.texture_sheet import texture_sheet
+    from nacre.measured.textures.transposition import by_texel
+    from nacre.metrics.texture_comparison import compare_textures
+    from nacre.metrics.texture_errors import UNITS
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
+    from nacre.textures.formats import lies_in_images, load
+    from nacre.textures.identity import source_files
 
     for path in (truth, other):
         expect(path, "a texture", "an encoded texture")

@@ -13,7 +13,7 @@ from nacre.cli.btf.written import print_written
 from nacre.cli.console import Stages, check_outputs, file_path
 
 if TYPE_CHECKING:
-    from nacre.btf.image_folder import Quantity
+    from nacre.measured.textures.image_folder import Quantity
 
 
 @click.command("convert")
@@ -43,7 +43,7 @@ def command(
     SOURCE is a file, a folder of images, or a list of photographs (.csv). Images are read once;
     they take room on the disk twice while the file is written.
     """
-    from nacre.btf.formats import load, save, target
+    from nacre.textures.formats import load, save, target
 
     target(output)
     check_outputs([output], [source])

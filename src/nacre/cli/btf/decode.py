@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that was encoded in SOURCE to a file, in the format of its name."""
-    from nacre.btf.formats import save, target
-    from nacre.btf.latent_file import load_latent_map
-    from nacre.btf.latent_map import NeuralBtf
+    from nacre.textures.formats import save, target
+    from nacre.textures.latent_file import load_latent_map
+    from nacre.textures.latent_map import NeuralBtf
 
     target(output)
     check_outputs([output], [source, *([] if directions is None else [Path(directions)])])
@@ -42,8 +42,8 @@ def command(source: Path, output: Path, directions: str | None) -> None:
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
-    from nacre.btf.direction_list import DOMES, named_directions
-    from nacre.btf.formats import load
+    from nacre.measured.textures.direction_list import DOMES, named_directions
+    from nacre.textures.formats import load
 
     path = Path(directions)
     listed = path.suffix.lower() == ".csv" or not path.exists()

@@ -12,11 +12,12 @@ from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.btf.written import source_of
 from nacre.cli.console import Stages, check_outputs, console, counted, file_path, print_facts
-from nacre.files import FormatError, NacreError, digest
+from nacre.errors import FormatError, NacreError
+from nacre.io.files import digest
 
 if TYPE_CHECKING:
-    from nacre.btf.image_folder import Quantity
-    from nacre.btf.latent_map import CodecFile
+    from nacre.measured.textures.image_folder import Quantity
+    from nacre.textures.latent_map import CodecFile
 
 
 @click.command("encode")
@@ -66,16 +67,16 @@ def command(
     Ctrl-C nothing is lost, and a minute at most when it is killed. Images are read first, into a
     temporary file; that much is done again.
     """
-    from nacre.btf.codec_file import load_codec
-    from nacre.btf.encoding import encode
-    from nacre.btf.errors import UNITS
-    from nacre.btf.formats import load
-    from nacre.btf.identity import source_files, source_mark
-    from nacre.btf.latent_file import check_latent_path, save_latent_map
-    from nacre.btf.latent_map import LatentMap
-    from nacre.btf.photographs import load_photographs
-    from nacre.btf.shipped import PUBLISHED
-    from nacre.btf.transposition import by_texel
+    from nacre.measured.textures.photographs import load_photographs
+    from nacre.measured.textures.transposition import by_texel
+    from nacre.metrics.texture_errors import UNITS
+    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.formats import load
+    from nacre.textures.identity import source_files, source_mark
+    from nacre.textures.latent_file import check_latent_path, save_latent_map
+    from nacre.textures.latent_map import LatentMap
+    from nacre.textures.shipped import PUBLISHED
+    from nacre.workflows.encoding import encode
 
     model = model or PUBLISHED
     check_latent_path(output)
@@ -135,8 +136,8 @@ def command(
 
 
 def _reference(model: Path, output: Path) -> CodecFile:
-    from nacre.btf.latent_map import CodecFile
-    from nacre.btf.shipped import PUBLISHED
+    from nacre.textures.latent_map import CodecFile
+    from nacre.textures.shipped import PUBLISHED
 
     if model != PUBLISHED and model.resolve().parent != output.resolve().parent:
         raise FormatError(

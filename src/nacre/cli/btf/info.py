@@ -9,10 +9,10 @@ import click
 
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import file_path, print_facts, print_json
-from nacre.files import FormatError
+from nacre.errors import FormatError
 
 if TYPE_CHECKING:
-    from nacre.btf.image_folder import Quantity
+    from nacre.measured.textures.image_folder import Quantity
 
 
 _UNITS = {
@@ -35,9 +35,9 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
     PATH may also be a model of nacre btf train: what kind it is, of which sizes, and how it was
     trained.
     """
-    from nacre.btf.codec_facts import codec_facts
-    from nacre.btf.codec_file import KEY
-    from nacre.tensors import has_header
+    from nacre.io.tensors import has_header
+    from nacre.textures.codecs.codec_facts import codec_facts
+    from nacre.textures.codecs.codec_file import KEY
 
     if not has_header(path, KEY):
         facts = _texture_facts(path, pixels)
@@ -53,8 +53,8 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
 
 
 def _texture_facts(path: Path, pixels: Quantity | None) -> dict[str, Any]:
-    from nacre.btf.formats import load, recognised
-    from nacre.btf.selection import some_values
+    from nacre.textures.formats import load, recognised
+    from nacre.textures.selection import some_values
 
     btf = load(path, pixels)
     values = some_values(btf)

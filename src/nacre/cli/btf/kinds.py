@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-from nacre.files import FormatError, NacreError
+from nacre.errors import FormatError, NacreError
 
 Kind: TypeAlias = Literal["a texture", "an encoded texture", "a model of textures"]
 
@@ -26,10 +26,10 @@ def expect(path: Path, *wanted: Kind) -> None:
     FormatError
         If it is of none that are wanted.
     """
-    from nacre.btf.codec_file import KEY as MODEL
-    from nacre.btf.formats import is_btf
-    from nacre.btf.latent_file import KEY as CODE
-    from nacre.tensors import has_header
+    from nacre.io.tensors import has_header
+    from nacre.textures.codecs.codec_file import KEY as MODEL
+    from nacre.textures.formats import is_btf
+    from nacre.textures.latent_file import KEY as CODE
 
     kind: Kind
     if has_header(path, CODE):

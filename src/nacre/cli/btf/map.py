@@ -41,10 +41,10 @@ def command(
     All must be of one model. Textures are called by their files; those whose names differ in a
     number at the end are of one family. With --into, the new ones are ringed.
     """
-    from nacre.btf.latent_file import load_latent_maps
-    from nacre.evaluate.plot import check_plot_path, write_plot
-    from nacre.evaluate.texel_map import texel_map_figure, write_table
-    from nacre.latent.texel_places import load_places, place_texels, save_places
+    from nacre.figures.plot import check_plot_path, write_plot
+    from nacre.figures.texel_map import texel_map_figure, write_table
+    from nacre.textures.latent_file import load_latent_maps
+    from nacre.textures.texel_places import load_places, place_texels, save_places
 
     check_plot_path(output)
     if save is not None and save.suffix.lower() != ".safetensors":

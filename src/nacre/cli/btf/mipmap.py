@@ -15,7 +15,7 @@ from nacre.cli.console import Stages, check_outputs, console, file_path, print_j
 
 if TYPE_CHECKING:
     from nacre.array import Floats
-    from nacre.btf.mipmap import Filter
+    from nacre.textures.mipmap import Filter
 
 _LIGHT, _VIEW = (30.0, 0.0), (0.0, 0.0)
 _PAIRS = 64
@@ -52,10 +52,10 @@ def command(
     drawn at random from those of the texture. The picture has the levels from left to right, all of
     one size: above means of decoded values, below what filtered codes decode to.
     """
-    from nacre.btf.directions import from_degrees
-    from nacre.btf.latent_file import load_latent_map
-    from nacre.btf.mipmap import LatentPyramid, filtered_reflectance
+    from nacre.measured.textures.directions import from_degrees
     from nacre.render.preview import check_image_path, write_image
+    from nacre.textures.latent_file import load_latent_map
+    from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
 
     if output is not None:
         check_image_path(output)

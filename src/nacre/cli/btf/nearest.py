@@ -9,7 +9,7 @@ import numpy as np
 
 from nacre.cli.btf.kinds import expect
 from nacre.cli.console import Stages, check_outputs, console, file_path, print_json, print_table
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 
 @click.command("nearest")
@@ -39,10 +39,10 @@ def command(
     be of one model. Columns and rows count from 0. A distance is the root of the mean squared
     difference of square roots of reflectance, over many pairs of directions.
     """
-    from nacre.btf.appearance import nearest_texels
-    from nacre.btf.latent_file import load_latent_maps
-    from nacre.evaluate.plot import check_plot_path, write_plot
-    from nacre.evaluate.texel_spheres import spheres_figure, texel_spheres
+    from nacre.figures.plot import check_plot_path, write_plot
+    from nacre.figures.texel_spheres import spheres_figure, texel_spheres
+    from nacre.textures.appearance import nearest_texels
+    from nacre.textures.latent_file import load_latent_maps
 
     paths = [codes, *(among or [codes])]
     for path in paths:

@@ -13,7 +13,7 @@ from nacre.cli.btf.options import angles, pixels_option
 from nacre.cli.console import check_outputs, console, file_path, print_table
 
 if TYPE_CHECKING:
-    from nacre.btf.image_folder import Quantity
+    from nacre.measured.textures.image_folder import Quantity
 
 
 _LIGHTS = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0))
@@ -41,12 +41,12 @@ def command(
     pictures have captions, but for .exr, which holds values only. Pictures show reflectance
     factors: 1 is white.
     """
-    from nacre.btf.formats import load
-    from nacre.btf.identity import source_files
-    from nacre.btf.sheet import in_rows, laid_out, nearest_pairs, reduced_pictures
-    from nacre.evaluate.texture_panels import texture_panels
+    from nacre.figures.texture_panels import texture_panels
+    from nacre.figures.texture_views import in_rows, laid_out, nearest_pairs, reduced_pictures
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_bytes, write_image
+    from nacre.textures.formats import load
+    from nacre.textures.identity import source_files
 
     expect(source, "a texture", "an encoded texture")
     check_image_path(output)

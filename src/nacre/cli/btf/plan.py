@@ -9,7 +9,7 @@ import click
 from nacre.cli.btf.kinds import expect
 from nacre.cli.console import Stages, check_outputs, console, file_path
 from nacre.cli.ranges import SEED, FiniteRange
-from nacre.files import FormatError
+from nacre.errors import FormatError
 
 _POLAR = FiniteRange(0.0, 89.0, min_open=True)
 
@@ -40,10 +40,10 @@ def command(
     encodes a folder of such files, and nacre btf capture --dome LIST takes them virtually. Angles
     are in degrees.
     """
-    from nacre.btf.basis.codec import BasisCodec
-    from nacre.btf.codec_file import load_codec
-    from nacre.btf.plan import CANDIDATES, candidate_pairs, informative, write_plan
-    from nacre.btf.shipped import PUBLISHED
+    from nacre.textures.codecs.basis.codec import BasisCodec
+    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.plan import CANDIDATES, candidate_pairs, informative, write_plan
+    from nacre.textures.shipped import PUBLISHED
 
     if output.suffix.lower() != ".csv":
         raise click.BadParameter(f"{output}: a list of directions is a .csv file")

@@ -25,8 +25,8 @@ from nacre.render.preview import MAX_SIZE
 
 if TYPE_CHECKING:
     from nacre.array import Floats
-    from nacre.evaluate.drawing import Bytes
-    from nacre.evaluate.temporal import TemporalErrors
+    from nacre.figures.drawing import Bytes
+    from nacre.metrics.temporal import TemporalErrors
 
 
 @click.command("render")
@@ -118,18 +118,18 @@ def command(
 
     With --frames, an animation of a light that moves.
     """
-    from nacre.btf.formats import load
-    from nacre.btf.latent_map import NeuralBtf
     from nacre.color import tone_map
-    from nacre.evaluate.drawing import display_bytes
-    from nacre.evaluate.rendering_panels import panels_size, rendering_panels
-    from nacre.evaluate.temporal import temporal_errors
+    from nacre.figures.drawing import display_bytes
+    from nacre.figures.rendering_panels import panels_size, rendering_panels
+    from nacre.metrics.temporal import temporal_errors
     from nacre.render.animation import check_animation, write_animation
     from nacre.render.btf.moving_light import light_path, render_moving
     from nacre.render.btf.plugins import texture_bsdf
     from nacre.render.btf.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.render.environment import load_environment
     from nacre.render.preview import check_image_path, render_scene, write_bytes, write_image
+    from nacre.textures.formats import load
+    from nacre.textures.latent_map import NeuralBtf
 
     output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
     inputs = [path for path in (source, reference, height_field) if path is not None]

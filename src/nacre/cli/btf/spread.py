@@ -33,9 +33,9 @@ def command(
     source: Path, output: Path, size: tuple[int, int], directions: str, model: Path | None
 ) -> None:
     """Make a texture that has the material at SOURCE, measured or neural, everywhere."""
-    from nacre.btf.direction_list import named_directions
-    from nacre.btf.uniform import spread
     from nacre.formats import load
+    from nacre.measured.textures.direction_list import named_directions
+    from nacre.textures.uniform import spread
 
     check_model(output, model)
     check_outputs([output], [source, *([model] if model else [])])

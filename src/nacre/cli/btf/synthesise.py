@@ -58,8 +58,8 @@ def command(
     Every texel has the code of one of SOURCE, so that it looks from everywhere as that does. Seams
     are told by differences of neighbours across them, over those of all others: 1 is best.
     """
-    from nacre.btf.latent_file import check_latent_path, load_latent_map, save_latent_map
-    from nacre.btf.synthesis import synthesise
+    from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
+    from nacre.textures.synthesis import synthesise
 
     if size is not None and scale is not None:
         raise click.UsageError("expected either --size or --scale")

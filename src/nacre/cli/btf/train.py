@@ -14,10 +14,10 @@ from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import Stages, check_outputs, console, counted, file_path
 from nacre.cli.ranges import SEED, FiniteRange
-from nacre.files import NacreError
+from nacre.errors import NacreError
 
 if TYPE_CHECKING:
-    from nacre.btf.texture import Btf
+    from nacre.btf import Btf
 
 _NETWORKS_ONLY = (
     "recipe_name",
@@ -165,12 +165,12 @@ def command(
         raise click.BadParameter("--pooling is for --model unified")
     from functools import partial
 
-    from nacre.btf.codec_file import save_codec
-    from nacre.btf.formats import load
-    from nacre.btf.identity import source_mark
-    from nacre.btf.networks import CustomSettings, TrainingRecipe, UnifiedSettings
-    from nacre.btf.networks.distributed import processes
-    from nacre.btf.networks.training import train_network
+    from nacre.textures.codecs.codec_file import save_codec
+    from nacre.textures.codecs.networks import CustomSettings, TrainingRecipe, UnifiedSettings
+    from nacre.textures.codecs.networks.distributed import processes
+    from nacre.textures.codecs.networks.training import train_network
+    from nacre.textures.formats import load
+    from nacre.textures.identity import source_mark
 
     state, journal = (
         output.with_name(f"{output.name}.{kind}") for kind in ("state", "journal.csv")
@@ -235,13 +235,13 @@ def _train_basis(
     from dataclasses import asdict, replace
     from functools import partial
 
-    from nacre.btf.basis.file import VERSION
-    from nacre.btf.basis.recipe import BasisRecipe
-    from nacre.btf.basis.stages import Stages as KeptStages
-    from nacre.btf.basis.training import train_basis
-    from nacre.btf.codec_file import save_codec
-    from nacre.btf.formats import load
-    from nacre.btf.identity import source_mark
+    from nacre.textures.codecs.basis.file import VERSION
+    from nacre.textures.codecs.basis.recipe import BasisRecipe
+    from nacre.textures.codecs.basis.stages import Stages as KeptStages
+    from nacre.textures.codecs.basis.training import train_basis
+    from nacre.textures.codecs.codec_file import save_codec
+    from nacre.textures.formats import load
+    from nacre.textures.identity import source_mark
 
     if int(os.environ.get("WORLD_SIZE", "1")) > 1:
         raise click.UsageError("--model basis is trained by one process; leave out torchrun")

@@ -13,7 +13,7 @@ from nacre.cli.btf.written import print_written
 from nacre.cli.console import file_path, print_facts
 
 if TYPE_CHECKING:
-    from nacre.btf.texture import Btf
+    from nacre.btf import Btf
 
 output_option = click.option(
     "-o",
@@ -37,7 +37,7 @@ def is_encoded(output: Path) -> bool:
 
 def check_model(output: Path, model: Path | None) -> None:
     """Refuse a model that is none, or that nothing is encoded by, and formats that are unknown."""
-    from nacre.btf.formats import target
+    from nacre.textures.formats import target
 
     encoded = is_encoded(output)
     if not encoded:
@@ -51,14 +51,14 @@ def check_model(output: Path, model: Path | None) -> None:
 
 def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
     """Write a texture of one texel, repeated to width and height, and say what it became."""
-    from nacre.btf.codec_file import load_codec
-    from nacre.btf.encoding import encode
-    from nacre.btf.errors import UNITS
-    from nacre.btf.formats import save
-    from nacre.btf.latent_file import save_latent_map
-    from nacre.btf.latent_map import LatentMap
-    from nacre.btf.shipped import PUBLISHED
-    from nacre.btf.texture import TableBtf
+    from nacre.btf import TableBtf
+    from nacre.metrics.texture_errors import UNITS
+    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.formats import save
+    from nacre.textures.latent_file import save_latent_map
+    from nacre.textures.latent_map import LatentMap
+    from nacre.textures.shipped import PUBLISHED
+    from nacre.workflows.encoding import encode
 
     width, height = size
     if not is_encoded(output):

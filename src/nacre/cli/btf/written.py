@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nacre.cli.console import console, counted
-from nacre.files import digest
+from nacre.io.files import digest
 
 if TYPE_CHECKING:
-    from nacre.btf.latent_map import CodecFile, LatentMap
-    from nacre.btf.texture import Btf
-    from nacre.btf.ubo2014.writer import Loss
+    from nacre.btf import Btf
+    from nacre.measured.textures.ubo2014.writer import Loss
+    from nacre.textures.latent_map import CodecFile, LatentMap
 
 
 def print_written(path: Path, btf: Btf, loss: Loss | None) -> None:
-    """A line, and one on what was clipped; `loss` is what :func:`nacre.btf.formats.save` gave."""
+    """A line, and one on what was clipped; `loss` is what :func:`nacre.textures.formats.save` gave."""
     facts = [
         f"{btf.width} x {btf.height} texels",
         counted(btf.pair_count, "pair of directions", "pairs of directions"),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components, Floats
-from nacre.files import require
+from nacre.errors import require
 from nacre.render.btf.texels import Records, jitters
 
 

@@ -8,17 +8,17 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from nacre.array import Components, Floats
-from nacre.btf.basis.codec import BasisCodec
-from nacre.btf.basis.colors import join_components
-from nacre.btf.basis.functions import direction_components
-from nacre.btf.basis.skip_network import SkipNetwork
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 from nacre.geometry import stereographic
-from nacre.layer import Layer
+from nacre.numerics.layer import Layer
 from nacre.render.btf.angle_grid import AngleGrid
 from nacre.render.btf.factors import CHROMAS, GREYS, Factors
 from nacre.render.btf.texels import Corners, Records
 from nacre.render.network import pack_layers
+from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.basis.colors import join_components
+from nacre.textures.codecs.basis.functions import direction_components
+from nacre.textures.codecs.basis.skip_network import SkipNetwork
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
 """Weights of functions, of each texel around a hit, and its share."""
@@ -118,7 +118,7 @@ class NetworkDecoder:
     mi
         The `mitsuba` module with a JIT variant set.
     codec
-        A `nacre.btf.networks.TexelNetwork`.
+        A `nacre.textures.codecs.networks.TexelNetwork`.
     codes
         Shape (texels, values).
     half

@@ -2,7 +2,7 @@
 
 What a codec decodes for one texture varies far less than what it can decode for all. So roots of
 values at some pairs of directions, as grey values and pairs of colours
-(:mod:`nacre.btf.basis.colors`), are factored into weights a texel and functions (singular value
+(:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions (singular value
 decomposition); some texels, decoded at all nodes of a grid of directions, then give the functions
 there by least squares. Any codec that decodes at any directions will do; what a hit costs no longer
 depends on it.
@@ -16,15 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from nacre.array import Floats
-from nacre.btf.basis.colors import split_reflectance
-from nacre.btf.box_filter import level_shapes
-from nacre.btf.codec import TexelMap, on_all_cores
-from nacre.btf.latent_map import LatentMap
-from nacre.btf.mipmap import fill_levels, recorded
-from nacre.btf.truncated_svd import leading_directions
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
-from nacre.progress import Progress, silent
+from nacre.numerics.truncated_svd import leading_directions
 from nacre.render.btf.angle_grid import node_directions
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.box_filter import level_shapes
+from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.textures.codecs.codec import TexelMap, on_all_cores
+from nacre.textures.latent_map import LatentMap
+from nacre.textures.mipmap import fill_levels, recorded
 
 GREYS, CHROMAS = 96, 16
 """Functions of grey values, and of both values of pairs of colours."""
@@ -75,7 +75,7 @@ def factor(
         Of the grid of directions, at least 2.
     levels
         Of the pyramid of means of reflectance that weights are of, from the map itself; see
-        :func:`nacre.btf.box_filter.level_shapes`.
+        :func:`nacre.textures.box_filter.level_shapes`.
     progress
         Called with the nodes done.
 

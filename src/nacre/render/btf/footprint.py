@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.files import require
+from nacre.errors import require
 from nacre.render.btf.placement import Placement
 
 _LOWEST = 0.02

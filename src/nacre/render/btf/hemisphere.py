@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
 from nacre.array import Components, Floats
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
 from nacre.render.btf.packets import Packets, aligned_zeros
 from nacre.render.btf.texels import Corners, jitters

@@ -8,13 +8,13 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
-from nacre.btf.codec import on_all_cores
-from nacre.btf.latent_map import LatentMap
-from nacre.btf.texture import Btf
+from nacre.btf import Btf
 from nacre.color import luminance
 from nacre.geometry import join, split, uniform_hemisphere
 from nacre.render.btf.measured import Sides
 from nacre.sampling.tilted import PARAMETERS, fit_tilted
+from nacre.textures.codecs.codec import on_all_cores
+from nacre.textures.latent_map import LatentMap
 
 _LIGHTS, _VIEWS = 160, 12
 _TEXELS = 2048

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Components, Floats
-from nacre.btf.texture import Btf
-from nacre.files import NacreError, require
+from nacre.btf import Btf
+from nacre.errors import NacreError, require
 from nacre.render.btf.hemisphere import Hemisphere
 from nacre.render.btf.packets import Packets, aligned_zeros
 from nacre.render.btf.texels import Corners

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from nacre.array import Floats
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.render.btf.scene import facing, light_direction, point_position
 from nacre.render.engine import mitsuba
 from nacre.render.preview import Image, render_scene

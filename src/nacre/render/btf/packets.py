@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.files import require
+from nacre.errors import require
 
 _ALIGNMENT = 64
 """Bytes; of a line of the cache."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
 
 _LEAST = 1e-9
 

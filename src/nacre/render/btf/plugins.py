@@ -14,15 +14,8 @@ import numpy as np
 
 from nacre.array import Components, Floats
 from nacre.brdf import above_horizon
-from nacre.btf.basis.codec import BasisCodec
-from nacre.btf.box_filter import level_shapes
-from nacre.btf.latent_file import load_latent_map
-from nacre.btf.latent_map import LatentMap
-from nacre.btf.mipmap import LatentPyramid
-from nacre.btf.principal.codec import PcaCodec
-from nacre.btf.texture import Btf
-from nacre.files import FormatError, NacreError, require
-from nacre.progress import Progress, silent
+from nacre.btf import Btf
+from nacre.errors import FormatError, NacreError, require
 from nacre.render import adapter
 from nacre.render.btf.decoders import BasisDecoder, HitDecoder, NetworkDecoder, TableDecoder
 from nacre.render.btf.factors import CHROMAS, GREYS, factor
@@ -33,7 +26,14 @@ from nacre.render.btf.placement import Placement
 from nacre.render.btf.relief import Relief, read_heights
 from nacre.render.btf.texels import INTERPOLATIONS, Records, TexelGrid, record_bytes
 from nacre.render.engine import mitsuba
+from nacre.runtime.progress import Progress, silent
 from nacre.sampling.tilted import TiltedMixture
+from nacre.textures.box_filter import level_shapes
+from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.principal.codec import PcaCodec
+from nacre.textures.latent_file import load_latent_map
+from nacre.textures.latent_map import LatentMap
+from nacre.textures.mipmap import LatentPyramid
 
 DECODERS = "table", "network"
 COEFFICIENTS = "auto", "texture", "hit"
@@ -262,7 +262,7 @@ def plugins(variant: str) -> dict[str, Any]:
         def prepare(
             self, properties: Any, path: Path | None, source: Any, progress: Progress
         ) -> tuple[int, int, Floats]:
-            from nacre.btf.formats import load
+            from nacre.textures.formats import load
 
             if self.pixel_angle:
                 raise NacreError(

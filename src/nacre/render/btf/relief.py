@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.files import FormatError, PathLike, reason, require
+from nacre.errors import FormatError, reason, require
+from nacre.io.files import PathLike
 
 _STEPS = 16
 """Heights at which a ray is compared with the field."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, Literal, get_args
 
 from nacre.array import Floats
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.scene import camera, check_name, emitter, floor, matte

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.files import require
+from nacre.errors import require
+from nacre.io.tensors import HALF_LARGEST
 from nacre.render.btf.footprint import Footprint
 from nacre.render.btf.packets import Packets, aligned_zeros
-from nacre.tensors import HALF_LARGEST
 
 Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
 INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)

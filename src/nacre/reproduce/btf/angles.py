@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.evaluate.plot import COLORS
-from nacre.evaluate.polar import FAINT, INK
-from nacre.files import require
+from nacre.errors import require
+from nacre.figures.plot import COLORS
+from nacre.figures.polar import FAINT, INK
 from nacre.reproduce.btf.methods import Method
 from nacre.reproduce.btf.outcome import Outcome, geometric_mean, markdown_table, scaled
 from nacre.reproduce.btf.sampling import APART, AT_HELD_OUT, LOW_VIEWS, SHARES, Sampling

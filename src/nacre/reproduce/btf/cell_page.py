@@ -10,9 +10,9 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.evaluate.polar import FAINT
+from nacre.figures.page import Page, broken
+from nacre.figures.polar import FAINT
 from nacre.reproduce.btf.outcome import scaled
-from nacre.reproduce.page import Page, broken
 
 TRUTH = "truth"
 """Title of the column of what was measured."""

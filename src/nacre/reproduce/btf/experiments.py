@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from nacre.files import NacreError
+from nacre.errors import NacreError
 from nacre.reproduce.btf.angles import TEXELS, fig7
 from nacre.reproduce.btf.map import tsne
 from nacre.reproduce.btf.methods import KINDS, Method

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
-from nacre.evaluate.polar import INK
-from nacre.evaluate.texel_map import scatter_families
-from nacre.files import NacreError, require
+from nacre.errors import NacreError, require
+from nacre.figures.polar import INK
+from nacre.figures.texel_map import scatter_families
 from nacre.latent.map import embed
 from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.btf.methods import Method

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from nacre.btf.formats import is_btf, load
-from nacre.btf.texture import Btf
-from nacre.btf.transposition import by_texel
-from nacre.evaluate.texel_map import family
-from nacre.files import NacreError
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.figures.texel_map import family
+from nacre.measured.textures.transposition import by_texel
+from nacre.textures.formats import is_btf, load
 
 UNSEEN = "12"
 """Names that end so are unseen, as in Rainer et al. 2020, section 4."""
@@ -42,7 +42,7 @@ class Material:
 
     @property
     def family(self) -> str:
-        """See :func:`nacre.evaluate.texel_map.family`."""
+        """See :func:`nacre.figures.texel_map.family`."""
         return family(self.name)
 
     def load(self) -> Btf:

@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from nacre.btf.basis.recipe import BasisRecipe
-from nacre.btf.codec import TexelCodec
-from nacre.btf.principal import PcaCodec, PcaRecipe, find_components
-from nacre.files import NacreError
-from nacre.progress import Progress
+from nacre.errors import NacreError
 from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.cache import SOURCES, sources_digest
+from nacre.runtime.progress import Progress
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
 
 _COMPONENTS = 32
 """Of those that are found at once, where there are as many; fewer are the first of them."""
@@ -138,11 +138,11 @@ def _network(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
-    from nacre.btf.formats import load
-    from nacre.btf.networks.custom import CustomSettings
-    from nacre.btf.networks.recipe import TrainingRecipe
-    from nacre.btf.networks.training import train_network
-    from nacre.btf.networks.unified import UnifiedSettings
+    from nacre.textures.codecs.networks.custom import CustomSettings
+    from nacre.textures.codecs.networks.recipe import TrainingRecipe
+    from nacre.textures.codecs.networks.training import train_network
+    from nacre.textures.codecs.networks.unified import UnifiedSettings
+    from nacre.textures.formats import load
 
     given: dict[str, Any] = {"seed": settings.seed}
     sizes: UnifiedSettings | CustomSettings = UnifiedSettings(latent=method.values)
@@ -202,8 +202,8 @@ def _basis(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
-    from nacre.btf.basis.stages import Stages
-    from nacre.btf.basis.training import train_basis
+    from nacre.textures.codecs.basis.stages import Stages
+    from nacre.textures.codecs.basis.training import train_basis
 
     recipe = _basis_recipe(method, settings)
     return train_basis([m.load for m in training], recipe, progress, Stages(state))

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from nacre.evaluate.plot import write_plot
-from nacre.files import atomic_path, write_rows
+from nacre.figures.plot import write_plot
+from nacre.io.files import atomic_path
+from nacre.io.text_file import write_rows
 from nacre.reproduce.summary import table_row
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.domes import below
-from nacre.files import NacreError
+from nacre.errors import NacreError
+from nacre.measured.textures.domes import below
 
 Pairs: TypeAlias = npt.NDArray[np.intp]
 

@@ -11,20 +11,21 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.codec import TexelCodec
-from nacre.btf.codec_file import load_codec, save_codec
-from nacre.btf.networks.preprocessing import Whitening
-from nacre.btf.principal import PcaCodec
-from nacre.btf.selection import random_texels
-from nacre.btf.texture import Btf
-from nacre.files import FormatError, NacreError, atomic_path
-from nacre.progress import Progress, named, silent
+from nacre.btf import Btf
+from nacre.errors import FormatError, NacreError
+from nacre.io.files import atomic_path
 from nacre.reproduce.btf import trial
 from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.btf.methods import KINDS, Method, TrainingSettings
 from nacre.reproduce.btf.sampling import ALL, Sampling
 from nacre.reproduce.btf.trial import Errors
 from nacre.reproduce.cache import DAMAGED, SOURCES, facts_digest, sources_digest
+from nacre.runtime.progress import Progress, named, silent
+from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.codecs.codec_file import load_codec, save_codec
+from nacre.textures.codecs.networks.preprocessing import Whitening
+from nacre.textures.codecs.principal import PcaCodec
+from nacre.textures.selection import random_texels
 
 _WHITENING_TEXELS = 16
 _DECIDING = (

@@ -9,9 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nacre.array import Floats
-from nacre.btf.directions import from_degrees
-from nacre.btf.selection import nearest_pair
-from nacre.files import NacreError
+from nacre.errors import NacreError
+from nacre.measured.textures.directions import from_degrees
 from nacre.reproduce.btf.cell_page import TRUTH, Cell, cell_page
 from nacre.reproduce.btf.materials import Material
 from nacre.reproduce.btf.methods import Method
@@ -19,6 +18,7 @@ from nacre.reproduce.btf.outcome import Outcome, markdown_table, scaled
 from nacre.reproduce.btf.sampling import ALL, SHARES, Sampling
 from nacre.reproduce.btf.study import Study
 from nacre.reproduce.btf.table import error_table
+from nacre.textures.selection import nearest_pair
 
 ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0)),
           "fig8": ((45.0, 0.0), (0.0, 0.0))}  # fmt: skip

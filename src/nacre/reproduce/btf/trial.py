@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf.codec import TexelCodec, TexelMap, on_all_cores
-from nacre.btf.encoding import encode
-from nacre.btf.latent_map import LatentMap
-from nacre.btf.networks import TexelNetwork
-from nacre.btf.networks.preprocessing import OFFSET
-from nacre.btf.texture import Btf
-from nacre.progress import Progress, silent
+from nacre.btf import Btf
 from nacre.render.btf.plugins import texture_bsdf
 from nacre.render.btf.scene import describe_texture_scene, texture_scale
 from nacre.render.preview import render_scene
 from nacre.reproduce.btf.sampling import Pairs, Sampling
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
+from nacre.textures.codecs.networks import TexelNetwork
+from nacre.textures.codecs.networks.preprocessing import OFFSET
+from nacre.textures.latent_map import LatentMap
+from nacre.workflows.encoding import encode
 
 SIZE = 256
 """Edge of renderings in pixels."""

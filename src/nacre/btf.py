@@ -1,0 +1,117 @@
+"""The interface that every texture of measured reflectance shares."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+
+Indices = npt.NDArray[np.integer[Any]]
+
+
+class Btf(abc.ABC):
+    """A grid of texels, each an apparent BRDF known at the same pairs of directions.
+
+    Values are reflectance factors, pi f_r, as linear Rec. 709 RGB without the cosine: 1 is a
+    perfectly white diffuse surface. They may be read from a file as they are asked for, so ask for
+    many at once. Texel `y * width + x` lies in row y from the top, column x.
+    """
+
+    name: str = ""
+    width: int
+    height: int
+    wi: Floats
+    """Unit directions to the light, shape (n, 3); float32 as all arrays here."""
+    wo: Floats
+    """Unit directions to the viewer, shape (n, 3)."""
+    by_image: bool = False
+    """Whether :meth:`texels` has to read every picture; :func:`nacre.measured.textures.transposition.by_texel`
+    then gives the same texture with texels that come at once."""
+
+    @abc.abstractmethod
+    def texels(self, chosen: Indices | slice) -> Floats:
+        """Values of some texels at every pair of directions, shape (len(chosen), n, 3)."""
+
+    @abc.abstractmethod
+    def images(self, chosen: Indices | slice) -> Floats:
+        """Pictures at some pairs of directions, shape (len(chosen), height, width, 3)."""
+
+    @property
+    def texel_count(self) -> int:
+        """Width times height."""
+        return self.width * self.height
+
+    @property
+    def pair_count(self) -> int:
+        """Pairs of directions, n."""
+        return len(self.wi)
+
+    def describe(self) -> dict[str, Any]:
+        """Facts about this texture in the order they should be shown; angles are in degrees."""
+        directions = (self.wi, self.wo)
+        lights, views = (len(np.unique(w.round(5), axis=0)) for w in directions)
+        polar = [float(np.degrees(np.arccos(np.clip(w[:, 2].min(), -1, 1)))) for w in directions]
+        pairs = np.concatenate([self.wi, self.wo], axis=1).round(5)
+        repeated = self.pair_count - len(np.unique(pairs, axis=0))
+        return {
+            "name": self.name,
+            "width": self.width,
+            "height": self.height,
+            "pairs of directions": self.pair_count,
+            **({"pairs that repeat others": repeated} if repeated else {}),
+            "lights": lights,
+            "views": views,
+            "largest polar angle of lights": polar[0],
+            "largest polar angle of views": polar[1],
+            "bytes as half floats": 6 * self.texel_count * self.pair_count,
+        }
+
+    def blocks(
+        self, size_limit: int = 1 << 25, start: int = 0, stop: int | None = None
+    ) -> Iterator[slice]:
+        """Runs of texels, in order, whose values take at most `size_limit` bytes each.
+
+        They are those from `start` to before `stop`: of all, or of as many that were chosen.
+        """
+        step = max(1, size_limit // (12 * self.pair_count))
+        stop = self.texel_count if stop is None else stop
+        for first in range(start, stop, step):
+            yield slice(first, min(first + step, stop))
+
+
+class TableBtf(Btf):
+    """A texture whose values lie in one array, which may be mapped from a file.
+
+    Parameters
+    ----------
+    values
+        Reflectance factors, shape (height, width, n, 3), of any type of floats.
+    wi, wo
+        Unit directions, shape (n, 3).
+    name
+        Of the material.
+    """
+
+    def __init__(self, values: npt.NDArray[Any], wi: Floats, wo: Floats, name: str = "") -> None:
+        if values.ndim != 4 or values.shape[2:] != (len(wi), 3) or wi.shape != wo.shape:
+            raise ValueError(f"values {values.shape} do not fit {len(wi)}, {len(wo)} directions")
+        self.values, self.wi, self.wo, self.name = values, wi, wo, name
+        self.height, self.width = values.shape[:2]
+
+    def describe(self) -> dict[str, Any]:
+        """See :meth:`Btf.describe`."""
+        return super().describe() | {"values": str(self.values.dtype)}
+
+    def texels(self, chosen: Indices | slice) -> Floats:
+        """See :meth:`Btf.texels`."""
+        flat = self.values.reshape(self.texel_count, self.pair_count, 3)
+        return np.asarray(flat[chosen], np.float32)
+
+    def images(self, chosen: Indices | slice) -> Floats:
+        """See :meth:`Btf.images`."""
+        return np.ascontiguousarray(np.moveaxis(self.values[:, :, chosen], 2, 0), dtype=np.float32)

@@ -1,0 +1,58 @@
+"""Errors that a user can act on."""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+
+
+class NacreError(Exception):
+    """Something a user can mend; the message is one line that says how.
+
+    Characters that cannot be printed, of which a damaged file may have any, are escaped.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
+
+
+def printable(text: str) -> str:
+    """One line without control characters, whatever a file or its name holds."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def reason(error: Exception) -> str:
+    """What a library says went wrong, on one short line."""
+    return str(error).partition("\n")[0][:200]
+
+
+class FormatError(NacreError, ValueError):
+    """A file that cannot be read or written as what it claims to be.
+
+    The message names the file, the offending field and, where there is one, the fix.
+    """
+
+
+class MissingExtraError(NacreError, ImportError):
+    """An optional dependency that is not installed."""
+
+
+def require(module: str, extra: str) -> ModuleType:
+    """Import an optional dependency.
+
+    Raises
+    ------
+    MissingExtraError
+        Naming the extra of this package that brings `module`, or saying why it does not load.
+    """
+    package = module.partition(".")[0]
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(
+            f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
+        ) from error
+    except Exception as error:  # a library of the system that is missing shows in many ways
+        cause = error.__context__ if isinstance(error.__context__, Exception) else error
+        message = f"{package} is installed but does not load: {reason(cause)}"
+        raise MissingExtraError(message) from error

@@ -1,0 +1,233 @@
+"""The map of texels as a picture: points by family, names of textures at their texels."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.color import tone_map
+from nacre.errors import require
+from nacre.figures.polar import INK
+from nacre.io.files import PathLike
+from nacre.io.text_file import write_rows
+from nacre.textures.texel_places import TexelPlaces
+
+Places = npt.NDArray[np.float64]
+
+_SIZE, _KEY = 9.0, 1.5
+"""Inches: edge of the map, and width of the key beside it."""
+_DOT, _SWATCH = 9.0, 26.0
+"""Square points."""
+_CLOSE = 0.25
+"""Share of a texture's texels that are nearest to its name."""
+_ROUNDS = 2000
+_GAP = 1.0
+"""Pixels between names."""
+
+
+def family(name: str) -> str:
+    """What several materials of one kind are called: the name without a number at its end."""
+    return name.rstrip("0123456789").rstrip("_- ") or name
+
+
+def family_colors(families: Collection[str]) -> dict[str, Any]:
+    """A colour of Matplotlib for each, in the order of their names; the 21st has that of the first.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    names = sorted(set(families))
+    known = require("matplotlib", "plot").colormaps["tab10" if len(names) <= 10 else "tab20"].colors
+    return {name: known[index % len(known)] for index, name in enumerate(names)}
+
+
+def scatter_families(
+    axes: Any, places: Places, families: Sequence[str], ringed: npt.NDArray[np.bool_], size: float
+) -> None:
+    """Draw points on axes in the colours of their families; larger ones with a ring if so marked.
+
+    Parameters
+    ----------
+    axes
+        Of Matplotlib; gets a label for each family.
+    places
+        Shape (n, 2).
+    families
+        Of each point.
+    ringed
+        Which points have rings, shape (n,).
+    size
+        Of points, in square points.
+    """
+    of = np.array(families)
+    for name, color in family_colors(families).items():
+        for ring in (False, True):
+            chosen = places[(of == name) & (ringed == ring)]
+            style = {"edgecolors": INK, "linewidths": 0.5} if ring else {"linewidths": 0.0}
+            label = None if ring and len(places[(of == name) & ~ringed]) else name
+            if len(chosen):
+                area = 2.0 * size if ring else size
+                axes.scatter(*chosen.T, s=area, color=color, label=label, **style)
+    _bare(axes)
+
+
+def _bare(axes: Any) -> None:
+    """Leave out the scales, which mean nothing; equal in both directions."""
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.set_aspect("equal", "datalim")
+
+
+def texel_map_figure(chart: TexelPlaces, *, new: int = 0, swatches: bool = False) -> Any:
+    """A map of texels, each texture named where most of its texels lie.
+
+    Parameters
+    ----------
+    chart
+        To be shown.
+    new
+        How many of its textures, the last ones, are ringed and named in bold.
+    swatches
+        Whether texels are squares of their own colours; otherwise dots of that of the family.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One page.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    width = _SIZE if swatches else _SIZE + _KEY
+    figure = require("matplotlib.figure", "plot").Figure((width, _SIZE), facecolor="white")
+    axes = figure.add_axes((0.01, 0.01, (_SIZE - 0.1) / width, 0.98))
+    ringed = chart.texture >= len(chart.names) - new
+    if swatches:
+        _scatter_swatches(axes, chart, ringed)
+    else:
+        families = [family(name) for name in chart.labels]
+        scatter_families(axes, chart.places, families, ringed, _DOT)
+        style = {"fontsize": 8, "frameon": False, "markerscale": 2.0, "labelcolor": INK}
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **style)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    _name(figure, axes, chart, new)
+    return figure
+
+
+def write_table(chart: TexelPlaces, path: PathLike) -> None:
+    """Write texels with their textures, places and colours as comma-separated values.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    rows: list[list[object]] = [
+        ["texture", "family", "column", "row", "x", "y", "red", "green", "blue"]
+    ]
+    for name, texel, place, color in zip(
+        chart.labels, chart.xy, chart.places, chart.colors, strict=True
+    ):
+        numbers = [f"{v:.6g}" for v in (*place, *color)]
+        rows.append([name, family(name), *(int(v) for v in texel), *numbers])
+    write_rows(rows, path)
+
+
+def _scatter_swatches(axes: Any, chart: TexelPlaces, ringed: npt.NDArray[np.bool_]) -> None:
+    colors = tone_map(chart.colors)
+    for ring in (False, True):
+        style = {"edgecolors": INK, "linewidths": 0.6} if ring else {"linewidths": 0.0}
+        chosen = ringed == ring
+        axes.scatter(
+            *chart.places[chosen].T, s=_SWATCH, c=colors[chosen], marker="s", clip_on=False, **style
+        )
+    _bare(axes)
+
+
+def middle(places: Places) -> Places:
+    """The point of a cloud that has a quarter of the others closest about it, shape (2,).
+
+    The mean of a cloud in two parts lies in neither of them.
+    """
+    distances = np.linalg.norm(places[:, None] - places, axis=2)
+    count = max(1, round(_CLOSE * len(places)))
+    reach = np.partition(distances, count - 1, axis=1)[:, count - 1]
+    found: Places = places[reach.argmin()]
+    return found
+
+
+def _name(figure: Any, axes: Any, chart: TexelPlaces, new: int) -> None:
+    """Write names of textures at their texels, apart from one another."""
+    effects = require("matplotlib.patheffects", "plot")
+    halo = [effects.withStroke(linewidth=2.0, foreground="white")]
+    crowded = len(chart.names) > 40
+    figure.draw_without_rendering()
+    anchors, texts = [], []
+    for index, name in enumerate(chart.names):
+        fresh = index >= len(chart.names) - new
+        anchors.append(axes.transData.transform(middle(chart.places[chart.texture == index])))
+        style = {"fontsize": 6.5 if crowded else 8.5, "weight": "bold" if fresh else "normal"}
+        texts.append(
+            axes.text(
+                0.0, 0.0, name, transform=None, ha="center", va="center", color=INK,
+                path_effects=halo, zorder=5, parse_math=False, **style,
+            )
+        )  # fmt: skip
+    boxes = [text.get_window_extent() for text in texts]
+    sizes = np.array([(box.width, box.height) for box in boxes])
+    frame = axes.get_window_extent()
+    bounds = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]])
+    for text, anchor, place in zip(
+        texts, anchors, apart(np.array(anchors), sizes, bounds), strict=True
+    ):
+        # In points of the page: pixels change with the resolution it is written at.
+        x, y = place / figure.bbox.size
+        text.set_transform(figure.transFigure)
+        text.set_position((x, y))
+        if np.linalg.norm(place - anchor) > text.get_fontsize() * figure.dpi / 72.0:
+            line = require("matplotlib.lines", "plot").Line2D
+            ends = np.stack([anchor, place]) / figure.bbox.size
+            figure.add_artist(line(*ends.T, color=INK, linewidth=0.4, alpha=0.5))
+
+
+def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
+    """Centres of boxes moved as little as it takes until none lies over another.
+
+    Parameters
+    ----------
+    centers, sizes
+        Of the boxes, shape (n, 2).
+    bounds
+        Lower and upper corner of what they must lie in, shape (2, 2).
+
+    Returns
+    -------
+    array of shape (n, 2)
+        Where there is too little room some may still touch.
+    """
+    found = centers + 1e-3 * np.random.default_rng(0).standard_normal(centers.shape)
+    low, high = bounds[0] + 0.5 * sizes, bounds[1] - 0.5 * sizes
+    least = 0.5 * (sizes[:, None] + sizes) + _GAP
+    for _ in range(_ROUNDS):
+        found = np.clip(found, low, np.maximum(low, high))
+        between = found[:, None] - found
+        over = least - np.abs(between)
+        np.einsum("iik->ik", over)[:] = 0.0
+        hit = (over > 0.0).all(axis=2)
+        if not hit.any():
+            break
+        # Apart along the axis on which less is to go, each half of it.
+        along = over.argmin(axis=2)
+        step = np.where(hit, over.min(axis=2), 0.0) * 0.5
+        for axis in (0, 1):
+            sign = np.where(between[..., axis] >= 0.0, 1.0, -1.0)
+            found[:, axis] += np.where(along == axis, sign * step, 0.0).sum(axis=1)
+    return found

@@ -1,0 +1,93 @@
+"""Spheres of codes side by side: what single texels look like as materials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.color import tone_map
+from nacre.errors import require
+from nacre.figures.polar import INK
+from nacre.render.sphere import frames, sphere_normals, standard_lights
+from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+
+_PIXELS = 72
+_DIRECTIONS = 192
+"""Of the environment's light."""
+_PART = 512
+"""Pixels at a time."""
+_SIDE, _CAPTION, _ACROSS = 1.3, 0.42, 6
+"""Inches: edge of a sphere, height of its caption; spheres in a row."""
+
+
+def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
+    """Spheres of one code each in the light of the standard environment.
+
+    They are those of :mod:`nacre.render.sphere`, with fewer directions; directions are prepared
+    once for all codes.
+
+    Parameters
+    ----------
+    codec
+        Of the codes.
+    codes
+        Shape (n, values).
+
+    Returns
+    -------
+    array of shape (n, pixels, pixels, 3)
+        Linear RGB; 0 outside the sphere.
+    """
+    light = standard_lights(count=_DIRECTIONS)["environment"]
+    normals, mask = sphere_normals(_PIXELS)
+    local = frames(normals[mask])
+    shaded = np.zeros((len(codes), len(local), 3), np.float32)
+    for start in range(0, len(local), _PART):
+        part = local[start : start + _PART]
+        wi, weights, points = light.incident(part)
+        wi, wo = (np.asarray(w, np.float32) for w in (wi, part[:, :, 2][points]))
+        values = on_all_cores(codec, codec.decoder(wi, wo))(codes)
+        values *= np.asarray(wi[:, 2:] * weights / math.pi, np.float32)
+        for index, value in enumerate(values):
+            for channel in range(3):
+                sums = np.bincount(points, value[:, channel], minlength=len(part))
+                shaded[index, start : start + _PART, channel] = sums
+    pictures = np.zeros((len(codes), _PIXELS, _PIXELS, 3), np.float32)
+    pictures[:, mask] = shaded
+    return pictures
+
+
+def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Any:
+    """Spheres in rows, each over its caption; that of the first is bold.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One page.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    across = min(_ACROSS, len(pictures))
+    rows = math.ceil(len(pictures) / across)
+    width, height = across * _SIDE, rows * (_SIDE + _CAPTION)
+    figure = require("matplotlib.figure", "plot").Figure((width, height), facecolor="white")
+    for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
+        row, column = divmod(index, across)
+        bottom = height - row * (_SIDE + _CAPTION) - _SIDE
+        box = (column * _SIDE / width, bottom / height, _SIDE / width, _SIDE / height)
+        axes = figure.add_axes(box)
+        shown = np.where(picture.any(axis=2, keepdims=True), tone_map(picture), 1.0)
+        axes.imshow(shown, interpolation="bilinear")
+        axes.set_axis_off()
+        x, y = (column + 0.5) * _SIDE / width, (bottom - 0.02) / height
+        style = {"ha": "center", "va": "top", "fontsize": 7, "color": INK, "parse_math": False}
+        weight = "normal" if index else "bold"
+        figure.text(x, y, caption, weight=weight, **style)
+    return figure

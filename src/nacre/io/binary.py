@@ -1,0 +1,62 @@
+"""Numbers and bytes taken one after another from a binary file, never beyond its end."""
+
+from __future__ import annotations
+
+import struct
+from mmap import mmap
+from typing import Any
+
+from nacre.errors import FormatError
+from nacre.io.files import PathLike
+
+
+class BinaryReader:
+    """A position in a little-endian file that lies in memory or is mapped into it.
+
+    Parameters
+    ----------
+    data
+        The whole file.
+    path
+        What error messages start with.
+    position
+        Where to start.
+    """
+
+    def __init__(self, data: bytes | mmap, path: PathLike, position: int = 0) -> None:
+        self.data, self.path, self.position = data, path, position
+
+    def take(self, layout: str, what: str) -> tuple[Any, ...]:
+        """Unpack the next numbers, by a layout of :mod:`struct`.
+
+        Raises
+        ------
+        FormatError
+            If the file ends before.
+        """
+        return struct.unpack_from(layout, self.data, self.skip(struct.calcsize(layout), what))
+
+    def bytes(self, length: int, what: str) -> bytes:
+        """The next bytes.
+
+        Raises
+        ------
+        FormatError
+            If the file ends before.
+        """
+        start = self.skip(length, what)
+        return bytes(self.data[start : start + length])
+
+    def skip(self, length: int, what: str) -> int:
+        """Go on by a number of bytes, which is never too large for Python; the position before.
+
+        Raises
+        ------
+        FormatError
+            If the file ends before.
+        """
+        start = self.position
+        if start + length > len(self.data):
+            raise FormatError(f"{self.path}: ends within {what}; the file is cut short or damaged")
+        self.position = start + length
+        return start

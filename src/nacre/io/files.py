@@ -1,0 +1,216 @@
+"""Files that are whole or absent, and how their content is known."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import re
+import secrets
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from nacre.errors import FormatError
+from nacre.io.format import HEAD
+
+PathLike: TypeAlias = str | os.PathLike[str]
+
+
+_TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
+"""Names that :func:`atomic_path` gives: a mark of the file to write, the process, anything."""
+_PROCESSES = 0xFFFFFF
+"""Numbers of processes; Windows has larger ones, but there none is asked for."""
+
+
+def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
+    """Up to `count` bytes from the start of a file; none where it cannot be read."""
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(count)
+    except OSError:
+        return b""
+
+
+def read_head(path: PathLike) -> bytes:
+    """The first bytes of a file, up to :data:`HEAD`.
+
+    Raises
+    ------
+    FormatError
+        If it is no regular file, is empty or cannot be read.
+    """
+    path = Path(path)
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            kind = "a directory" if path.is_dir() else "not a regular file"
+            raise FormatError(f"{path}: is {kind}, expected a file")
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    if not head:
+        raise FormatError(f"{path}: is empty")
+    return head
+
+
+def read_bytes(path: PathLike, limit: int) -> bytes:
+    """Whole content of a file of at most `limit` bytes.
+
+    Raises
+    ------
+    FormatError
+        If the path is absent, a directory, unreadable, empty or larger than `limit`.
+    """
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        if path.is_dir():
+            raise FormatError(f"{path}: is a directory, expected a file")
+        if size == 0:
+            raise FormatError(f"{path}: is empty")
+        if size > limit:
+            raise FormatError(f"{path}: {size} bytes, more than the {limit} this format can need")
+        return path.read_bytes()
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_json(content: object) -> None:
+    """Refuse what could be read from JSON but not be written again, or shown.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or a text holds half a character or is nested too deep.
+    """
+    try:
+        json.dumps(content, allow_nan=False, ensure_ascii=False).encode()
+    except RecursionError as error:
+        raise ValueError("nested too deep") from error
+
+
+def digest(path: PathLike) -> str:
+    """SHA-256 of a file's content, in hexadecimal.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def check_writable(path: PathLike) -> None:
+    """Raise now what writing a file would raise when the work for it is done.
+
+    Raises
+    ------
+    FormatError
+        If `path` is a directory, or its folder is absent or cannot be written.
+    """
+    _claim(Path(path)).unlink()
+
+
+@contextmanager
+def atomic_path(path: PathLike) -> Iterator[Path]:
+    """A temporary path in the folder of `path` that replaces `path` when the block succeeds.
+
+    The temporary name keeps the suffix of `path`. If the block raises, nothing is left behind and
+    an existing file at `path` stays as it was. What a process that was killed here left behind goes
+    when another one writes the same file again.
+
+    Raises
+    ------
+    FormatError
+        If `path` is a directory, or its folder is absent or cannot be written.
+    """
+    path = Path(path)
+    temporary = _claim(path)
+    try:
+        yield temporary
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_encoded(path: PathLike, encode: Callable[[Any], bytes], content: Any) -> None:
+    """Write `encode(content)` to a file, whole or not at all.
+
+    Raises
+    ------
+    FormatError
+        If `encode` raises one, which then names the file, or the path cannot be written.
+    """
+    try:
+        data = encode(content)
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from error
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def abandoned(folder: PathLike) -> list[Path]:
+    """Temporary files of :func:`atomic_path` in a folder: its process was killed, or works now."""
+    with os.scandir(folder) as entries:
+        return [Path(entry.path) for entry in entries if _TEMPORARY.fullmatch(entry.name)]
+
+
+def _claim(path: Path) -> Path:
+    """A new empty file beside `path`, hidden, with the permissions of any new file."""
+    if path.is_dir():
+        raise FormatError(f"{path}: is a directory, expected a file name to write")
+    if not path.parent.is_dir():
+        raise FormatError(f"{path}: folder {path.parent} does not exist; create it first")
+    owner = hashlib.sha256(os.fsencode(f"{platform.node()}/{path.name}")).hexdigest()[:6]
+    _remove_stale(path.parent, owner)
+    process = f"{os.getpid() & _PROCESSES:06x}"
+    temporary = path.with_name(f".{owner}{process}{secrets.token_hex(2)}{path.suffix}")
+    try:
+        temporary.touch(exist_ok=False)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
+    return temporary
+
+
+def _remove_stale(folder: Path, owner: str) -> None:
+    """Remove temporary files with the mark of a file whose processes, on this machine, are dead."""
+    with suppress(OSError):  # a folder that cannot be listed or changed
+        for path in _found_first(folder.absolute()):
+            match = _TEMPORARY.fullmatch(path.name)
+            if match and match[1] == owner and not _runs(int(match[2], 16)):
+                path.unlink(missing_ok=True)
+
+
+@cache
+def _found_first(folder: Path) -> list[Path]:
+    """The temporary files that this process finds when it first writes into a folder.
+
+    To list a large folder takes longer than to write a file.
+    """
+    return abandoned(folder)
+
+
+def _runs(process: int) -> bool:
+    """Whether there is such a process, as far as one can know."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -1,0 +1,253 @@
+"""Images, decoded only once their headers are found to promise no more than they may.
+
+OpenEXR in scan lines (`File Layout` of its documentation), PNG (ISO/IEC 15948) and JPEG (ITU-T
+T.81). Mitsuba decodes the first two, which keeps 16 bits a channel; Pillow the last, as it notices
+that a file ends too early.
+"""
+
+from __future__ import annotations
+
+import io
+import stat
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.errors import FormatError, reason, require
+from nacre.io.files import PathLike
+
+HEADER_LIMIT = 1 << 18
+"""Bytes from the start of a file within which its size must be found."""
+
+_USUAL_HEADER = 1 << 12
+"""Bytes that nearly all headers fit in."""
+
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+JPEG_MAGIC = b"\xff\xd8\xff"
+
+_EXR_HEADER_LIMIT = 1 << 16
+_EXR_LONG_NAMES = 0x400
+"""The one flag of an image in scan lines that is not a plain one."""
+_PNG_COLORS = {2, 6}
+"""RGB, with and without opacity."""
+_JPEG_FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""Markers of the segments that hold the size."""
+
+
+@dataclass(frozen=True)
+class ImageHeader:
+    """What an image promises.
+
+    Parameters
+    ----------
+    width, height
+        In pixels.
+    channels
+        Names of the channels but for opacity: R, G, B, or of an OpenEXR image any others.
+    bits
+        Of a sample that follows a display curve; 0 where values are linear.
+    """
+
+    width: int
+    height: int
+    channels: frozenset[str]
+    bits: int
+
+
+def read_header(path: PathLike) -> ImageHeader:
+    """Header of an image of any of the kinds, which its first bytes tell.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, is none of them, or is not of three colours.
+    """
+    try:
+        if not stat.S_ISREG(Path(path).stat().st_mode):
+            raise FormatError(f"{path}: is not a regular file")
+        with Path(path).open("rb") as file:
+            data = file.read(_USUAL_HEADER)
+            try:
+                return parse_header(data, path)
+            except FormatError:
+                return parse_header(data + file.read(HEADER_LIMIT - len(data)), path)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def parse_header(data: bytes, path: PathLike) -> ImageHeader:
+    """Header of an image of any of the kinds.
+
+    Parameters
+    ----------
+    data
+        First bytes of the file, :data:`HEADER_LIMIT` or more where it has as many.
+    path
+        Of the file, for error messages.
+
+    Raises
+    ------
+    FormatError
+        If it is none of them, or not of three colours.
+    """
+    if data.startswith(PNG_MAGIC):
+        return png_header(data, path)
+    if data.startswith(JPEG_MAGIC):
+        return _jpeg_header(data, path)
+    if data.startswith(EXR_MAGIC):
+        return exr_header(data, path)
+    raise FormatError(f"{path}: is not an OpenEXR, PNG or JPEG image")
+
+
+def exr_header(data: bytes, path: PathLike) -> ImageHeader:
+    """Header of an OpenEXR image; see :func:`parse_header`."""
+    try:
+        (flags,) = struct.unpack_from("<I", data, 4)
+        if not data.startswith(EXR_MAGIC) or flags & ~_EXR_LONG_NAMES != 2:
+            raise ValueError("not version 2 with one part in scan lines")
+        attributes = dict(_exr_attributes(data[:_EXR_HEADER_LIMIT]))
+        left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
+        channels, rest = set(), attributes["channels"]
+        while rest.rstrip(b"\0"):
+            name, _, rest = rest.partition(b"\0")
+            channels.add(name.decode("latin-1"))
+            rest = rest[16:]
+    except (struct.error, ValueError, LookupError) as error:
+        raise FormatError(f"{path}: is not an OpenEXR image of one part in scan lines") from error
+    return ImageHeader(right - left + 1, bottom - top + 1, frozenset(channels - {"A"}), 0)
+
+
+def png_header(data: bytes, path: PathLike) -> ImageHeader:
+    """Header of a PNG image; see :func:`parse_header`."""
+    if len(data) < 26 or not data.startswith(PNG_MAGIC) or data[12:16] != b"IHDR":
+        raise FormatError(f"{path}: is not a PNG image")
+    width, height, bits, color = struct.unpack_from(">2I2B", data, 16)
+    if color not in _PNG_COLORS or bits not in (8, 16):
+        raise FormatError(f"{path}: is not of three colours with 8 or 16 bits; save it as RGB")
+    return ImageHeader(width, height, frozenset("RGB"), bits)
+
+
+def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]:
+    """Pixels of an image as stored, shape (height, width, 3).
+
+    Parameters
+    ----------
+    data
+        Content of the whole file.
+    header
+        What was found in it, and found to be no more than memory holds.
+    path
+        Of the file: OpenEXR images are decoded from there.
+
+    Returns
+    -------
+    array
+        Unsigned integers that follow a display curve, or linear values; red, green and blue, or
+        the channels X, Y and Z.
+
+    Raises
+    ------
+    FormatError
+        If the image is damaged.
+    MissingExtraError
+        If what decodes it is not installed.
+    """
+    if data.startswith(JPEG_MAGIC):
+        pixels = _decode_by_pillow(data, path)
+    else:
+        pixels = _decode_by_mitsuba(data, path)
+    if (
+        pixels.ndim != 3
+        or pixels.shape[:2] != (header.height, header.width)
+        or len(pixels[0, 0]) < 3
+    ):
+        raise FormatError(f"{path}: is of another size than its header says")
+    return pixels[..., :3]
+
+
+def _exr_attributes(data: bytes) -> Iterator[tuple[str, bytes]]:
+    """Names and values in the header, up to the empty name that ends it."""
+    offset = 8
+    while data[offset] != 0:
+        name_end = data.index(b"\0", offset)
+        type_end = data.index(b"\0", name_end + 1)
+        (size,) = struct.unpack_from("<I", data, type_end + 1)
+        start = type_end + 5
+        yield data[offset:name_end].decode("latin-1"), data[start : start + size]
+        offset = start + size
+
+
+def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
+    """The first frame header, past the segments before it."""
+    try:
+        offset = 2
+        while data[offset + 1] not in _JPEG_FRAMES:
+            if data[offset] != 0xFF:
+                raise ValueError("no marker")
+            offset += 2 + int.from_bytes(data[offset + 2 : offset + 4], "big")
+        bits, height, width, components = struct.unpack_from(">B2HB", data, offset + 4)
+    except (struct.error, ValueError, LookupError) as error:
+        raise FormatError(f"{path}: is not a whole JPEG image") from error
+    if components != 3 or bits != 8:
+        raise FormatError(f"{path}: is not of three colours with 8 bits; save it as RGB")
+    return ImageHeader(width, height, frozenset("RGB"), bits)
+
+
+def _critical_chunks(data: bytes, path: PathLike) -> bytes:
+    """A PNG image without texts and profiles, which can be a thousand times what they take."""
+    kept, offset, kind = [PNG_MAGIC], len(PNG_MAGIC), b""
+    while kind != b"IEND":
+        kind = data[offset + 4 : offset + 8]
+        end = offset + 12 + int.from_bytes(data[offset : offset + 4], "big")
+        if end > len(data):
+            raise FormatError(f"{path}: ends within its pixels; the file is cut short")
+        if kind[:1].isupper():
+            kept.append(data[offset:end])
+        offset = end
+    return b"".join(kept)
+
+
+def bitmaps() -> Any:
+    """Mitsuba, with threads enough that its `Bitmap` reads and writes OpenEXR images.
+
+    Where it has one thread only, as on one core, that thread waits for another for ever.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    mi, drjit = require("mitsuba", "render"), require("drjit", "render")
+    if drjit.thread_count() < 2:
+        drjit.set_thread_count(2)
+    return mi
+
+
+def _decode_by_mitsuba(data: bytes, path: PathLike) -> npt.NDArray[Any]:
+    mi = bitmaps()
+    source: Any = str(path)
+    if data.startswith(PNG_MAGIC):
+        # Must be whole: Mitsuba does not notice that a stream in memory ends.
+        source = mi.MemoryStream()
+        source.write(_critical_chunks(data, path))
+        source.seek(0)
+    try:
+        return np.array(mi.Bitmap(source))
+    except (RuntimeError, ValueError, MemoryError) as error:
+        cause = str(error).strip().rpartition("\n")[2].removeprefix(']". ')
+        raise FormatError(f"{path}: cannot be decoded: {cause}") from error
+
+
+def _decode_by_pillow(data: bytes, path: PathLike) -> npt.NDArray[Any]:
+    pillow = require("PIL.Image", "render")
+    try:
+        with pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
+            return np.array(image)
+    except Exception as error:  # the decoder meets damage in many ways
+        raise FormatError(f"{path}: cannot be decoded: {reason(error)}") from error

@@ -1,0 +1,157 @@
+"""NumPy's `.npy` arrays, read without trust in what their headers promise.
+
+The layout is described in the documentation of :mod:`numpy.lib.format`.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.lib.format as npy
+import numpy.typing as npt
+
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike
+
+MAGIC = npy.MAGIC_PREFIX
+"""First bytes of every file."""
+
+_WHOLE, _RATIO = 1 << 26, 8
+"""Bytes that an array may unpack to from an archive of any size, and from each of its bytes."""
+TEXT_LIMIT = 1024
+"""Most characters of a text."""
+
+
+def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
+    """The array of floating-point numbers in a version 1.0 `.npy` file.
+
+    Parameters
+    ----------
+    data
+        Content of the file.
+    where
+        What error messages start with: the file's path, and the array's name where it has several.
+
+    Returns
+    -------
+    array
+        Read-only, of the shape and type in the header.
+
+    Raises
+    ------
+    FormatError
+        If the header is damaged, of another version or type, or its shape does not need exactly
+        the bytes that follow.
+    """
+    shape, fortran, dtype, offset = _header(io.BytesIO(data), len(data), "f", where)
+    values = np.frombuffer(data, dtype, offset=offset)
+    return values.reshape(shape, order="F" if fortran else "C")
+
+
+def parse_text(data: bytes, where: str) -> str:
+    """The one text in a version 1.0 `.npy` file, of at most :data:`TEXT_LIMIT` characters.
+
+    Parameters and errors are those of :func:`parse_npy`.
+    """
+    shape, _, dtype, offset = _header(io.BytesIO(data), len(data), "U", where)
+    if shape or len(data) - offset > 4 * TEXT_LIMIT:
+        raise FormatError(f"{where}: is not one text of at most {TEXT_LIMIT} characters")
+    try:
+        encoding = "utf-32-be" if dtype.str.startswith(">") else "utf-32-le"
+        return data[offset:].decode(encoding).rstrip("\0")
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{where}: holds something else than characters") from error
+
+
+def map_npy(path: PathLike, offset: int, length: int, where: str) -> npt.NDArray[Any]:
+    """The array of floating-point numbers in a part of a file, mapped rather than read.
+
+    Parameters
+    ----------
+    path
+        The file, which must stay as it is while the array is used.
+    offset, length
+        Where the version 1.0 `.npy` file within it starts and how many bytes it has.
+    where
+        As of :func:`parse_npy`, whose errors these are.
+
+    Returns
+    -------
+    array
+        Read-only, of the shape and type in the header; not always aligned in memory.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            file.seek(offset)
+            shape, fortran, dtype, start = _header(file, length, "f", where)
+        order: Any = "F" if fortran else "C"
+        if not math.prod(shape):
+            return np.zeros(shape, dtype)
+        return np.memmap(path, dtype, "r", offset + start, shape, order)
+    except (OSError, ValueError) as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"{where}: cannot be read: {reason(error)}") from error
+
+
+def unpack_member(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, size: int, where: str
+) -> bytes:
+    """Content of a file in an archive, stored or deflated.
+
+    Parameters
+    ----------
+    archive, member
+        The archive, open, and the file in it.
+    size
+        Bytes of the archive: the content may have eight times as many, and 64 MiB of any archive.
+    where
+        What error messages start with.
+
+    Raises
+    ------
+    FormatError
+        If the content is larger, of another length than the archive says, or packed in another way.
+    Exception
+        Of many kinds, where the archive is damaged.
+    """
+    if member.file_size > max(_WHOLE, _RATIO * size):
+        raise FormatError(f"{where}: is larger than any table that packs into this file")
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise FormatError(f"{where}: is packed in an unusual way; use numpy.savez")
+    with archive.open(member) as packed:  # read() would unpack more than was promised
+        content = packed.read(member.file_size)
+        if len(content) < member.file_size or packed.read(1):
+            raise FormatError(f"{where}: is of another length than the archive says")
+    return content
+
+
+def _header(
+    file: IO[bytes], length: int, kind: str, where: str
+) -> tuple[tuple[int, ...], bool, np.dtype[Any], int]:
+    """Shape, whether in Fortran order, type, and length of the header, which lies here in a file.
+
+    The array must be of a kind of NumPy's and fill the rest of `length` bytes.
+    """
+    before = file.tell()
+    try:
+        if npy.read_magic(file) != (1, 0):
+            raise FormatError(f"{where}: is not a version 1.0 .npy file")
+        shape, fortran, dtype = npy.read_array_header_1_0(file)
+    except FormatError:
+        raise
+    except Exception as error:  # NumPy's header parser fails in many ways
+        raise FormatError(f"{where}: is not a whole .npy file: {reason(error)}") from error
+    start = file.tell() - before
+    left = length - start
+    if dtype.kind != kind:
+        wanted = "floats (float32)" if kind == "f" else "text"
+        raise FormatError(f"{where}: is of type {dtype}, expected {wanted}")
+    if min(shape, default=1) < 0 or math.prod(shape) * dtype.itemsize != left:
+        raise FormatError(f"{where}: header promises {shape} {dtype}, {left} bytes follow")
+    return shape, fortran, dtype, start

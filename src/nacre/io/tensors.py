@@ -1,0 +1,204 @@
+"""Safetensors files with one JSON header: what the files of all networks have in common."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import safetensors.numpy
+from safetensors import SafetensorError
+
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, check_json, read_bytes
+
+Tensors = dict[str, npt.NDArray[Any]]
+
+PRECISIONS: dict[str, np.dtype[Any]] = {
+    "single": np.dtype(np.float32),
+    "half": np.dtype(np.float16),
+}
+"""Of numbers in files."""
+
+HALF_LARGEST = 65504.0
+"""What a half float holds."""
+_LARGEST = 1e6
+_HEADER_LIMIT = 1 << 24
+
+
+def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> bytes:
+    """The content of a file; the same tensors and header give the same bytes.
+
+    Parameters
+    ----------
+    key
+        Name of the header in the file's metadata. One only: the library writes several in no
+        particular order.
+    header, tensors
+        What to write.
+    limit
+        Bytes that are read back.
+
+    Raises
+    ------
+    FormatError
+        If the header is not JSON, or the file too large.
+    """
+    try:
+        check_json(header)
+        data = safetensors.numpy.save(tensors, {key: json.dumps(header)})
+    except (TypeError, ValueError) as error:
+        raise FormatError(f"metadata cannot be written as JSON: {error}") from error
+    if len(data) > limit:
+        raise FormatError(f"{len(data):,} bytes, more than the {limit:,} we read back")
+    return data
+
+
+def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Tensors]:
+    """Header and tensors of a file, neither of them checked.
+
+    Parameters
+    ----------
+    path
+        File to read.
+    key, limit
+        As in :func:`to_bytes`.
+    what
+        The file is expected to be, for the message of an error: "a nacre material".
+
+    Raises
+    ------
+    FormatError
+        If it is no safetensors file of at most `limit` bytes, or has no such header.
+    """
+    data = read_bytes(path, limit)
+    try:
+        tensors = safetensors.numpy.load(data)
+        size = int.from_bytes(data[:8], "little")
+        header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"][key])
+    except SafetensorError as error:
+        raise FormatError(f"{path}: is not a whole safetensors file: {reason(error)}") from error
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: is a safetensors file, but not {what}") from error
+    return header, tensors
+
+
+def check_header(header: dict[str, Any], version: int) -> None:
+    """Refuse a header that is of another version, has no metadata or could not be written again.
+
+    Raises
+    ------
+    KeyError
+        If it has no version or metadata.
+    ValueError
+        Saying what is wrong.
+    """
+    if header["version"] != version:
+        raise ValueError(f"version {header['version']!r}; this nacre reads version {version}")
+    check_json(header)
+    if not isinstance(header["metadata"], dict):
+        raise ValueError("metadata is not an object")
+
+
+def check_unit_vectors(tensors: Tensors) -> None:
+    """Refuse what is not of shape (n, 3), finite and of unit length to about a thousandth.
+
+    Raises
+    ------
+    ValueError
+        With the name of the tensor.
+    """
+    check_numbers(tensors, _LARGEST)
+    for name, array in tensors.items():
+        if array.ndim != 2 or not np.allclose(np.square(array).sum(axis=-1), 1.0, atol=1e-3):
+            raise ValueError(f"{name} are no unit directions")
+
+
+def check_numbers(tensors: Tensors, largest: float) -> None:
+    """Refuse numbers that are not finite, or whose products could overflow.
+
+    Raises
+    ------
+    ValueError
+        With the name of the tensor.
+    """
+    for name, array in tensors.items():
+        if not (np.abs(array) < largest).all():
+            raise ValueError(f"{name} holds numbers that are not finite or too large")
+
+
+def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARGEST) -> Tensors:
+    """The same numbers as they are written.
+
+    Parameters
+    ----------
+    tensors
+        Of single precision.
+    precision
+        One of :data:`PRECISIONS`; the half one where None, if it changes no number.
+    largest
+        See :func:`check_numbers`.
+
+    Raises
+    ------
+    FormatError
+        If a number is not finite or too large.
+    """
+    if precision is None:
+        with np.errstate(over="ignore"):
+            exact = all((a.astype(np.float16) == a).all() for a in tensors.values())
+        precision = "half" if exact else "single"
+    try:
+        check_numbers(tensors, HALF_LARGEST if precision == "half" else largest)
+    except ValueError as error:
+        raise FormatError(str(error)) from error
+    return {name: array.astype(PRECISIONS[precision]) for name, array in tensors.items()}
+
+
+def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
+    """What :func:`in_precision` gave, in single precision.
+
+    Raises
+    ------
+    ValueError
+        If numbers are of other types, or of several, not finite, or too large.
+    """
+    kinds = {array.dtype for array in tensors.values()}
+    if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
+        raise ValueError("weights are not float32 or float16 numbers, all alike")
+    single = {name: array.astype(np.float32) for name, array in tensors.items()}
+    check_numbers(single, largest)
+    return single
+
+
+@contextmanager
+def damage_named(path: PathLike) -> Iterator[None]:
+    """A block that makes sense of the header and tensors of a file.
+
+    Raises
+    ------
+    FormatError
+        Naming the file, for whatever goes wrong as it does where a field is missing or bad.
+    """
+    try:
+        yield
+    except FormatError:
+        raise
+    except KeyError as error:
+        raise FormatError(f"{path}: field {reason(error)} is missing") from error
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise FormatError(f"{path}: {reason(error)}") from error
+
+
+def has_header(path: PathLike, key: str) -> bool:
+    """Whether a file is a safetensors file with such a header; does not raise."""
+    try:
+        with Path(path).open("rb") as file:
+            size = int.from_bytes(file.read(8), "little")
+            return size <= _HEADER_LIMIT and key in json.loads(file.read(size))["__metadata__"]
+    except (OSError, KeyError, TypeError, ValueError, RecursionError):
+        return False

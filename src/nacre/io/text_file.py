@@ -1,0 +1,85 @@
+"""Text files, read line by line without trust in their length or encoding."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Iterator
+
+from nacre.errors import FormatError
+from nacre.io.files import PathLike, atomic_path, read_bytes
+
+LINE_LIMIT = 1 << 16
+"""Most characters in a line."""
+
+
+def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
+    """Numbers of lines, from 1, and lines of a file that is UTF-8 throughout.
+
+    Lines come one at a time: a list of them could take many times the memory of the file.
+
+    Parameters
+    ----------
+    path
+        File to read; a mark of the byte order at its start is left out.
+    size_limit
+        Most bytes that it may have.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is longer, is not UTF-8, or, once it comes to that, a line is
+        longer than :data:`LINE_LIMIT`.
+    """
+    data = read_bytes(path, size_limit)
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
+        raise FormatError(f"{path}: is UTF-16 text, not UTF-8, or something else; save it as UTF-8")
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise FormatError(
+            f"{path}: byte {error.start} is not UTF-8 text; save the file as UTF-8"
+        ) from error
+    return _lines(path, data)
+
+
+def _lines(path: PathLike, data: bytes) -> Iterator[tuple[int, str]]:
+    text = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig")
+    for number in range(1, len(data) + 2):
+        line = text.readline(LINE_LIMIT + 1)
+        if len(line) > LINE_LIMIT:
+            raise FormatError(f"{path}: line {number}: is longer than {LINE_LIMIT} characters")
+        if not line:
+            return
+        yield number, line
+
+
+def parse_number(cell: str) -> float:
+    """The number in a cell.
+
+    Raises
+    ------
+    ValueError
+        If it is none, has digits of another script or grouped as Python does, or is not finite.
+    """
+    if "_" in cell or not cell.isascii():
+        raise ValueError(cell)
+    value = float(cell)
+    if not math.isfinite(value):
+        raise ValueError(cell)
+    return value
+
+
+def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
+    """Write comma-separated values, the names of the columns first, whole or not at all.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    with atomic_path(path) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8")

@@ -1,0 +1,106 @@
+"""Textures as rectified photographs and a list of their directions, as laboratories have them.
+
+The list is one of pairs of directions (:mod:`nacre.measured.textures.direction_list`) with a further column
+`file`, a path from the folder of the list; and, if wanted, `quantity`, what the pixels of the image
+hold: `reflectance` or `radiance` (see :data:`nacre.measured.textures.image_folder.Quantity`), and `scale`, what
+the value 1 of a pixel stands for: 4 where the exposure was a quarter, so that highlights of up to
+four times white are not cut off.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePosixPath
+
+from nacre.errors import FormatError
+from nacre.io.files import PathLike
+from nacre.io.format import Format
+from nacre.measured.textures.direction_list import cell_number, read_rows, row_pairs
+from nacre.measured.textures.image_folder import QUANTITIES, ImageFolderBtf, Quantity
+
+LIST = "directions.csv"
+"""Name of the list within a folder of photographs."""
+_LARGEST_SCALE = 1e4
+
+
+def load_photographs(
+    folder: PathLike, directions: PathLike | None = None, quantity: Quantity | None = None
+) -> ImageFolderBtf:
+    """Read a folder of photographs.
+
+    Parameters
+    ----------
+    folder
+        Where the images are (OpenEXR, PNG or JPEG, see :class:`ImageFolderBtf`); its name becomes
+        the material's.
+    directions
+        The list; :data:`LIST` in the folder where None.
+    quantity
+        What pixels hold, where the list does not say; "reflectance" where None.
+
+    Raises
+    ------
+    FormatError
+        If the list cannot be read, a column is missing, unknown or there twice, a value is not a
+        finite number, a direction is not of unit length or lies below the horizon, a pair of them
+        appears twice, both the list and `quantity` say what pixels hold, or an image is bad.
+    """
+    folder = Path(folder)
+    path = Path(directions) if directions is not None else folder / LIST
+    rows = read_rows(path, images=True)
+    if "quantity" in rows[0][1] and quantity is not None:
+        raise FormatError(f"{path}: column quantity says what pixels hold; do not state it again")
+    wi, wo = row_pairs(path, rows)
+    return ImageFolderBtf(
+        [_image(path, folder, line, row["file"]) for line, row in rows],
+        wi,
+        wo,
+        folder.resolve().name,
+        [
+            _quantity(path, line, row.get("quantity", quantity or QUANTITIES[0]))
+            for line, row in rows
+        ],
+        [_scale(path, line, row) for line, row in rows],
+    )
+
+
+def _image(path: Path, folder: Path, line: int, name: str) -> Path:
+    """Path of an image that is there; it must not leave the folder."""
+    relative = PurePosixPath(name.replace("\\", "/"))
+    if not name or "\0" in name or relative.is_absolute() or ".." in relative.parts:
+        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is no path within the folder")
+    if not (folder / relative).is_file():
+        raise FormatError(f"{path}: line {line}: file {name[:80]!r} is not in {folder}")
+    return folder / relative
+
+
+def _quantity(path: Path, line: int, cell: str) -> Quantity:
+    for quantity in QUANTITIES:
+        if cell == quantity:
+            return quantity
+    raise FormatError(
+        f"{path}: line {line}: quantity {cell[:40]!r}, expected {' or '.join(QUANTITIES)}"
+    )
+
+
+def _scale(path: Path, line: int, row: dict[str, str]) -> float:
+    if "scale" not in row:
+        return 1.0
+    scale = cell_number(path, line, row, "scale")
+    if not 0.0 < scale <= _LARGEST_SCALE:
+        raise FormatError(
+            f"{path}: line {line}: column scale: {scale:g} is not above 0 and at most "
+            f"{_LARGEST_SCALE:g}"
+        )
+    return scale
+
+
+def _load(path: PathLike, quantity: Quantity | None = None) -> ImageFolderBtf:
+    """A folder with a list, or the list, beside which the images are."""
+    path = Path(path)
+    if path.is_dir():
+        return load_photographs(path, quantity=quantity)
+    return load_photographs(path.parent, path, quantity)
+
+
+FORMAT = Format("photographs", (".csv",), None, _load, claims=lambda path: (path / LIST).is_file())
+"""Entry of the registry of formats of textures."""

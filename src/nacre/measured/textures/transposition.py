@@ -1,0 +1,141 @@
+"""From pictures, one a pair of directions, to texels with all their directions."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf import Btf, Indices
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike
+from nacre.runtime.progress import Progress
+
+_MEMORY = 1 << 28
+_T = TypeVar("_T")
+
+
+class _TransposedBtf(Btf):
+    """Texels from parts of a table, each of all texels at some pairs; pictures as they were."""
+
+    def __init__(self, btf: Btf, parts: list[npt.NDArray[Any]]) -> None:
+        self.name, self.width, self.height = btf.name, btf.width, btf.height
+        self.wi, self.wo = btf.wi, btf.wo
+        self._btf, self._parts = btf, parts
+
+    def texels(self, chosen: Indices | slice) -> Floats:
+        """See :meth:`Btf.texels`."""
+        found = [part[chosen] for part in self._parts]
+        return np.concatenate(found, axis=1, dtype=np.float32)
+
+    def images(self, chosen: Indices | slice) -> Floats:
+        """See :meth:`Btf.images`."""
+        return self._btf.images(chosen)
+
+
+class TooLargeError(FormatError):
+    """A value that does not fit the type it is to have."""
+
+
+@contextmanager
+def by_texel(
+    btf: Btf,
+    folder: PathLike | None = None,
+    dtype: npt.DTypeLike | None = None,
+    size_limit: int = _MEMORY,
+    progress: Progress | None = None,
+) -> Iterator[Btf]:
+    """The same texture with texels that come at once, while the block lasts.
+
+    Where it lies in images, each is read once: as many as memory takes are put by texel and
+    written to a temporary file, from which a run of texels is one piece of each such part.
+
+    Parameters
+    ----------
+    btf
+        Any texture; given back as it is unless :attr:`Btf.by_image`.
+    folder
+        For the temporary file, as large as the texture in the type `dtype`; the system's where
+        None.
+    dtype
+        Of the temporary file; where None, half, or single where a value needs it: images are read
+        again then.
+    size_limit
+        Bytes of memory for pictures.
+    progress
+        Called with the pictures read.
+
+    Raises
+    ------
+    FormatError
+        If an image is bad, a value is too large for the type, or the file cannot be written.
+    """
+    if not btf.by_image:
+        yield btf
+        return
+    place = folder or tempfile.gettempdir()
+
+    def transposed(dtype: np.dtype[Any]) -> Btf:
+        step = max(1, size_limit // (3 * (4 + dtype.itemsize) * btf.texel_count))
+        try:
+            table = _table(btf, place, dtype, step, progress)
+        except OSError as error:
+            raise FormatError(
+                f"{place}: temporary file cannot be written: {error.strerror or reason(error)}"
+            ) from error
+        parts, offset = [], 0
+        for start in range(0, btf.pair_count, step):
+            count = min(step, btf.pair_count - start)
+            size = 3 * count * btf.texel_count
+            parts.append(table[offset : offset + size].reshape(btf.texel_count, count, 3))
+            offset += size
+        return _TransposedBtf(btf, parts)
+
+    yield in_narrowest(transposed, dtype)
+
+
+def _table(
+    btf: Btf, place: PathLike, dtype: np.dtype[Any], step: int, progress: Progress | None
+) -> npt.NDArray[Any]:
+    """Values by texel of `step` pictures after the other, in a file that vanishes with them."""
+    with tempfile.TemporaryFile(dir=place) as file:
+        for start in range(0, btf.pair_count, step):
+            pictures = btf.images(slice(start, min(start + step, btf.pair_count)))
+            by_pair = pictures.reshape(len(pictures), -1, 3)
+            file.write(narrowed(by_pair.swapaxes(0, 1), dtype, btf.name).data)
+            if progress:
+                progress("reading images", start + len(pictures), btf.pair_count, "")
+        file.flush()
+        return np.memmap(file, dtype, "r")
+
+
+def in_narrowest(attempt: Callable[[np.dtype[Any]], _T], dtype: npt.DTypeLike | None) -> _T:
+    """What is made in a type or, where that is None, in half or, if a value needs it, single."""
+    if dtype is not None:
+        return attempt(np.dtype(dtype))
+    try:
+        return attempt(np.dtype("<f2"))
+    except TooLargeError:
+        return attempt(np.dtype("<f4"))
+
+
+def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[Any]:
+    """Finite values in another type, contiguous.
+
+    Raises
+    ------
+    TooLargeError
+        If one is too large for it; the message starts with `where`.
+    """
+    with np.errstate(over="ignore"):
+        result = values.astype(dtype, order="C")
+    if not np.isfinite(result).all():
+        raise TooLargeError(
+            f"{where}: values: some are too large for {result.dtype}; ask for single precision"
+        )
+    return result

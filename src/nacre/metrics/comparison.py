@@ -1,0 +1,155 @@
+"""One reflectance against another: the numbers and the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
+from nacre.render.environment import Environment
+from nacre.render.lights import DIRECTIONS
+from nacre.render.sphere import SIZE, render_sphere, standard_lights
+
+Image = npt.NDArray[np.float32]
+
+Row = tuple[str, str, float]
+"""Where it was measured ("environment", "directional", "angles"), the measure, its value."""
+
+
+@dataclass(frozen=True)
+class LightComparison:
+    """The two spheres under one light.
+
+    Parameters
+    ----------
+    light
+        Name of the light.
+    truth, other
+        Linear pictures, shape (size, size, 3), float32.
+    flip_map
+        FLIP error of every pixel in [0, 1], shape (size, size).
+    errors
+        The figures.
+    """
+
+    light: str
+    truth: Image
+    other: Image
+    flip_map: npt.NDArray[np.floating]
+    errors: ImageErrors
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What :func:`compare` found.
+
+    Parameters
+    ----------
+    truth, other
+        Names of the reference and of what is judged.
+    mask
+        Pixels that the sphere covers, shape (size, size).
+    lights
+        Under each light: the environment first, then the directional one.
+    angles
+        Errors over pairs of directions.
+    """
+
+    truth: str
+    other: str
+    mask: npt.NDArray[np.bool_]
+    lights: tuple[LightComparison, ...]
+    angles: AngularErrors
+
+    def rows(self) -> list[Row]:
+        """All figures as a table, in the order in which they should be shown."""
+        table: list[Row] = []
+        for item in self.lights:
+            errors = item.errors
+            table += [
+                (item.light, "SSIM", errors.ssim),
+                (item.light, "PSNR (dB)", errors.psnr),
+                (item.light, "MAE", errors.mae),
+                (item.light, "RMSE", errors.rmse),
+                (item.light, "FLIP", errors.flip),
+            ]
+        return [
+            *table,
+            ("angles", "log-cosine error", self.angles.log_cosine),
+            ("angles", "log-cosine error, 95th percentile", self.angles.log_cosine_p95),
+            ("angles", "relative error, median", self.angles.relative_median),
+            ("angles", "RMSE of f cos (1/sr)", self.angles.rmse_cosine),
+        ]
+
+
+def compare(
+    truth: Brdf,
+    other: Brdf,
+    *,
+    size: int = SIZE,
+    directions: int = DIRECTIONS,
+    environment: Environment | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
+    """Compare two reflectances by the protocol of :mod:`nacre.render.sphere`.
+
+    Parameters
+    ----------
+    truth, other
+        The reference and what is judged.
+    size
+        Pixels along an edge of the pictures, at least 7; figures are comparable at one size only.
+    directions
+        Light directions at a pixel under the environment.
+    environment
+        The map, exposed here; the package's own where None.
+    seed
+        Of the pairs of directions for the angular errors.
+    progress
+        Called with the part that is done, in (0, 1].
+
+    Raises
+    ------
+    MissingExtraError
+        If scikit-image or flip-evaluator is not installed.
+
+    Examples
+    --------
+    >>> from nacre.neural import Layer, NeuralBrdf
+    >>> grey = NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
+    >>> comparison = compare(grey, grey, size=8, directions=8)
+    >>> comparison.lights[0].errors.ssim
+    1.0
+    """
+    lights = standard_lights(environment, directions)
+    work = [(light, brdf) for light in lights.values() for brdf in (truth, other)]
+    costs = np.array([light.count for light, _ in work], float)
+    ends = np.cumsum(costs) / costs.sum()
+    spheres, mask = [], np.zeros((size, size), bool)
+    for (light, brdf), end, cost in zip(work, ends, costs / costs.sum(), strict=True):
+        report = None if progress is None else _part(progress, end - cost, cost)
+        image, mask = render_sphere(brdf, light, size, progress=report)
+        spheres.append(image)
+    found = []
+    for name, a, b in zip(lights, spheres[::2], spheres[1::2], strict=True):
+        errors, flip_map = image_errors(a, b, mask)
+        found.append(LightComparison(name, a, b, flip_map, errors))
+    return Comparison(
+        truth=truth.name or type(truth).__name__,
+        other=other.name or type(other).__name__,
+        mask=mask,
+        lights=tuple(found),
+        angles=angular_errors(truth, other, seed=seed),
+    )
+
+
+def _part(
+    progress: Callable[[float], None], start: float, length: float
+) -> Callable[[float], None]:
+    """Progress of one part of the work as progress of the whole."""
+    return lambda done: progress(float(min(start + length * done, 1.0)))

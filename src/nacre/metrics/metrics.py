@@ -1,0 +1,206 @@
+"""Numbers that say how far apart two pictures, or two reflectances, are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.color import tone_map
+from nacre.errors import NacreError, require
+from nacre.geometry import join, uniform_rusinkiewicz
+
+Floats = npt.NDArray[np.floating]
+Mask = npt.NDArray[np.bool_]
+
+PAIRS = 100_000
+"""Pairs of directions drawn for :func:`angular_errors`."""
+
+
+@dataclass(frozen=True)
+class ImageErrors:
+    """Errors of a picture after tone mapping to [0, 1].
+
+    Parameters
+    ----------
+    mae, rmse
+        Mean absolute and root mean square error over the covered pixels and channels.
+    psnr
+        -20 log10(rmse) in dB; infinite for equal pictures.
+    ssim
+        Structural similarity (Wang et al. 2004) over the frame, colour channels averaged; 1 for
+        equal pictures.
+    flip
+        Mean of the LDR-FLIP map (Andersson et al. 2020) over the covered pixels; 0 for equal
+        pictures.
+    """
+
+    mae: float
+    rmse: float
+    psnr: float
+    ssim: float
+    flip: float
+
+
+@dataclass(frozen=True)
+class AngularErrors:
+    """Errors of a reflectance over pairs of directions.
+
+    Parameters
+    ----------
+    count
+        Valid pairs that the figures rest on.
+    log_cosine
+        Mean over pairs and channels of |log(1 + f cos theta_i) - log(1 + g cos theta_i)|, the loss
+        of the NBRDF paper (equation 1).
+    log_cosine_p95
+        95th percentile over pairs of the same, channels averaged.
+    relative_median
+        Median over pairs and channels of |g - f| / f where f > 0.
+    rmse_cosine
+        Root mean square of (g - f) cos theta_i in 1/sr: dominated by the highlight.
+    """
+
+    count: int
+    log_cosine: float
+    log_cosine_p95: float
+    relative_median: float
+    rmse_cosine: float
+
+
+def image_errors(
+    truth: Floats, other: Floats, mask: Mask | None = None, gamma: float = 2.2
+) -> tuple[ImageErrors, Floats]:
+    """Errors of a linear picture against a true one, after tone mapping.
+
+    Parameters
+    ----------
+    truth, other
+        Linear RGB, shapes (height, width, 3), at least 7 x 7; clipped to [0, 1], then gamma.
+    mask
+        Pixels that count, shape (height, width); all where None.
+    gamma
+        Exponent of the display.
+
+    Returns
+    -------
+    errors
+        The figures.
+    flip_map
+        FLIP error of every pixel in [0, 1], shape (height, width), float32.
+
+    Raises
+    ------
+    ValueError
+        If the shapes disagree or the mask is empty.
+    MissingExtraError
+        If scikit-image or flip-evaluator is not installed.
+    """
+    if truth.shape != other.shape or truth.ndim != 3 or truth.shape[2] != 3:
+        raise ValueError(f"pictures of shapes {truth.shape} and {other.shape} do not compare")
+    covered = np.ones(truth.shape[:2], bool) if mask is None else mask
+    if covered.shape != truth.shape[:2] or not covered.any():
+        raise ValueError(f"the mask {covered.shape} selects nothing of {truth.shape}")
+    a, b = tone_map(truth, gamma), tone_map(other, gamma)
+    difference = a[covered].astype(np.float64) - b[covered]
+    rmse = math.sqrt(np.mean(difference**2))
+    flip_map = flip(a, b)
+    errors = ImageErrors(
+        mae=float(np.mean(np.abs(difference))),
+        rmse=rmse,
+        psnr=-20.0 * math.log10(rmse) if rmse > 0.0 else math.inf,
+        ssim=_structural_similarity(a, b)[0],
+        flip=float(np.mean(flip_map[covered])),
+    )
+    return errors, flip_map
+
+
+def similarity_map(truth: Floats, other: Floats) -> Floats:
+    """Structural similarity about every pixel of two tone-mapped pictures.
+
+    Parameters
+    ----------
+    truth, other
+        Values of display in [0, 1], shapes (height, width, 3), at least 7 x 7.
+
+    Returns
+    -------
+    array of shape (height, width)
+        SSIM (Wang et al. 2004) of a 7 x 7 window, colour channels averaged; 1 where equal.
+
+    Raises
+    ------
+    MissingExtraError
+        If scikit-image is not installed.
+    """
+    return _structural_similarity(truth, other)[1]
+
+
+def _structural_similarity(truth: Floats, other: Floats) -> tuple[float, Floats]:
+    """SSIM of two pictures of display values, and its map with channels averaged."""
+    metrics = require("skimage.metrics", "render")
+    mean, whole = metrics.structural_similarity(
+        truth, other, channel_axis=-1, data_range=1.0, full=True
+    )
+    return float(mean), np.asarray(whole).mean(axis=-1)
+
+
+def flip(truth: Floats, other: Floats) -> Floats:
+    """LDR-FLIP error map of two tone-mapped pictures at 67 pixels a degree.
+
+    Parameters
+    ----------
+    truth, other
+        Values of display in [0, 1], shapes (height, width, 3).
+
+    Returns
+    -------
+    array of shape (height, width)
+        Perceived difference in [0, 1], float32.
+    """
+    evaluator = require("flip_evaluator", "render")
+    images = (np.ascontiguousarray(image, dtype=np.float32) for image in (truth, other))
+    # The figure it would compute on request is the mean over the frame, background included.
+    result, _, _ = evaluator.evaluate(*images, "LDR", applyMagma=False, computeMeanError=False)
+    return np.asarray(result, np.float32)[..., 0]
+
+
+def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) -> AngularErrors:
+    """Errors of a reflectance over pairs of directions uniform in Rusinkiewicz angles.
+
+    Parameters
+    ----------
+    truth, other
+        The reference and what is judged.
+    count
+        Pairs to draw; those below the horizon, or without a valid sample in `truth`, do not count.
+    seed
+        Of the pairs.
+
+    Raises
+    ------
+    NacreError
+        If `truth` is valid at none of them.
+    """
+    generator = np.random.default_rng(seed)
+    u = generator.random((4, count), dtype=np.float32)
+    wi, wo = map(join, uniform_rusinkiewicz(u))
+    valid = truth.valid(wi, wo)
+    if not valid.any():
+        raise NacreError(f"{truth.name or 'the reference'}: no valid sample among {count}")
+    wi, wo = wi[valid], wo[valid]
+    f, g = truth.eval(wi, wo).astype(np.float64), other.eval(wi, wo).astype(np.float64)
+    cosine = wi[:, 2:].astype(np.float64)
+    logarithmic = np.abs(np.log1p(f * cosine) - np.log1p(g * cosine))
+    positive = f > 0.0
+    relative = np.abs(g - f)[positive] / f[positive]
+    return AngularErrors(
+        count=len(wi),
+        log_cosine=float(logarithmic.mean()),
+        log_cosine_p95=float(np.percentile(logarithmic.mean(axis=1), 95.0)),
+        relative_median=float(np.median(relative)) if positive.any() else 0.0,
+        rmse_cosine=float(np.sqrt(np.mean(((g - f) * cosine) ** 2))),
+    )

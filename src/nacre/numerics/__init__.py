@@ -1,0 +1,1 @@
+"""Small numerical tools: layers of networks, least squares, color channels, decompositions."""

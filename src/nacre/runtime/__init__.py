@@ -1,0 +1,1 @@
+"""What work runs on: threads, devices, compiled kernels, interrupts, progress, saved states."""

@@ -1,0 +1,50 @@
+"""PyTorch devices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from nacre.errors import NacreError, reason, require
+
+torch: Any = require("torch", "latent")
+
+
+def open_device(device: str) -> Any:
+    """The PyTorch device of a name: "cpu", "cuda", "cuda:1".
+
+    Raises
+    ------
+    NacreError
+        If PyTorch has no such device here.
+    """
+    try:
+        opened = torch.device(device)
+        float(torch.bmm(*torch.ones((2, 1, 1, 1), device=opened)))
+    except Exception as error:  # devices fail in ways of their own
+        raise NacreError(f"device {device!r} cannot be used: {reason(error)}") from error
+    return opened
+
+
+@contextmanager
+def memory_errors(device: str) -> Iterator[None]:
+    """A block in which memory that runs out is an error of one line."""
+    try:
+        yield
+    except torch.OutOfMemoryError as error:
+        raise NacreError(f"device {device!r}: {reason(error)}") from error
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """A block in which PyTorch takes one thread.
+
+    Matrices are small: more threads gain little, and lose far more where cores are busy.
+    """
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)

@@ -1,0 +1,154 @@
+"""All built-in recipes captured into one folder, in as many runs as it takes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from nacre.array import Floats
+from nacre.btf import TableBtf
+from nacre.errors import FormatError, reason
+from nacre.io.files import abandoned, atomic_path, check_json, read_bytes
+from nacre.runtime.lock import exclusive
+from nacre.runtime.progress import Progress
+from nacre.textures.capture.gonioreflectometer import capture
+from nacre.textures.capture.recipe import Recipe, built_in
+from nacre.textures.formats import save
+
+MANIFEST = "capture.json"
+"""Name of the file with the settings and recipes, in the folder."""
+
+_MANIFEST_LIMIT = 1 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """How to capture.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions to the light and to the viewer, shape (n, 3).
+    texels
+        Rows, and columns.
+    samples
+        Paths a texel and view.
+    seed
+        Same seed, same values.
+    """
+
+    wi: Floats
+    wo: Floats
+    texels: int = 32
+    samples: int = 64
+    seed: int = 0
+
+    @property
+    def cells(self) -> int:
+        """Cells a side that surfaces are made of."""
+        return min(1024, max(256, 4 * self.texels))
+
+    def take(self, recipe: Recipe, progress: Progress | None = None) -> TableBtf:
+        """Capture the surface of a recipe."""
+        return capture(
+            recipe.build(self.cells),
+            self.wi,
+            self.wo,
+            self.texels,
+            samples=self.samples,
+            seed=self.seed,
+            name=recipe.name,
+            progress=progress,
+        )
+
+    def describe(self) -> dict[str, Any]:
+        """As plain data; directions by number and SHA-256."""
+        directions = hashlib.sha256(self.wi.tobytes() + self.wo.tobytes()).hexdigest()
+        return {
+            "texels": self.texels,
+            "samples": self.samples,
+            "seed": self.seed,
+            "pairs": len(self.wi),
+            "directions": directions,
+        }
+
+
+def place(recipe: Recipe) -> Path:
+    """Where a recipe's texture lies in the folder: by whether it is kept from training."""
+    return Path("unseen" if recipe.unseen else "train") / f"{recipe.name}.npz"
+
+
+def capture_all(
+    folder: Path, settings: Settings, report: Callable[[Recipe, int, int], Progress] | None = None
+) -> None:
+    """Capture every built-in recipe that the folder does not hold yet.
+
+    A file is there only when it is whole, so a run that was killed loses one texture.
+
+    Parameters
+    ----------
+    folder
+        Made where it is absent; gets `train`, `unseen` and :data:`MANIFEST`.
+    settings
+        Those of the first run.
+    report
+        Called as `report(recipe, done, total)` before each; gives what is called with its progress.
+
+    Raises
+    ------
+    FormatError
+        If the folder was filled with other settings or recipes, or another process fills it now.
+    """
+    with ExitStack() as stack:
+        for part in (folder, folder / "train", folder / "unseen"):
+            part.mkdir(parents=True, exist_ok=True)
+        try:
+            stack.enter_context(exclusive(folder / ".lock", wait=False))
+        except BlockingIOError:
+            raise FormatError(f"{folder}: another process captures into it; wait for it") from None
+        for part in (folder, folder / "train", folder / "unseen"):
+            for path in abandoned(part):
+                path.unlink()
+        recipes = built_in()
+        _settle(folder / MANIFEST, settings, recipes)
+        for done, recipe in enumerate(recipes):
+            path = folder / place(recipe)
+            if not path.exists():
+                progress = report(recipe, done, len(recipes)) if report else None
+                save(settings.take(recipe, progress), path)
+
+
+def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None:
+    """Write the manifest, or compare with the one that is there."""
+    new = settings.describe() | {
+        "textures": {
+            str(place(r).as_posix()): {
+                "family": r.family.name, "seed": r.seed, "parameters": asdict(r.family)
+            }
+            for r in recipes
+        }
+    }  # fmt: skip
+    new = json.loads(json.dumps(new))
+    if not path.exists():
+        with atomic_path(path) as temporary:
+            temporary.write_text(json.dumps(new, indent=1), "utf-8")
+        return
+    data = read_bytes(path, _MANIFEST_LIMIT)
+    try:
+        old = json.loads(data)
+        check_json(old)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
+    if not isinstance(old, dict):
+        raise FormatError(f"{path}: is no manifest; choose another folder")
+    for key, value in new.items():
+        if old.get(key) != value:
+            shown = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"
+            raise FormatError(
+                f"{path}: {key}: the folder was begun with others{shown}; choose another folder"
+            )

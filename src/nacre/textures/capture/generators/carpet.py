@@ -1,0 +1,90 @@
+"""Carpet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.textures.capture.generators.family import Family, choice, colours, cover, number, whole
+from nacre.textures.capture.mesostructure import Mesostructure
+from nacre.textures.capture.patterns import Cells, Indices, cells, linear, noise, scattered
+
+
+@dataclass(frozen=True)
+class Carpet(Family):
+    """Tufts of pile, cut or looped; lengths are in distances between tufts."""
+
+    name: ClassVar[str] = "carpet"
+    pile: str = choice("loop", "cut")
+    tufts: int = whole(12, 4, 32)
+    height: float = number(0.7, 0.1, 1.5)
+    jitter: float = number(0.3, 0.0, 1.0)
+    unevenness: float = number(0.2, 0.0, 1.0)
+    fibres: float = number(0.08, 0.0, 0.3)
+    elongation: float = number(1.5, 1.0, 3.0)
+    layout: str = choice("mixed", "stripes", "checks", "rings")
+    palette: tuple[str, ...] = colours("#7a6a58", "#93836f")
+    variation: float = number(0.15, 0.0, 1.0)
+    specular: float = number(0.04, 0.0, 0.4)
+    tint: float = number(0.3, 0.0, 1.0)
+    along: float = number(0.55, 0.15, 1.0)
+    across: float = number(0.3, 0.15, 1.0)
+
+    def build(self, random: np.random.Generator, size: int) -> Mesostructure:
+        """See :class:`Family`."""
+        centres = scattered(random, self.tufts, self.jitter)
+        found = cells(size, centres)
+        count = self.tufts**2
+        level = 1.0 + self.unevenness * random.uniform(-0.5, 0.5, count)
+        lean = random.normal(size=(count, 2)) * 0.3
+        heights, strand = (self._loops if self.pile == "loop" else self._cut)(found, lean)
+        heights = self.height * level[found.index] * heights
+        frequency = 5.0 * self.tufts
+        heights = heights + self.fibres * noise(random, size, frequency)
+        albedo = linear(self.palette)[self._colour_of(centres, random)]
+        albedo = albedo * (1.0 + self.variation * random.uniform(-1, 1, (count, 1)))
+        shade = 1.0 + 0.2 * noise(random, size, frequency) * self.variation
+        shade = shade * (0.55 + 0.45 * np.clip(heights / self.height, 0.0, 1.0))
+        return cover(
+            heights / self.tufts,
+            albedo[found.index] * np.clip(shade, 0.1, 2.0)[..., None],
+            self.specular,
+            self.along,
+            self.across,
+            direction=strand,
+            tint=self.tint,
+        )
+
+    def _loops(self, found: Cells, lean: Floats) -> tuple[Floats, Floats]:
+        """Arches of twisted yarn along y."""
+        x, y = found.offset[..., 0] * self.elongation, found.offset[..., 1]
+        turn = lean[found.index, 0]
+        x, y = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
+        dome = np.sqrt(np.maximum(0.0, 1.0 - 2.2 * (x * x + y * y)))
+        groove = 0.08 * np.cos(2.0 * np.pi * (2.0 * y + 1.5 * x)) * dome
+        return dome + groove, 0.5 * np.pi + 0.5 - turn
+
+    def _cut(self, found: Cells, lean: Floats) -> tuple[Floats, Floats]:
+        """Bunches of ends, which lean each in a direction of its own."""
+        slope = lean[found.index]
+        tilt = (slope * found.offset).sum(-1)
+        falling = np.clip(1.0 - 0.9 * found.distance**2, 0.0, 1.0)
+        edge = np.clip(found.margin / 0.25, 0.0, 1.0) ** 0.5
+        return falling * (0.3 + 0.7 * edge) + 0.4 * tilt, np.arctan2(slope[..., 1], slope[..., 0])
+
+    def _colour_of(self, centres: Floats, random: np.random.Generator) -> Indices:
+        """Index of each tuft's colour."""
+        kinds = len(self.palette)
+        if self.layout == "mixed":
+            return random.integers(kinds, size=len(centres))
+        x, y = centres.T
+        bands = {
+            "stripes": np.floor(x * 2 * kinds),
+            "checks": np.floor(x * 4) + np.floor(y * 4),
+            "rings": np.floor(np.hypot(x - 0.5, y - 0.5) * 3 * kinds),
+        }
+        chosen: Indices = bands[self.layout].astype(int) % kinds
+        return chosen

@@ -1,0 +1,184 @@
+"""A virtual gonioreflectometer: path tracing of a periodic surface for all lights at once.
+
+For each view, rays of an orthographic camera pass through jittered points of a texel on the plane
+z = 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
+hides and shadows. At each of at most three surface points of a path all directional lights are
+evaluated; whether they reach a triangle is found beforehand. What each point behind the first adds
+to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single rare paths would
+show as bright dots.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+from itertools import groupby, product
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf import TableBtf
+from nacre.errors import NacreError
+from nacre.measured.textures.domes import below
+from nacre.runtime.parallel import thread_map
+from nacre.runtime.progress import Progress
+from nacre.textures.capture.mesostructure import Mesostructure
+from nacre.textures.capture.tracing import photograph, visibility
+
+STEEPEST = 89.0
+"""Largest polar angle in degrees."""
+DEPTH = 3
+"""Surface points of the longest paths."""
+
+_SHADOW_RAYS = 1 << 18
+"""At least so many a light, over all triangles."""
+_BAND = 1 << 28
+"""Bytes of values that are worked on at a time."""
+_VISIBLE = 1 << 30
+"""Bytes of what the triangles see of the lights that are worked on at a time."""
+_IN_MEMORY = 1 << 31
+"""Values of more bytes lie in a file without a name."""
+
+
+def capture(
+    surface: Mesostructure,
+    wi: Floats,
+    wo: Floats,
+    width: int = 32,
+    height: int | None = None,
+    *,
+    samples: int = 64,
+    seed: int = 0,
+    depth: int = DEPTH,
+    name: str = "",
+    progress: Progress | None = None,
+) -> TableBtf:
+    """Measure a periodic surface at pairs of directions.
+
+    The texture covers one period, so it tiles. A view costs as much for one light as for all that
+    occur with any view: name the same lights for all views where there is a choice. More lights
+    than fit in memory are taken in groups, each with the views that occur with it.
+
+    Parameters
+    ----------
+    surface
+        What is measured.
+    wi, wo
+        Unit directions to the light and to the viewer, within :data:`STEEPEST`, shape (n, 3).
+    width, height
+        Texels; as many rows as columns where not given.
+    samples
+        Paths a texel and view.
+    seed
+        Same seed, same values, whatever the number of threads.
+    depth
+        Most surface points of a path; 1 leaves interreflection out.
+    name
+        Of the material.
+    progress
+        Called as views are done.
+
+    Returns
+    -------
+    TableBtf
+        Values of type float16; above 2 GiB they lie in a temporary file.
+
+    Raises
+    ------
+    ValueError
+        If a direction is steeper, or a number is less than 1.
+    NacreError
+        If there is no room for the values.
+    """
+    height = width if height is None else height
+    if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
+        raise ValueError(f"expected two arrays of shape (n, 3), got {wi.shape} and {wo.shape}")
+    if not (below(wi, STEEPEST).all() and below(wo, STEEPEST).all()):
+        raise ValueError(f"directions must lie within {STEEPEST:g} degrees, above the horizon")
+    if min(width, height, samples, depth) < 1:
+        raise ValueError("width, height, samples and depth must be at least 1")
+    lights, light_of = np.unique(wi, axis=0, return_inverse=True)
+    views, view_of = np.unique(wo, axis=0, return_inverse=True)
+    seeds = np.random.SeedSequence(seed).generate_state(len(views), np.uint64)
+    values = _empty((height, width, len(wi), 3))
+    band = max(1, _BAND // (6 * width * len(wi)))
+    most = max(1, _VISIBLE // (2 * surface.size**2))
+    group_of = light_of // most
+    order = np.lexsort((view_of, group_of))
+    ends = np.diff(view_of[order]) | np.diff(group_of[order])
+    runs = np.split(order, np.flatnonzero(ends) + 1)  # pairs of one view and one group
+    total, done = len(runs) * math.ceil(height / band), 0
+    scene = _Scene(surface)
+
+    def take(part: tuple[int, npt.NDArray[np.int64]]) -> None:
+        first, pairs = part
+        view = view_of[pairs[0]]
+        out = np.empty((min(band, height - first), width, scene.light_count, 3), np.float32)
+        scene.photograph(views[view], depth, samples, height, first, seeds[view], out)
+        values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % most]
+
+    for group, its_runs in groupby(runs, lambda pairs: group_of[pairs[0]]):
+        scene.light(lights[group * most : (group + 1) * most])
+        for _ in thread_map(take, product(range(0, height, band), its_runs)):
+            done += 1
+            if progress:
+                progress("capture", done, total, "")
+    return TableBtf(values, np.asarray(wi, np.float32), np.asarray(wo, np.float32), name)
+
+
+def _empty(shape: tuple[int, ...]) -> npt.NDArray[np.float16]:
+    """Room for values, in memory or in a file that vanishes with the process."""
+    size = 2 * math.prod(shape)
+    if size < _IN_MEMORY:
+        return np.empty(shape, np.float16)
+    folder = tempfile.gettempdir()
+    if size > (free := shutil.disk_usage(folder).free):
+        raise NacreError(
+            f"{folder}: values need {size / 1e9:,.0f} GB, {free / 1e9:,.0f} are free; ask for "
+            "fewer texels or directions, or set TMPDIR to another folder"
+        )
+    with tempfile.TemporaryFile() as file:
+        return np.memmap(file, np.float16, "w+", shape=shape)
+
+
+class _Scene:
+    """A surface with what each of its triangles sees of some lights."""
+
+    def __init__(self, surface: Mesostructure) -> None:
+        heights = surface.heights_in_cells()
+        above = np.maximum(heights, np.roll(heights, -1, 0))
+        tops = np.maximum(above, np.roll(above, -1, 1))
+        self._geometry = heights, tops, float(heights.min()), float(heights.max())
+        self._coverings = surface.coverings()
+
+    def light(self, lights: Floats) -> None:
+        """Put up other lights: unit directions, shape (k, 3)."""
+        self.light_count, size = len(lights), len(self._coverings)
+        self._lights = np.ascontiguousarray(lights.T, np.float32)
+        self._visible = np.empty((size, size, 2, len(lights)), np.uint8)
+        points = max(1, _SHADOW_RAYS // (2 * size * size))
+
+        def shade(first: int) -> None:
+            out = self._visible[first : first + 8]
+            visibility(*self._geometry, self._lights, points, first, out)
+
+        for _ in thread_map(shade, range(0, size, 8)):
+            pass
+
+    def photograph(
+        self,
+        view: Floats,
+        depth: int,
+        samples: int,
+        height: int,
+        first: int,
+        seed: np.uint64,
+        out: npt.NDArray[np.float32],
+    ) -> None:
+        """Values in one view under all lights, of rows of texels, (rows, width, k, 3)."""
+        photograph(
+            *self._geometry, self._coverings, self._visible, self._lights,
+            view.astype(np.float64), depth, samples, out.shape[1], height, first, seed, out,
+        )  # fmt: skip

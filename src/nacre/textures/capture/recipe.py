@@ -1,0 +1,114 @@
+"""Recipes of surfaces: a family, a seed and parameters, as plain data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, read_bytes
+from nacre.textures.capture.generators import FAMILIES, Family
+from nacre.textures.capture.mesostructure import Mesostructure
+
+_LIMIT = 1 << 16
+_KEYS = ("family", "seed", "parameters")
+_UNSEEN = "12"
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a surface is made from.
+
+    Parameters
+    ----------
+    name
+        Of the material.
+    family
+        With its parameters.
+    seed
+        Of what is random in it.
+    """
+
+    name: str
+    family: Family
+    seed: int = 0
+
+    @property
+    def unseen(self) -> bool:
+        """Whether it is the one of its family that is kept from training (Rainer et al. 2020)."""
+        return self.name.endswith(_UNSEEN) and _built_in().get(self.name) == self
+
+    def build(self, size: int = 256) -> Mesostructure:
+        """One period of the surface on a grid of `size` x `size` cells."""
+        return self.family.build(np.random.default_rng(self.seed), size)
+
+
+def built_in() -> tuple[Recipe, ...]:
+    """Twelve recipes of each of the seven families, of which the last is kept from training."""
+    return tuple(_built_in().values())
+
+
+def find(source: PathLike) -> Recipe:
+    """The built-in recipe of a name, or else the one in a JSON file.
+
+    A file holds an object with `family`, and `seed` (0) and `parameters` (none) where they are not
+    left at their defaults.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or the file's content is not that of a recipe; names the field.
+    """
+    known = _built_in()
+    if str(source) in known:
+        return known[str(source)]
+    path = Path(source)
+    if not path.suffix and not path.exists():
+        raise FormatError(f"{source}: is no built-in recipe (fabric01 to wood12) and no file")
+    data = read_bytes(path, _LIMIT)
+    try:
+        content = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: is no JSON: {reason(error)}") from error
+    try:
+        return _parse(path.stem, content)
+    except ValueError as error:
+        raise FormatError(f"{path}: {error}") from error
+
+
+@cache
+def _built_in() -> dict[str, Recipe]:
+    found: dict[str, Recipe] = {}
+    folder = resources.files("nacre.textures.capture") / "recipes"
+    for family in FAMILIES:
+        content = json.loads((folder / f"{family}.json").read_text("utf-8"))
+        found |= {name: _parse(name, recipe) for name, recipe in content.items()}
+    return found
+
+
+def _parse(name: str, content: Any) -> Recipe:
+    """A recipe of JSON; raises :class:`ValueError` with the field."""
+    if not isinstance(content, Mapping):
+        raise ValueError("expected an object with family, seed and parameters")
+    for key in content:
+        if key not in _KEYS:
+            raise ValueError(f"{key}: is no field of a recipe ({', '.join(_KEYS)})")
+    family, seed = content.get("family"), content.get("seed", 0)
+    if not isinstance(family, str) or family not in FAMILIES:
+        raise ValueError(f"family: expected one of {', '.join(FAMILIES)}, got {family!r}")
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 64:
+        raise ValueError(f"seed: expected a whole number from 0, got {seed!r}")
+    parameters = content.get("parameters", {})
+    if not isinstance(parameters, Mapping):
+        raise ValueError("parameters: expected an object")
+    try:
+        return Recipe(name, FAMILIES[family].from_json(parameters), seed)
+    except ValueError as error:
+        raise ValueError(f"parameters: {error}") from error

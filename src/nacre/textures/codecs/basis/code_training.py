@@ -1,0 +1,232 @@
+"""Codes of the default codec: an autoencoder over coefficients, and what it errs by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.numerics.channels import TURNS
+from nacre.runtime.progress import Progress
+from nacre.textures.codecs.basis.coefficients import TrainingTexels
+from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
+from nacre.textures.codecs.basis.posterior import Observation, Prior
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.stages import Stages
+
+_BATCH = 512
+"""Texels in a step."""
+_PARTS = 4
+"""Of a batch: each with its own order of the channels, and subset of directions."""
+_MIXED = 0.5
+"""Share of texels that are mixed with another."""
+_CAUTION = 20.0
+"""Times that noise counts where measurements override what is completed: unlike noise, what the
+functions cannot express is alike at neighbouring directions."""
+
+
+class Networks(NamedTuple):
+    """What :class:`nacre.textures.codecs.basis.codec.BasisCodec` is made of beside its functions."""
+
+    complete: SkipNetwork
+    encode: SkipNetwork
+    decode: SkipNetwork
+    prior: Prior
+
+
+def train_codes(
+    data: TrainingTexels,
+    functions: FunctionValues,
+    recipe: BasisRecipe,
+    report: Progress,
+    stages: Stages,
+) -> Networks:
+    """The networks between coefficients and codes, the one that completes coefficients, the prior.
+
+    Parameters
+    ----------
+    data
+        Coefficients of texels, from all directions and from subsets.
+    functions
+        At all directions, over which they are orthonormal.
+    recipe
+        Sizes and efforts.
+    report, stages
+        Called as it goes on, and where results and steps are kept.
+    """
+    training = _Training(data, functions, recipe)
+    coder = stages.result("coder", _Coder, lambda: training.autoencoder(report, stages))
+    complete = training.completion(report, stages)
+    return Networks(complete, coder.encode, coder.decode, training.prior(complete))
+
+
+@dataclass(frozen=True, eq=False)
+class _Coder:
+    """The networks from coefficients to codes, and back."""
+
+    encode: SkipNetwork
+    decode: SkipNetwork
+
+
+class _Training:
+    """Texels to train on, and what is found on the way."""
+
+    def __init__(
+        self, data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe
+    ) -> None:
+        self._data, self._recipe = data, recipe
+        self._first = _first_prior(data)
+        self._estimates, self._known = _estimates(data, functions, self._first)
+        self._generator = torch.Generator().manual_seed(recipe.seed)
+        self._orders = torch.from_numpy(_orders_of_channels(functions))
+        self._scale = torch.from_numpy(self._first.deviations)
+        self._values = torch.from_numpy(data.values)
+        self._residuals = torch.from_numpy(data.residuals)
+
+    def autoencoder(self, report: Progress, stages: Stages) -> _Coder:
+        """From coefficients to codes, and back."""
+        deviations, hidden = self._first.deviations, self._recipe.hidden
+        forward, back = _linear_start(self._data, deviations, self._recipe.values)
+        encode = SkipTraining(forward, hidden, self._generator)
+        decode = SkipTraining(back, hidden, self._generator)
+
+        def loss(_step: int) -> Tensor:
+            parts = self._parts()
+            seen = torch.cat([part.of(self._values) for part in parts])
+            found = decode(encode(seen / self._scale)) * self._scale
+            return self._error(found - seen, parts)
+
+        self._descend([encode, decode], loss, "codes", report, stages)
+        return _Coder(
+            encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
+        )
+
+    def completion(self, report: Progress, stages: Stages) -> SkipNetwork:
+        """From estimates of coefficients by some directions to those by all."""
+        self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
+        deviations, count = self._first.deviations, self._values.shape[1]
+        identity = np.eye(count, dtype=np.float32)
+        complete = SkipTraining(identity, self._recipe.completing, self._generator, 2 * count)
+        estimates, known = torch.from_numpy(self._estimates), torch.from_numpy(self._known)
+
+        def loss(_step: int) -> Tensor:
+            parts = self._parts()
+            subsets = self._draw(len(estimates), _PARTS).tolist()
+            wanted = torch.cat([part.of(self._values) for part in parts])
+            pairs = list(zip(parts, subsets, strict=True))
+            seen = torch.cat([part.of(estimates[subset]) for part, subset in pairs])
+            shares = torch.cat([known[subset].expand(len(part.one), -1) for part, subset in pairs])
+            found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
+            return self._error(found - wanted, parts)
+
+        self._descend([complete], loss, "completion", report, stages)
+        scale = np.concatenate([deviations, np.ones(count, np.float32)])
+        return complete.trained(input_scale=scale, output_scale=deviations)
+
+    def prior(self, complete: SkipNetwork) -> Prior:
+        """With the covariance of errors of completed coefficients, a mean over the subsets."""
+        values, residuals = self._data.values, self._data.residuals + 1e-7
+        energy = np.square(values).sum(1) / 3.0 + residuals
+        covariance = np.zeros((values.shape[1],) * 2)
+        for estimate, share in zip(self._estimates, self._known, strict=True):
+            error = values - complete.given(share)(estimate)
+            error /= np.sqrt(energy)[:, None]
+            covariance += error.T @ error
+        covariance /= len(self._estimates) * len(values)
+        noise = _CAUTION * 3.0 * float(np.exp(np.log(residuals / energy).mean()))
+        return replace(self._first, covariance=covariance.astype(np.float32), relative_noise=noise)
+
+    def _descend(
+        self,
+        networks: list[SkipTraining],
+        loss: Callable[[int], Tensor],
+        stage: str,
+        report: Progress,
+        stages: Stages,
+    ) -> None:
+        steps = self._recipe.code_steps
+        vectors = [vector for network in networks for vector in network.vectors]
+        matrices = [matrix for network in networks for matrix in network.matrices]
+        descend(vectors, matrices, loss, steps, stage, report, self._generator, stages)
+
+    def _draw(self, limit: int, count: int) -> Tensor:
+        return torch.randint(limit, (count,), generator=self._generator)
+
+    def _parts(self) -> list[_Part]:
+        """Of a batch."""
+        count = _BATCH // _PARTS
+        parts = []
+        for order in self._orders[self._draw(len(self._orders), _PARTS)]:
+            one, other = self._draw(len(self._values), 2 * count).chunk(2)
+            share = torch.rand(count, 1, generator=self._generator)
+            share *= torch.rand(count, 1, generator=self._generator) < _MIXED
+            parts.append(_Part(one, other, share, order))
+        return parts
+
+    def _error(self, difference: Tensor, parts: list[_Part]) -> Tensor:
+        """Mean over texels of root mean square errors of roots of reflectance factors."""
+        left = torch.cat([part.left(self._residuals) for part in parts])
+        return (difference.square().sum(1) / 3.0 + left + 1e-7).sqrt().mean()
+
+
+class _Part(NamedTuple):
+    """Pairs of texels, the share of the second ones in their mixture, an order of the channels."""
+
+    one: Tensor
+    other: Tensor
+    share: Tensor
+    order: Tensor
+
+    def of(self, table: Tensor) -> Tensor:
+        """Coefficients of the mixtures, from a table of those of all texels."""
+        return torch.lerp(table[self.one], table[self.other], self.share) @ self.order
+
+    def left(self, residuals: Tensor) -> Tensor:
+        """What the functions leave of mixtures: that of two texels is taken to be independent."""
+        share = self.share[:, 0]
+        return residuals[self.one] * (1.0 - share) ** 2 + residuals[self.other] * share**2
+
+
+def _first_prior(data: TrainingTexels) -> Prior:
+    """Variances of coefficients, alike for both values of a pair, and of noise."""
+    deviations = np.sqrt(np.square(data.values).mean(0)) + 1e-6
+    noise = float(np.exp(np.log(data.residuals + 1e-7).mean()))
+    return Prior(deviations.astype(np.float32), noise, np.zeros((0, 0), np.float32), 0.0)
+
+
+def _estimates(
+    data: TrainingTexels, functions: FunctionValues, prior: Prior
+) -> tuple[Floats, Floats]:
+    """Of every subset: ridge estimates of coefficients (s, t, K), and what is known (s, K)."""
+    estimates = np.empty_like(data.moments)
+    known = np.empty((len(estimates), estimates.shape[2]), np.float32)
+    for index, subset in enumerate(data.subsets):
+        observation = Observation(functions.at(subset), prior)
+        estimates[index] = observation.ridge(data.moments[index])
+        known[index] = observation.known
+    return estimates, known
+
+
+def _orders_of_channels(functions: FunctionValues) -> Floats:
+    """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
+    greys, chromas = functions.grey.shape[1], functions.chroma.shape[1]
+    changes = np.tile(np.eye(greys + 2 * chromas, dtype=np.float32), (len(TURNS), 1, 1))
+    for change, turn in zip(changes, TURNS, strict=True):
+        change[greys:, greys:] = np.kron(turn, np.eye(chromas))
+    return changes
+
+
+def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple[Floats, Floats]:
+    """Principal components: from coefficients over their deviations to codes, and back."""
+    energy = np.square(data.values).sum(1) / 3.0 + data.residuals
+    weighted = data.values / (energy[:, None] ** 0.25 + 1e-6)
+    vectors = np.linalg.eigh((weighted.T @ weighted).astype(np.float64))[1][:, ::-1][:, :count]
+    spread = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
+    forward = vectors / spread * deviations[:, None]
+    back = (vectors * spread / deviations[:, None]).T
+    return forward.astype(np.float32), back.astype(np.float32)

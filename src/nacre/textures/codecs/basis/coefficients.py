@@ -1,0 +1,163 @@
+"""Training texels as coefficients of the functions, from all directions and from some."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf import Btf
+from nacre.measured.textures.domes import below
+from nacre.measured.textures.transposition import by_texel
+from nacre.runtime.progress import Progress
+from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.stages import Stages
+from nacre.textures.selection import random_texels
+
+_BLOCK = 64
+"""Texels that are worked on at a time."""
+_COEFFICIENT_BYTES = 3 * 4
+"""Of a subset: products with functions, gathered, and estimates."""
+_SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
+_VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
+_LIGHTS = (45.0, 60.0)
+_BOTH = (45.0, 53.0, 60.0, 68.0)
+_FLASH = 10.0
+"""Degrees from the view to a light that counts as being at the camera."""
+_FLASHES = (1.0, 0.5, 0.2)
+"""Shares of the pairs with such a light."""
+
+Indices = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingTexels:
+    """What is known of texels.
+
+    Parameters
+    ----------
+    values
+        Coefficients from all pairs of directions, shape (t, K).
+    residuals
+        Mean square of what the functions leave of roots of reflectance factors, shape (t,).
+    subsets
+        Pairs of directions that an encoder may have to do with; the first has all.
+    moments
+        Products of roots of reflectance less the mean with the functions over each of the subsets,
+        shape (s, t, K).
+    """
+
+    values: Floats
+    residuals: Floats
+    subsets: Sequence[Indices]
+    moments: Floats
+
+
+def partial_measurements(wi: Floats, wo: Floats, random: np.random.Generator) -> list[Indices]:
+    """Subsets of pairs like those that people measure: all, random shares of them (Unified BTF
+    encoding, section 4), views, lights or both within some angle of the normal, and lights at the
+    camera.
+    """
+    count = len(wi)
+    subsets = [np.arange(count)]
+    for share in _SHARES:
+        chosen = random.choice(count, max(1, int(count * share)), replace=False)
+        subsets.append(np.sort(chosen))
+    subsets += [np.flatnonzero(below(wo, degrees)) for degrees in _VIEWS]
+    subsets += [np.flatnonzero(below(wi, degrees)) for degrees in _LIGHTS]
+    subsets += [np.flatnonzero(below(wi, angle) & below(wo, angle)) for angle in _BOTH]
+    flash = np.flatnonzero((wi * wo).sum(1) > np.cos(np.radians(_FLASH)))
+    for share in _FLASHES:
+        subsets.append(np.sort(random.permutation(flash)[: round(share * len(flash))]))
+    return [subset for subset in subsets if len(subset)]
+
+
+def training_texels(
+    textures: Sequence[Callable[[], Btf]],
+    functions: FunctionValues,
+    turns: Sequence[npt.NDArray[Any]],
+    subsets: Sequence[Indices],
+    recipe: BasisRecipe,
+    progress: Progress,
+    stages: Stages,
+) -> TrainingTexels:
+    """Coefficients of random texels of every texture, each turned about its normal at random.
+
+    Parameters
+    ----------
+    textures
+        Each gives a texture when called.
+    functions
+        At its pairs of directions, over which they are orthonormal.
+    turns
+        Orders of the pairs, see :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+    subsets
+        Of the pairs, the first of all.
+    recipe
+        Says how many texels of each.
+    progress, stages
+        Called as it goes on, and where what is read of each texture is kept.
+    """
+    tables = [functions.at(subset) for subset in subsets]
+    coefficients = functions.grey.shape[1] + 2 * functions.chroma.shape[1]
+    each = _COEFFICIENT_BYTES * len(subsets) * coefficients
+    most = max(1, recipe.memory // (each * len(textures)))
+
+    def read(index: int) -> _Read:
+        random = np.random.default_rng([recipe.seed, index])
+        with by_texel(textures[index]()) as texture:
+            chosen = random_texels(texture, min(recipe.coded_texels, most), random)
+            orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
+            return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)
+
+    found: list[_Read] = []
+    for index in range(len(textures)):
+        found.append(stages.result(f"coefficients-{index}", _Read, partial(read, index)))
+        progress("coefficients", index + 1, len(textures), "")
+    moments = np.concatenate([part.moments for part in found], axis=1)
+    residuals = np.concatenate([part.residuals for part in found])
+    return TrainingTexels(moments[0] / np.float32(len(functions.mean)), residuals, subsets, moments)
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """What :class:`TrainingTexels` has of one texture."""
+
+    moments: Floats
+    residuals: Floats
+
+
+def _coefficients(
+    texture: Btf,
+    chosen: Indices,
+    orders: Sequence[Indices],
+    mean: Floats,
+    subsets: Sequence[Indices],
+    tables: Sequence[FunctionValues],
+) -> _Read:
+    """Of some texels, each with its values in an order of its own."""
+    moments: list[list[Floats]] = [[] for _ in subsets]
+    residuals: list[Floats] = []
+    for start in range(0, len(chosen), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        texels = texture.texels(chosen[part])
+        for texel, order in zip(texels, orders[part], strict=True):
+            texel[:] = texel[order]
+        grey, chroma = split_reflectance(texels, mean)
+        for subset, table, found in zip(subsets, tables, moments, strict=True):
+            products = [
+                grey[:, subset] @ table.grey,
+                *(c[:, subset] @ table.chroma for c in chroma),
+            ]
+            found.append(np.concatenate(products, axis=1))
+        energy = np.square(grey).mean(1) + np.square(chroma).mean(2).sum(0)
+        explained = np.square(moments[0][-1] / len(mean)).sum(1)
+        residuals.append(np.maximum(energy - explained, 0.0) / 3.0)
+    return _Read(np.stack([np.concatenate(m) for m in moments]), np.concatenate(residuals))

@@ -1,0 +1,178 @@
+"""The functions of the default codec: principal components, then a network that gives them."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.numerics.layer import Layer
+from nacre.runtime.progress import Progress
+from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.textures.codecs.basis.components import principal_functions
+from nacre.textures.codecs.basis.functions import INPUTS, AngularFunctions, direction_inputs
+from nacre.textures.codecs.basis.network_training import Tensor, dense, descend, to_layer, torch
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.stages import Stages
+
+_BATCH = 1024
+_BLOCK = 64
+"""Texels at a time whose colours are split."""
+_RIDGE = 1e-8
+_LEAST = 1e-9
+"""Of the mean square of texels: what varies less is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Components:
+    """Principal components of texels at pairs of directions.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions, shape (n, 3).
+    table
+        The mean, then components of grey values, then those of pairs, each of the size that it has
+        in texels, shape (n, 1 + greys + chromas).
+    greys
+        How many are of grey values.
+    """
+
+    wi: Floats
+    wo: Floats
+    table: Floats
+    greys: int
+
+
+def principal_components(
+    texels: Floats,
+    wi: Floats,
+    wo: Floats,
+    orders: list[npt.NDArray[Any]],
+    recipe: BasisRecipe,
+    report: Progress,
+) -> Components:
+    """Functions whose sums are closest to roots of reflectance of texels.
+
+    Parameters
+    ----------
+    texels
+        Reflectance factors of training texels of all materials, shape (t, n, 3); any type.
+    wi, wo
+        Unit directions, shape (n, 3).
+    orders
+        Turns about the normal, see :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+    recipe
+        Sizes and efforts.
+    report
+        Called as it goes on.
+
+    Raises
+    ------
+    NacreError
+        If texels vary in fewer ways than codes have values.
+    """
+    count = len(texels)
+    grey = np.empty((count, len(wi)), np.float32)
+    chroma = np.empty((2, count, len(wi)), np.float32)
+    for start in range(0, count, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        grey[part], chroma[:, part] = split_reflectance(texels[part], np.zeros_like(grey[0]))
+    mean = grey.mean(0)
+    mean = np.mean([mean[order] for order in orders], axis=0)
+    grey -= mean
+    report("components", 0, 2, "")
+    greys, grey_variances = principal_functions(grey, orders, recipe.greys, recipe.seed)
+    report("components", 1, 2, "")
+    pairs = chroma.reshape(2 * count, -1)
+    chromas, chroma_variances = principal_functions(pairs, orders, recipe.chromas, recipe.seed)
+    report("components", 2, 2, "")
+    # A function counts by what it adds to a texel: its root mean square there.
+    least = _LEAST * float(np.square(mean).sum())
+    parts = [
+        block[:, variances > least] * np.sqrt(variances[variances > least])
+        for block, variances in ((greys, grey_variances), (chromas, 2.0 * chroma_variances))
+    ]
+    found = [part.shape[1] for part in parts]
+    if not found[0] or found[0] + 2 * found[1] < recipe.values:
+        raise NacreError(
+            f"texels vary in {found[0] + 2 * found[1]} ways, too few for codes of {recipe.values} "
+            "values; take more varied textures, or fewer values"
+        )
+    table = np.ascontiguousarray(np.concatenate([mean[:, None], *parts], axis=1))
+    return Components(wi, wo, table, found[0])
+
+
+def train_functions(
+    components: Components, recipe: BasisRecipe, report: Progress, stages: Stages
+) -> AngularFunctions:
+    """A network of components; all but the mean become orthonormal at their directions.
+
+    Parameters
+    ----------
+    components
+        What it learns.
+    recipe
+        Sizes and efforts.
+    report, stages
+        Called as it goes on, and where steps are kept.
+    """
+    table, inputs = components.table, direction_inputs(components.wi, components.wo)
+    generator = torch.Generator().manual_seed(recipe.seed)
+    sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
+    layers = [dense(a, b, generator) for a, b in itertools.pairwise(sizes)]
+    shift, spread = inputs.mean(0), inputs.std(0) + 1e-6
+    scale = np.sqrt(np.square(table).mean(0)) + 1e-12
+    seen = torch.from_numpy((inputs - shift) / spread)
+    wanted, scales = torch.from_numpy(table), torch.from_numpy(scale)
+    total = float(np.square(table).mean(0).sum())
+
+    def features(state: Tensor) -> Tensor:
+        silu = torch.nn.functional.silu
+        (weights, biases), *hidden, wide = layers[:-1]
+        state = silu(torch.addmm(biases, state, weights))
+        for weights, biases in hidden:
+            state = state + silu(torch.addmm(biases, state, weights))
+        return silu(torch.addmm(wide[1], state, wide[0]))
+
+    def loss(_step: int) -> Tensor:
+        chosen = torch.randint(len(seen), (_BATCH,), generator=generator)
+        weights, biases = layers[-1]
+        found = torch.addmm(biases, features(seen[chosen]), weights) * scales
+        return (found - wanted[chosen]).square().sum(1).mean() / total
+
+    matrices = [weights for weights, _ in layers[1:-2]]
+    vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, stages)
+    first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
+    first = Layer(first.weights / spread[:, None], first.biases - (shift / spread) @ first.weights)
+    with torch.no_grad():
+        units = features(seen).numpy()
+    last = _least_squares(units, table)
+    rough = AngularFunctions([first, *hidden], wide, last, components.greys)
+    return _orthonormal(rough, units @ last.weights + last.biases)
+
+
+def _least_squares(units: Floats, table: Floats) -> Layer:
+    """The last layer that is best for all pairs of directions."""
+    columns = np.concatenate([units, np.ones((len(units), 1), np.float32)], axis=1)
+    gram = columns.T @ columns
+    gram += np.eye(len(gram), dtype=np.float32) * (_RIDGE * np.trace(gram) / len(gram))
+    solution = np.linalg.solve(gram.astype(np.float64), (columns.T @ table).astype(np.float64))
+    return Layer(solution[:-1].astype(np.float32), solution[-1].astype(np.float32))
+
+
+def _orthonormal(rough: AngularFunctions, values: Floats) -> AngularFunctions:
+    """The same functions, combined so that their mean products over some pairs are 0 and 1."""
+    weights, biases = rough.last.weights.copy(), rough.last.biases.copy()
+    for block in (slice(1, 1 + rough.greys), slice(1 + rough.greys, None)):
+        upper = np.linalg.qr(values[:, block].astype(np.float64) / np.sqrt(len(values)))[1]
+        inverse = np.linalg.inv(upper)
+        weights[:, block] = weights[:, block] @ inverse
+        biases[block] = biases[block] @ inverse
+    return AngularFunctions(rough.hidden, rough.wide, Layer(weights, biases), rough.greys)

@@ -1,0 +1,140 @@
+"""Networks of the default codec in PyTorch, while they are trained."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from nacre.errors import NacreError, require
+from nacre.numerics.layer import Layer
+from nacre.runtime.device import one_thread
+from nacre.runtime.progress import Progress
+from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.stages import Stages
+
+torch: Any = require("torch", "btf")
+Tensor: TypeAlias = Any
+
+_RATE, _MATRIX_RATE = 3e-3, 0.02
+
+
+def descend(
+    vectors: list[Tensor],
+    matrices: list[Tensor],
+    loss: Callable[[int], Tensor],
+    steps: int,
+    stage: str,
+    report: Progress,
+    generator: Any,
+    stages: Stages,
+) -> None:
+    """Take steps with a rate that rises for the first 2 % and then falls to nothing.
+
+    Parameters
+    ----------
+    vectors
+        What Adam moves: biases, and matrices at the ends of a network.
+    matrices
+        Between hidden layers, for Muon (Jordan et al. 2024), which gets much further there.
+    loss
+        Of a step.
+    steps, stage, report
+        How many, their name, and what is called as they go on.
+    generator, stages
+        What the loss draws from, and where steps are kept.
+
+    Raises
+    ------
+    NacreError
+        If some numbers are not finite in the end.
+    """
+    optimisers = [(torch.optim.Adam(vectors), _RATE)]
+    if matrices:
+        muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
+        optimisers.append((muon, _MATRIX_RATE))
+    changed = [*vectors, *matrices]
+    left = stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator)
+    with one_thread():
+        _steps(left, optimisers, loss, steps, partial(report, stage))
+    if not all(bool(torch.isfinite(tensor).all()) for tensor in changed):
+        raise NacreError(f"{stage} diverged; take another seed")
+
+
+def _steps(
+    left: Iterator[int],
+    optimisers: list[tuple[Any, float]],
+    loss: Callable[[int], Tensor],
+    steps: int,
+    report: Callable[[int, int, str], None],
+) -> None:
+    for step in left:
+        fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
+        fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
+        current = loss(step)
+        for optimiser, _ in optimisers:
+            optimiser.zero_grad()
+        current.backward()
+        for optimiser, rate in optimisers:
+            optimiser.param_groups[0]["lr"] = rate * fraction
+            optimiser.step()
+        if (step + 1) % 50 == 0 or step + 1 == steps:
+            report(step + 1, steps, f"loss {float(current.item()):.4g}")
+
+
+def dense(inputs: int, outputs: int, generator: Any, gain: float = 1.0) -> tuple[Tensor, Tensor]:
+    """Weights and biases of a layer at its start (He et al. 2015)."""
+    weights = torch.randn(inputs, outputs, generator=generator) * (gain * math.sqrt(2.0 / inputs))
+    return weights.requires_grad_(), torch.zeros(outputs, requires_grad=True)
+
+
+def to_layer(pair: tuple[Tensor, Tensor]) -> Layer:
+    """A trained layer."""
+    weights, biases = (np.ascontiguousarray(p.detach().numpy()) for p in pair)
+    return Layer(weights, biases)
+
+
+class SkipTraining:
+    """A :class:`SkipNetwork` that begins as its linear map."""
+
+    def __init__(self, linear: Any, hidden: int, generator: Any, inputs: int = 0) -> None:
+        seen, outputs = linear.shape
+        self.linear = torch.from_numpy(np.ascontiguousarray(linear)).requires_grad_()
+        self.layers = [
+            dense(inputs or seen, hidden, generator),
+            dense(hidden, hidden, generator),
+            dense(hidden, outputs, generator, gain=0.0),
+        ]
+
+    @property
+    def matrices(self) -> list[Tensor]:
+        """Weights between hidden layers."""
+        return [weights for weights, _ in self.layers[1:-1]]
+
+    @property
+    def vectors(self) -> list[Tensor]:
+        """All else that is trained."""
+        ends = [self.layers[0][0], self.layers[-1][0]]
+        return [self.linear, *ends, *(biases for _, biases in self.layers)]
+
+    def __call__(self, x: Tensor) -> Tensor:
+        """See :class:`SkipNetwork`."""
+        *hidden, (weights, biases) = self.layers
+        state = x
+        for matrix, bias in hidden:
+            state = torch.nn.functional.silu(torch.addmm(bias, state, matrix))
+        return x[:, : len(self.linear)] @ self.linear + torch.addmm(biases, state, weights)
+
+    def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
+        """The network for inputs and outputs in other units: divided and multiplied by scales."""
+        layers = [to_layer(pair) for pair in self.layers]
+        first, last = layers[0], layers[-1]
+        scale_in = np.broadcast_to(np.float32(input_scale), len(first.weights))[:, None]
+        layers[0] = Layer(first.weights / scale_in, first.biases)
+        layers[-1] = Layer(last.weights * output_scale, last.biases * output_scale)
+        linear = self.linear.detach().numpy()
+        linear = linear / scale_in[: len(linear)] * output_scale
+        return SkipNetwork(np.ascontiguousarray(linear, np.float32), layers)

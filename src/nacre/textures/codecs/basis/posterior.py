@@ -1,0 +1,118 @@
+"""Coefficients and codes that are to be expected, given reflectance at any directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.skip_network import SkipNetwork
+
+Double = npt.NDArray[np.float64]
+
+_DAMPING = 1e-2
+"""Relative, of steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What coefficients are like, from texels of the training.
+
+    Parameters
+    ----------
+    deviations
+        Root mean squares of coefficients, shape (K,).
+    noise
+        Variance of roots of reflectance factors about sums of the functions: what these cannot
+        express, and noise of the measurement.
+    covariance
+        Of coefficients about those that are completed, relative to the mean square of a texel,
+        shape (K, K); (0, 0) before these are known.
+    relative_noise
+        The noise in the units of `covariance`.
+    """
+
+    deviations: Floats
+    noise: float
+    covariance: Floats
+    relative_noise: float
+
+
+class Observation:
+    """What a set of directions tells about coefficients.
+
+    Parameters
+    ----------
+    functions
+        Their values at the directions.
+    prior
+        Of coefficients.
+    """
+
+    def __init__(self, functions: FunctionValues, prior: Prior) -> None:
+        self.functions, self.prior = functions, prior
+        grey, chroma = (
+            block.astype(np.float64).T @ block for block in (functions.grey, functions.chroma)
+        )
+        self.sizes = [len(grey), len(chroma), len(chroma)]
+        self.gram = np.zeros((sum(self.sizes),) * 2)
+        start = 0
+        for block in (grey, chroma, chroma):
+            self.gram[start : start + len(block), start : start + len(block)] = block
+            start += len(block)
+
+    def moments(self, texels: Floats) -> Floats:
+        """Products of the functions with roots of reflectance (b, n, 3) less the mean: (b, K)."""
+        grey, chroma = split_reflectance(texels, self.functions.mean)
+        parts = [grey @ self.functions.grey, *(c @ self.functions.chroma for c in chroma)]
+        return np.concatenate(parts, axis=1)
+
+    @cached_property
+    def _ridge(self) -> Double:
+        deviations = np.maximum(self.prior.deviations.astype(np.float64), 1e-9)
+        inverse = np.linalg.inv(self.gram + np.diag(self.prior.noise / deviations**2))
+        return np.asarray(inverse, np.float64)
+
+    @cached_property
+    def known(self) -> Floats:
+        """What share of each coefficient the directions determine, 0 to 1, shape (K,)."""
+        return np.diag(self._ridge @ self.gram).astype(np.float32)
+
+    def ridge(self, moments: Floats) -> Floats:
+        """Coefficients (b, K) of least squares with the prior's variances."""
+        return moments @ self._ridge.astype(np.float32)
+
+    @cached_property
+    def _gain(self) -> Floats:
+        covariance = self.prior.covariance.astype(np.float64)
+        noise = self.prior.relative_noise * np.eye(len(covariance))
+        return (np.linalg.inv(noise + self.gram @ covariance).T @ covariance).astype(np.float32)
+
+    def expected(self, guess: Floats, moments: Floats) -> Floats:
+        """Coefficients (b, K) to be expected where a guess errs as it did in the training.
+
+        Where much is known they are those of least squares, elsewhere those of the guess.
+        """
+        return guess + (moments - guess @ self.gram.astype(np.float32)) @ self._gain
+
+
+def project(codes: Floats, wanted: Floats, decode: SkipNetwork, steps: int) -> Floats:
+    """Codes (b, values) whose coefficients are closest to those wanted, shape (b, K).
+
+    Gauss-Newton steps from given codes, which stay where the steps do not end closer.
+    """
+    diagonal = np.arange(codes.shape[1])
+    found = codes
+    for _ in range(steps):
+        value, slopes = decode.jacobian(found)
+        curvature = slopes @ slopes.swapaxes(1, 2)
+        curvature[:, diagonal, diagonal] *= np.float32(1.0 + _DAMPING)
+        curvature[:, diagonal, diagonal] += np.float32(1e-12)
+        found = found + np.linalg.solve(curvature, slopes @ (wanted - value)[..., None])[..., 0]
+    before, after = (np.square(wanted - decode(c)).sum(1) for c in (codes, found))
+    return np.where((after < before)[:, None], found, codes)

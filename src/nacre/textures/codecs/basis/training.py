@@ -1,0 +1,127 @@
+"""Training of the default codec on textures of many materials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf import Btf
+from nacre.measured.textures.transposition import by_texel, narrowed
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.codecs.basis.code_training import train_codes
+from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.basis.coefficients import (
+    TrainingTexels,
+    partial_measurements,
+    training_texels,
+)
+from nacre.textures.codecs.basis.function_training import (
+    Components,
+    principal_components,
+    train_functions,
+)
+from nacre.textures.codecs.basis.functions import AngularFunctions
+from nacre.textures.codecs.basis.inputs import check_textures
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.stages import Stages
+from nacre.textures.codecs.basis.swatches import swatches
+from nacre.textures.codecs.basis.symmetry import symmetric_turns
+from nacre.textures.selection import random_texels
+
+_VALUE_BYTES = 3 * (2 + 4)
+"""Of a pair of directions of a texel: as half floats, and as grey values and chroma."""
+
+
+def train_basis(
+    textures: Sequence[Callable[[], Btf]],
+    recipe: BasisRecipe,
+    progress: Progress = silent,
+    stages: Stages | None = None,
+) -> BasisCodec:
+    """The default codec, learned from textures of the same pairs of directions.
+
+    Takes minutes. Texels count with their turns about the normal that the directions allow, and
+    with every order of the channels; uniform diffuse texels of all colours are learned with them.
+
+    Parameters
+    ----------
+    textures
+        Each gives a texture when called, three times in all, and is read twice.
+    recipe
+        Sizes and efforts.
+    progress
+        Called as it goes on.
+    stages
+        Where results are kept, from which a later call goes on.
+
+    Raises
+    ------
+    FormatError
+        If a texture cannot be read.
+    NacreError
+        If there are too few texels, they are too much alike or too large, or directions differ.
+    """
+    check_textures(textures, recipe)
+    kept = stages or Stages()
+
+    def found_components() -> Components:
+        wi, wo, texels = _gathered(textures, recipe, progress, kept)
+        return principal_components(texels, wi, wo, symmetric_turns(wi, wo), recipe, progress)
+
+    components = kept.result("components", Components, found_components)
+    kept.remove("texels-*")
+    functions = kept.result(
+        "functions", AngularFunctions, lambda: train_functions(components, recipe, progress, kept)
+    )
+    wi, wo = components.wi, components.wo
+    values = functions(wi, wo)
+
+    def found_texels() -> TrainingTexels:
+        subsets = partial_measurements(wi, wo, np.random.default_rng(recipe.seed))
+        turns = symmetric_turns(wi, wo)
+        plain = partial(swatches, wi, wo, recipe.coded_texels, recipe.seed)
+        return training_texels([*textures, plain], values, turns, subsets, recipe, progress, kept)
+
+    data = kept.result("coefficients", TrainingTexels, found_texels)
+    kept.remove("coefficients-*")
+    return BasisCodec(functions, *train_codes(data, values, recipe, progress, kept))
+
+
+@dataclass(frozen=True, eq=False)
+class _Texels:
+    """Directions (n, 3), and reflectance of some texels of one texture as half floats (t, n, 3)."""
+
+    wi: Floats
+    wo: Floats
+    values: npt.NDArray[np.float16]
+
+
+def _gathered(
+    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, stages: Stages
+) -> tuple[Floats, Floats, Floats]:
+    """Directions, and random texels of every texture as half floats, shape (t, n, 3)."""
+    found: list[_Texels] = []
+    for index, open_texture in enumerate(textures):
+        read = partial(_texels_of, open_texture, recipe, index, len(textures))
+        found.append(stages.result(f"texels-{index}", _Texels, read))
+        progress("reading", index + 1, len(textures), "")
+    wi, wo = found[0].wi, found[0].wo
+    plain = swatches(wi, wo, recipe.texels, recipe.seed).texels(slice(None))
+    return wi, wo, np.concatenate([*(texels.values for texels in found), plain.astype(np.float16)])
+
+
+def _texels_of(
+    open_texture: Callable[[], Btf], recipe: BasisRecipe, index: int, textures: int
+) -> _Texels:
+    """Random ones, other ones for each place in the list."""
+    random = np.random.default_rng([recipe.seed, index])
+    with by_texel(open_texture()) as texture:
+        most = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
+        count = min(recipe.texels_of_each(textures), most)
+        texels = texture.texels(random_texels(texture, count, random))
+        return _Texels(texture.wi, texture.wo, narrowed(texels, np.float16, texture.name))

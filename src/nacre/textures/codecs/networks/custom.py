@@ -1,0 +1,150 @@
+"""The network of "Neural BTF Compression and Interpolation" (Rainer et al. 2019).
+
+The paper of 2020 tells what its encoder is: convolutions in one dimension over the ordered list of
+reflectance, downsampling by max pooling, then fully connected layers with ReLUs; the decoder is the
+one it takes over itself, and eight values serve a material. Numbers and sizes of the encoder's
+layers are not given there; those here are ours: four convolutions of nine entries with 16, 16, 32
+and 32 channels, each followed by a ReLU and the largest of four, and one hidden layer of 128.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.measured.textures.directions import same_pairs
+from nacre.textures.codecs.networks.decoder import HIDDEN
+from nacre.textures.codecs.networks.mlp import (
+    Shapes,
+    Tensor,
+    mlp_layers,
+    mlp_shapes,
+    run_mlp,
+    torch,
+)
+from nacre.textures.codecs.networks.network import TexelNetwork, check_sizes
+from nacre.textures.codecs.networks.preprocessing import Whitening
+
+
+@dataclass(frozen=True)
+class CustomSettings:
+    """Sizes of the network.
+
+    Parameters
+    ----------
+    latent
+        L, the values of a code.
+    channels
+        Of the convolutions, in order.
+    kernel
+        Entries that a convolution sees, an odd number.
+    pool
+        Entries of which the largest goes on.
+    hidden
+        Widths of the fully connected hidden layers.
+    decoder, decoder_hidden
+        See :class:`nacre.textures.codecs.networks.decoder.Decoder`.
+    """
+
+    latent: int = 8
+    channels: tuple[int, ...] = (16, 16, 32, 32)
+    kernel: int = 9
+    pool: int = 4
+    hidden: tuple[int, ...] = (128,)
+    decoder: str = "network"
+    decoder_hidden: tuple[int, ...] = HIDDEN
+
+    def __post_init__(self) -> None:
+        check_sizes(
+            self.latent,
+            self.decoder,
+            channels=self.channels,
+            kernel=(self.kernel,),
+            pool=(self.pool,),
+            hidden=self.hidden,
+            decoder_hidden=self.decoder_hidden,
+        )
+        if self.kernel % 2 == 0 or self.kernel > 255 or not 2 <= self.pool <= 256:
+            raise ValueError(
+                f"kernel must be odd and pool 2 or more, got {self.kernel}, {self.pool}"
+            )
+
+
+class CustomNetwork(TexelNetwork):
+    """An encoder for one set of pairs of directions, in their order.
+
+    Trained on one material, it is overfitted to it, as its authors use it; trained on many, it is
+    the "custom network trained on all" of Rainer et al. 2020, Figure 4.
+
+    Parameters
+    ----------
+    wi, wo
+        The directions, shape (n, 3).
+    settings, whitening, parameters, metadata, seed, variance
+        See :class:`TexelNetwork`.
+
+    Raises
+    ------
+    ValueError
+        If the tensors do not fit the settings.
+    """
+
+    model = "custom"
+    settings: CustomSettings
+    fixed_directions = True
+
+    def __init__(
+        self,
+        wi: Floats,
+        wo: Floats,
+        settings: CustomSettings,
+        whitening: Whitening,
+        parameters: dict[str, npt.NDArray[np.float32]] | None = None,
+        *,
+        metadata: dict[str, Any] | None = None,
+        seed: int = 0,
+        variance: str = "he",
+    ) -> None:
+        if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
+            raise ValueError(f"directions have shapes {wi.shape}, {wo.shape}, expected (n, 3)")
+        self.wi, self.wo = (np.ascontiguousarray(w, np.float32) for w in (wi, wo))
+        super().__init__(
+            settings, whitening, parameters, metadata=metadata, seed=seed, variance=variance
+        )
+
+    def shapes(self) -> Shapes:
+        """See :class:`TexelNetwork`."""
+        sizes, shapes, length, inputs = self.settings, Shapes(), len(self.wi), 3
+        for index, outputs in enumerate(sizes.channels):
+            shapes[f"convolution.{index}.weight"] = (outputs, inputs, sizes.kernel)
+            shapes[f"convolution.{index}.bias"] = (outputs,)
+            length, inputs = -(-length // sizes.pool), outputs
+        return shapes | mlp_shapes("encoder", (inputs * length, *sizes.hidden, sizes.latent))
+
+    def check_directions(self, wi: Floats, wo: Floats) -> None:
+        """See :class:`TexelNetwork`."""
+        if same_pairs(wi, wo, self.wi, self.wo):
+            return
+        own = len(self.wi)
+        found = "others" if len(wi) == own else f"{len(wi):,}"
+        raise NacreError(
+            f"the network of 2019 encodes texels at its own {own:,} pairs of directions only, "
+            f"in their order, got {found}; train one for these, or take a unified one"
+        )
+
+    def prepare_encoder(self, directions: Tensor) -> None:
+        """Nothing: the order of the entries tells the directions."""
+
+    def encode(self, values: Tensor, prepared: None) -> Tensor:
+        """See :class:`TexelNetwork`."""
+        del prepared
+        sizes, functional = self.settings, torch.nn.functional
+        for weight, bias in mlp_layers(self.parameters, "convolution"):
+            values = functional.conv1d(values, weight, bias, padding=sizes.kernel // 2).relu_()
+            values = functional.max_pool1d(values, sizes.pool, ceil_mode=True)
+        return run_mlp(values.flatten(1), mlp_layers(self.parameters, "encoder"))

@@ -1,0 +1,96 @@
+"""What training writes down as it goes: a table, and events for TensorBoard."""
+
+from __future__ import annotations
+
+import csv
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from nacre.errors import FormatError, NacreError, require
+
+COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
+_LINE = 80
+"""Characters that the first line may have, and more."""
+
+
+class Journal:
+    """A CSV file with a row for every report, and TensorBoard events of the same.
+
+    Use as a context manager.
+
+    Parameters
+    ----------
+    path
+        The CSV file; None for none. Rows of steps after `step` are taken out, so that training
+        that goes on writes every step once.
+    step
+        Where training begins.
+    events
+        Folder for the events; None for none.
+
+    Raises
+    ------
+    MissingExtraError
+        If there is no writer of events.
+    NacreError
+        If a file of this name is none of these, or cannot be read or written.
+    """
+
+    def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:
+        self._events: Any = None
+        self._path = path
+        self._file: IO[str] | None = None
+        rows = [] if path is None else _rows(path, step)
+        if events is not None:
+            writer = require("tensorboardX", "btf").SummaryWriter
+            self._events = writer(str(events), purge_step=step or None)
+        if path is not None:
+            self._file = path.open("w", newline="", encoding="utf-8")
+            self._table = csv.writer(self._file)
+            self._table.writerows([COLUMNS, *rows])
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._file:
+            with suppress(OSError):  # rows are in the file, or their error is under way
+                self._file.close()
+        if self._events:
+            self._events.close()
+
+    def add(
+        self, step: int, seconds: float, rate: float, loss: float, validation: float | None
+    ) -> None:
+        """Write one row; without a validation loss its field is empty."""
+        if self._file:
+            last = "" if validation is None else f"{validation:.6g}"
+            try:
+                self._table.writerow([step, f"{seconds:.2f}", f"{rate:.6g}", f"{loss:.6g}", last])
+                self._file.flush()
+            except OSError as error:
+                raise FormatError(f"{self._path}: cannot be written: {error.strerror}") from error
+        if self._events:
+            scalars = {"learning rate": rate, "loss/training": loss}
+            if validation is not None:
+                scalars["loss/held out"] = validation
+            for name, value in scalars.items():
+                self._events.add_scalar(name, value, step)
+
+
+def _rows(path: Path, step: int) -> list[list[str]]:
+    """Rows of an earlier training up to a step; none where it begins anew."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8", errors="replace") as file:
+        if file.readline(_LINE).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
+            raise NacreError(f"{path}: is no table of a training; move it, or name another output")
+        rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
+    return [row for row in rows if row[0].isdigit() and int(row[0]) <= step]

@@ -1,0 +1,146 @@
+"""Settings of the training of the networks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nacre.textures.codecs.networks.mlp import VARIANCES
+
+OPTIMISERS = "sgd", "adam", "muon"
+LOSSES = "l1", "l2"
+PRECISIONS = "single", "bfloat16"
+
+RECIPES: Mapping[str, Mapping[str, Any]] = {
+    "reference": {
+        "epochs": 1000,
+        "batch": 10,
+        "encoder_share": 0.2,
+        "encoder_directions": None,
+        "loss_directions": None,
+        "variance": "pytorch",
+        "optimiser": "sgd",
+        "learning_rate": 0.2,
+        "warm_up": 0.0,
+        "decay": False,
+    },
+    "efficient": {},
+}
+"""Settings of a :class:`TrainingRecipe` by name. The reference is that of Rainer et al. 2020,
+section 4: stochastic gradient descent at a rate of .2 on 10 texels a step, all of their entries in
+the loss and from a fifth to all of them in the encoder."""
+
+
+@dataclass(frozen=True)
+class TrainingRecipe:
+    """Settings of a training; the defaults are the recommended ones.
+
+    Parameters
+    ----------
+    epochs
+        How often every data set gives new random texels.
+    texels
+        Of every data set and epoch.
+    batch
+        Texels a step, over all processes.
+    encoder_share
+        Of entries that the encoder sees at least: every step draws a share between this and 1.
+    encoder_directions
+        Entries that the encoder sees at most, chosen at random every step; None for all.
+    loss_directions
+        Entries that the loss compares, chosen at random every step; None for all.
+    loss
+        "l1" or "l2", on whitened logarithms.
+    permute
+        Whether the colour channels of every texel are permuted at random.
+    variance
+        Of the weights before training, "he" or "pytorch"; see
+        :func:`nacre.textures.codecs.networks.mlp.initial`.
+    optimiser
+        "sgd", "adam", or "muon" (Jordan et al. 2024) on matrices and Adam on the rest.
+    learning_rate
+        Its peak.
+    warm_up
+        Share of the training in which the rate rises from 0.
+    decay
+        Whether the rate then falls to 0 along a cosine.
+    precision
+        "single", or "bfloat16" for the products of matrices; weights are single always.
+    held_out
+        Share of the texels of every data set that is never trained on.
+    validate_every
+        Steps between looks at the loss on held-out texels.
+    patience
+        Looks without a better loss after which training stops and gives the best weights; 0 for
+        never.
+    seed
+        The same seed gives the same network on the same machine and number of threads.
+    """
+
+    epochs: int = 100
+    texels: int = 100
+    batch: int = 32
+    encoder_share: float = 1.0
+    encoder_directions: int | None = 4096
+    loss_directions: int | None = 512
+    loss: str = "l1"
+    permute: bool = True
+    variance: str = "he"
+    optimiser: str = "muon"
+    learning_rate: float = 1e-2
+    warm_up: float = 0.02
+    decay: bool = True
+    precision: str = "single"
+    held_out: float = 0.05
+    validate_every: int = 200
+    patience: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        counts = ["epochs", "texels", "batch", "validate_every"]
+        counts += [n for n in ("encoder_directions", "loss_directions") if getattr(self, n)]
+        for name in counts:
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        if not 0 < self.encoder_share <= 1:
+            raise ValueError(f"encoder_share must lie above 0, to 1, got {self.encoder_share}")
+        for name in ("warm_up", "held_out"):
+            if not 0 <= getattr(self, name) < 1:
+                raise ValueError(f"{name} must lie between 0 and 1, got {getattr(self, name)}")
+        if not 0 < self.learning_rate < math.inf:
+            raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
+        for name, known in (
+            ("variance", tuple(VARIANCES)),
+            ("optimiser", OPTIMISERS),
+            ("loss", LOSSES),
+            ("precision", PRECISIONS),
+        ):
+            if getattr(self, name) not in known:
+                found = getattr(self, name)
+                raise ValueError(f"{name} must be one of {', '.join(known)}, got {found!r}")
+        if self.patience < 0 or self.seed < 0:
+            raise ValueError("patience and seed must not be negative")
+
+    @classmethod
+    def named(cls, name: str, **settings: Any) -> TrainingRecipe:
+        """One of :data:`RECIPES`, with other settings if you like.
+
+        Raises
+        ------
+        ValueError
+            If there is no such recipe, or a setting is impossible.
+        """
+        if name not in RECIPES:
+            raise ValueError(f"recipe must be one of {', '.join(RECIPES)}, got {name!r}")
+        return cls(**{**RECIPES[name], **settings})
+
+    def rate(self, done: float) -> float:
+        """Learning rate when a share `done` of the training is over."""
+        if done < self.warm_up:
+            return self.learning_rate * done / self.warm_up
+        if not self.decay:
+            return self.learning_rate
+        left = (min(done, 1.0) - self.warm_up) / (1.0 - self.warm_up)
+        return self.learning_rate * 0.5 * (1.0 + math.cos(math.pi * left))

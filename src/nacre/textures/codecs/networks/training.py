@@ -1,0 +1,397 @@
+"""Training of the networks in PyTorch: one process or several, on a CPU or a GPU."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.errors import NacreError
+from nacre.io.files import PathLike
+from nacre.runtime.checkpoint import load_state, save_state
+from nacre.runtime.device import memory_errors, open_device
+from nacre.runtime.interrupts import uninterrupted
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.codecs.networks.custom import CustomNetwork, CustomSettings
+from nacre.textures.codecs.networks.dataset import Batch, Load, TexelStream, images_once
+from nacre.textures.codecs.networks.distributed import Processes
+from nacre.textures.codecs.networks.journal import Journal
+from nacre.textures.codecs.networks.mlp import Tensor, torch
+from nacre.textures.codecs.networks.network import TexelNetwork, direction_inputs
+from nacre.textures.codecs.networks.optimisers import optimisers
+from nacre.textures.codecs.networks.preprocessing import Whitening
+from nacre.textures.codecs.networks.recipe import TrainingRecipe
+from nacre.textures.codecs.networks.unified import UnifiedNetwork, UnifiedSettings
+
+_REPORT_EVERY = 10
+"""Steps between rows of the journal."""
+_FOREVER = 1 << 60
+_COMPARED = 512
+"""Entries that the loss on held-out texels compares, at most."""
+
+
+def train_network(
+    paths: Sequence[PathLike],
+    load: Load,
+    settings: UnifiedSettings | CustomSettings,
+    recipe: TrainingRecipe | None = None,
+    *,
+    steps: int | None = None,
+    minutes: float | None = None,
+    checkpoint: Path | None = None,
+    mark: str = "",
+    save_every: float = 45.0,
+    journal: Path | None = None,
+    events: Path | None = None,
+    device: str = "cpu",
+    members: Processes | None = None,
+    progress: Progress | None = None,
+) -> TexelNetwork:
+    """A network trained on the texels of textures.
+
+    Given steps, or all epochs, a training that was stopped and goes on gives the same network as
+    one that was not, bit by bit on one process. Given minutes, it depends on the machine.
+
+    Parameters
+    ----------
+    paths, load
+        Files, and what opens one; see :class:`nacre.textures.codecs.networks.dataset.TexelStream`. Images are
+        read once.
+    settings
+        Sizes of the network, which also say which one it is.
+    recipe
+        Settings of the training.
+    steps, minutes
+        Length of the training in place of the recipe's epochs; at most one of them.
+    checkpoint
+        File for the state of the training, from which a later call goes on. It stays, for the
+        caller to remove once the network is saved.
+    mark
+        What must be the same for that, besides what this function sees: the files are known to it
+        by names of materials and sizes only; see :func:`nacre.textures.identity.source_mark`.
+    save_every
+        Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
+        is interrupted by Ctrl-C.
+    journal, events
+        CSV file and folder of TensorBoard events; see :class:`nacre.textures.codecs.networks.journal.Journal`.
+    device
+        PyTorch device.
+    members
+        This process among others; see :func:`nacre.textures.codecs.networks.distributed.processes`.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be read, or holds values that are not finite.
+    NacreError
+        If there is nothing to train on, the files have several sets of directions where the
+        network takes one, training diverges, the device cannot be used or has too little memory,
+        or the checkpoint is of another training or damaged.
+    """
+    recipe, members = recipe or TrainingRecipe(), members or Processes()
+    opened = open_device(device)
+    with images_once(load) as open_texture:
+        stream = TexelStream(
+            paths,
+            open_texture,
+            recipe.batch,
+            recipe.texels,
+            held_out=recipe.held_out,
+            seed=recipe.seed,
+            rank=members.rank,
+            size=members.size,
+        )
+        network = _new_network(stream, settings, recipe)
+        if minutes is None and steps is None:
+            steps = recipe.epochs * stream.epoch_steps
+        whole = f"{mark} {steps} {minutes}"
+        training = _Training(network, stream, recipe, opened, members, whole)
+        first = members.rank == 0
+        with memory_errors(device):
+            step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
+            with Journal(journal if first else None, step, events if first else None) as rows:
+                training.run(
+                    steps,
+                    minutes,
+                    checkpoint if first else None,
+                    save_every,
+                    rows,
+                    (progress if first else None) or silent,
+                )
+    return training.result()
+
+
+def _new_network(
+    stream: TexelStream, settings: UnifiedSettings | CustomSettings, recipe: TrainingRecipe
+) -> TexelNetwork:
+    whitening = Whitening.of(stream.sample())
+    start: dict[str, Any] = {"seed": recipe.seed, "variance": recipe.variance}
+    if isinstance(settings, UnifiedSettings):
+        return UnifiedNetwork(settings, whitening, **start)
+    if len(stream.directions) > 1:
+        raise NacreError(
+            f"{stream.examples[1]}: has other directions than {stream.examples[0]}; the files have "
+            f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
+            "out the others, or train a unified one"
+        )
+    return CustomNetwork(*stream.directions[0], settings, whitening, **start)
+
+
+class _Training:
+    """A network, its optimisers, and how far they are."""
+
+    def __init__(
+        self,
+        network: TexelNetwork,
+        stream: TexelStream,
+        recipe: TrainingRecipe,
+        device: Any,
+        members: Processes,
+        mark: str,
+    ) -> None:
+        self._network, self._stream, self._recipe = network, stream, recipe
+        self._device, self._members = device, members
+        network.to(device)
+        self._parameters = list(network.parameters.values())
+        for parameter in self._parameters:
+            parameter.requires_grad_()
+        self._optimisers = optimisers(self._parameters, recipe)
+        self._inputs = [
+            torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
+        ]
+        self._held_out = stream.held_out()
+        about = f"{network.model} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        self._mark = f"{about} {mark}"
+        self._step, self._seconds, self._loss = 0, 0.0, math.inf
+        self._recent = torch.zeros((), device=device)
+        self._validation: float | None = None
+        self._best: dict[str, Any] = {"loss": math.inf, "step": 0, "parameters": []}
+
+    def resume(self, checkpoint: Path) -> int:
+        """Take up the state in a file; gives the step."""
+
+        def restore(state: dict[str, Any]) -> int:
+            for optimiser, saved in zip(self._optimisers, state["optimisers"], strict=True):
+                optimiser.load_state_dict(saved)
+            self._set_parameters(state["parameters"])
+            self._recent.copy_(state["recent"])
+            self._loss, self._seconds = float(state["loss"]), float(state["seconds"])
+            self._best, self._validation = state["best"], state["validation"]
+            self._step = int(state["step"])
+            return self._step
+
+        return load_state(checkpoint, self._mark, restore)
+
+    def _save(self, checkpoint: Path | None) -> None:
+        if checkpoint is None:
+            return
+        state = {
+            "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
+            "parameters": [p.detach() for p in self._parameters],
+            "recent": self._recent,
+            "loss": self._loss,
+            "seconds": self._seconds,
+            "best": self._best,
+            "validation": self._validation,
+            "step": self._step,
+        }
+        with uninterrupted():
+            save_state(checkpoint, self._mark, state)
+
+    def _set_parameters(self, values: Sequence[Tensor]) -> None:
+        for mine, saved in zip(self._parameters, values, strict=True):
+            mine.data.copy_(saved)
+
+    def run(
+        self,
+        steps: int | None,
+        minutes: float | None,
+        checkpoint: Path | None,
+        save_every: float,
+        journal: Journal,
+        report: Progress,
+    ) -> None:
+        """Take the steps that are left."""
+        last = _FOREVER if steps is None else steps
+        saved = before = time.monotonic()
+        batches = self._stream.batches(self._step, last)
+        try:
+            while self._step < last and not self._patience_over():
+                batch = next(batches)
+                with uninterrupted():
+                    done = self._step / last
+                    if minutes is not None:
+                        done = self._members.agree(self._seconds / (60.0 * minutes), self._device)
+                        if done >= 1.0:
+                            break
+                    rate = self._recipe.rate(done)
+                    self._descend(batch, rate)
+                    now = time.monotonic()
+                    self._seconds, before = self._seconds + now - before, now
+                    looked = self._step % self._recipe.validate_every == 0
+                    if looked:
+                        self._look()
+                    if self._step % _REPORT_EVERY == 0 or self._step == last:
+                        self._note(journal, rate, looked)
+                    if time.monotonic() - saved > save_every:
+                        self._save(checkpoint)
+                        saved = time.monotonic()
+                done = self._seconds if minutes else self._step
+                total = 60.0 * minutes if minutes else last
+                note = "" if self._validation is None else f", held out {self._validation:.4f}"
+                report("training", int(done), int(total), f"loss {self._loss:.4f}{note}")
+            self._look()
+            # What is interrupted before the caller has written the network goes on from here.
+            self._save(checkpoint)
+        except KeyboardInterrupt:
+            self._save(checkpoint)
+            raise
+        finally:
+            batches.close()
+
+    def _descend(self, batch: Batch, rate: float) -> None:
+        """One step."""
+        for optimiser in self._optimisers:
+            for group in optimiser.param_groups:
+                group["lr"] = rate
+            optimiser.zero_grad()
+        random = np.random.default_rng((self._recipe.seed, 4, self._step))
+        count = batch.values.shape[1]
+        seen = self._seen(random, count)
+        compared = _chosen(random, count, self._recipe.loss_directions)
+        rows = self._recipe.batch
+        orders = random.random((rows, 3)).argsort(axis=1) if self._recipe.permute else None
+        if orders is not None:
+            each, rank = len(batch.values), self._members.rank
+            orders = orders[rank * each : (rank + 1) * each]
+        loss = self._losses(batch, seen, compared, orders)
+        loss.backward()
+        self._members.average_gradients(self._parameters)
+        for optimiser in self._optimisers:
+            optimiser.step()
+        self._recent += loss.detach()
+        self._step += 1
+
+    def _seen(self, random: np.random.Generator, count: int) -> npt.NDArray[np.int64] | None:
+        """Entries of n that the encoder sees; None for all."""
+        recipe = self._recipe
+        if self._network.fixed_directions:
+            return None
+        share = random.uniform(recipe.encoder_share, 1.0)
+        most = count if recipe.encoder_directions is None else recipe.encoder_directions
+        return _chosen(random, count, min(most, math.ceil(share * count)))
+
+    def _losses(
+        self,
+        batch: Batch,
+        seen: npt.NDArray[np.int64] | None,
+        compared: npt.NDArray[np.int64] | None,
+        orders: npt.NDArray[np.int64] | None,
+    ) -> Tensor:
+        """Mean difference of whitened logarithms."""
+        network, inputs = self._network, self._inputs[batch.group]
+        order = None if orders is None else torch.from_numpy(orders).to(self._device)
+
+        def part(chosen: npt.NDArray[np.int64] | None) -> tuple[Tensor, Tensor]:
+            """Whitened texels with permuted channels, shape (b, k, 3), and directions."""
+            values = torch.from_numpy(batch.values)
+            if chosen is not None:
+                values = values[:, torch.from_numpy(chosen)]
+            whitened = network.whitening.whiten(values.to(self._device))
+            if order is not None:
+                whitened = whitened.take_along_dim(order[:, None], 2)
+            here = inputs if chosen is None else inputs[torch.from_numpy(chosen).to(self._device)]
+            return whitened, here
+
+        texels, directions = part(seen)
+        goal, where = part(compared)
+        half = self._recipe.precision == "bfloat16"
+        with torch.autocast(self._device.type, torch.bfloat16, enabled=half):
+            codes = network.encode(texels.mT, network.prepare_encoder(directions))
+            found = network.decode(codes, network.prepare_decoder(where))
+        difference = found.float() - goal
+        return (difference.abs() if self._recipe.loss == "l1" else difference.square()).mean()
+
+    def _note(self, journal: Journal, rate: float, looked: bool) -> None:
+        """Write down the mean loss since the last time."""
+        taken = self._step % _REPORT_EVERY or _REPORT_EVERY
+        self._loss = float(self._recent.item()) / taken
+        self._recent.zero_()
+        if not math.isfinite(self._loss):
+            raise NacreError(
+                f"training diverged at step {self._step:,}; remove the checkpoint, if there is "
+                "one, and lower the learning rate"
+            )
+        validation = self._validation if looked else None
+        journal.add(self._step, self._seconds, rate, self._loss, validation)
+
+    def _look(self) -> None:
+        """Find the loss on held-out texels."""
+        if not self._held_out:
+            return
+        total, count = 0.0, 0
+        with torch.no_grad():
+            for index, held in enumerate(self._held_out):
+                random = np.random.default_rng((self._recipe.seed, 5, index))
+                entries = held.values.shape[1]
+                most = None if self._network.fixed_directions else self._recipe.encoder_directions
+                seen = _chosen(random, entries, most)
+                compared = _chosen(random, entries, _COMPARED)
+                for start in range(0, len(held.values), self._recipe.batch):
+                    values = held.values[start : start + self._recipe.batch]
+                    loss = self._losses(Batch(values, held.group), seen, compared, None)
+                    total += float(loss.item()) * len(values)
+                    count += len(values)
+        self._validation = total / count
+        if self._recipe.patience and self._validation < self._best["loss"]:
+            parameters = [p.detach().clone() for p in self._parameters]
+            self._best = {
+                "loss": self._validation,
+                "step": self._step,
+                "parameters": parameters,
+            }
+
+    def _patience_over(self) -> bool:
+        """Whether as many looks as patience has found nothing better."""
+        patience = self._recipe.patience
+        if not (patience and self._held_out):
+            return False
+        return bool(self._step - self._best["step"] >= patience * self._recipe.validate_every)
+
+    def result(self) -> TexelNetwork:
+        """The network as it is now, or its best with patience, with what is to be known of it."""
+        network, step, validation = self._network, self._step, self._validation
+        if self._best["parameters"]:
+            self._set_parameters(self._best["parameters"])
+            step, validation = self._best["step"], self._best["loss"]
+        network.to("cpu")
+        network.metadata = {
+            "materials": self._stream.names,
+            "training": asdict(self._recipe),
+            "steps": step,
+            "loss": self._loss if math.isfinite(self._loss) else None,
+            "held out": validation,
+        }
+        return network
+
+
+def _sizes(stream: TexelStream) -> list[int]:
+    """Numbers by which streams of other data are told apart."""
+    return [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
+
+
+def _chosen(
+    random: np.random.Generator, count: int, most: int | None
+) -> npt.NDArray[np.int64] | None:
+    """Some of `count` entries in their order, at most `most`; None for all."""
+    if most is None or most >= count:
+        return None
+    return np.sort(random.permutation(count)[:most])

@@ -1,0 +1,160 @@
+"""The network of "Unified Neural Encoding of BTFs" (Rainer, Ghosh, Jakob and Weyrich 2020)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.textures.codecs.networks.decoder import HIDDEN, INPUTS
+from nacre.textures.codecs.networks.mlp import (
+    Shapes,
+    Tensor,
+    mlp_layers,
+    mlp_shapes,
+    run_mlp,
+    torch,
+)
+from nacre.textures.codecs.networks.network import TexelNetwork, check_sizes
+
+POOLINGS = "mean", "max"
+_SLOPE = 0.25
+"""Of the parametric ReLU below 0, before training."""
+_PRODUCTS = 1 << 24
+"""Products of values and weights that max pooling holds at a time."""
+
+
+@dataclass(frozen=True)
+class UnifiedSettings:
+    """Sizes of the network; the defaults are the paper's (section 4).
+
+    Parameters
+    ----------
+    latent
+        L, the values of a code.
+    angular
+        Widths of the hidden layers of the angular MLP.
+    features
+        m, the weights that it gives for each channel.
+    hidden
+        Widths of the encoder's hidden layers.
+    pooling
+        "mean" or "max": how entries of a texel become one vector.
+    decoder, decoder_hidden
+        See :class:`nacre.textures.codecs.networks.decoder.Decoder`.
+    """
+
+    latent: int = 32
+    angular: tuple[int, ...] = (128, 128, 128, 128)
+    features: int = 800
+    hidden: tuple[int, ...] = (128,)
+    pooling: str = "mean"
+    decoder: str = "network"
+    decoder_hidden: tuple[int, ...] = HIDDEN
+
+    def __post_init__(self) -> None:
+        check_sizes(
+            self.latent,
+            self.decoder,
+            angular=self.angular,
+            features=(self.features,),
+            hidden=self.hidden,
+            decoder_hidden=self.decoder_hidden,
+        )
+        if self.pooling not in POOLINGS:
+            raise ValueError(f"pooling must be one of {', '.join(POOLINGS)}, got {self.pooling!r}")
+
+
+class UnifiedNetwork(TexelNetwork):
+    """One encoder for texels of any number and layout of directions.
+
+    An MLP on the stereographic coordinates of both directions gives m weights for each channel.
+    They multiply the channel's value; means of the products over all n entries make a vector of
+    3 m values, whatever n is. A parametric ReLU with biases and fully connected layers follow.
+
+    The last layer of the MLP is linear, and so is the mean: with H the outputs of its last hidden
+    layer, x the values of a channel, V and c the channel's part of the last layer,
+    (1/n) x (H V + c) = ((1/n) x H) V + mean(x) c. So weights of single entries are never made:
+    a texel takes 3 n 128 multiply-adds in place of 3 n 800. Biases stand before the parametric
+    ReLU; behind it they would add to those of the next layer.
+
+    See :class:`TexelNetwork` for the parameters.
+    """
+
+    model = "unified"
+    settings: UnifiedSettings
+
+    def shapes(self) -> Shapes:
+        """See :class:`TexelNetwork`."""
+        sizes = self.settings
+        pooled = 3 * sizes.features
+        return (
+            mlp_shapes("angular", (INPUTS, *sizes.angular, pooled))
+            | {"pooled.bias": (pooled,), "pooled.slope": (1,)}
+            | mlp_shapes("encoder", (pooled, *sizes.hidden, sizes.latent))
+        )
+
+    def _adjusted(
+        self, arrays: dict[str, npt.NDArray[np.float32]]
+    ) -> dict[str, npt.NDArray[np.float32]]:
+        arrays["pooled.bias"] = np.zeros_like(arrays["pooled.bias"])
+        arrays["pooled.slope"] = np.full_like(arrays["pooled.slope"], _SLOPE)
+        return arrays
+
+    def prepare_encoder(self, directions: Tensor) -> Tensor:
+        """Outputs of the angular MLP's last hidden layer, shape (n, 128), or of its last, for max.
+
+        See :class:`TexelNetwork`.
+        """
+        layers = mlp_layers(self.parameters, "angular")
+        if self.settings.pooling == "max":
+            return run_mlp(directions, layers)
+        return run_mlp(directions, layers[:-1]).relu_()
+
+    def encode(self, values: Tensor, prepared: Tensor) -> Tensor:
+        """See :class:`TexelNetwork`."""
+        pooled = (self._mean if self.settings.pooling == "mean" else self._max)(values, prepared)
+        pooled = pooled.flatten(1) + self.parameters["pooled.bias"]
+        slope = self.parameters["pooled.slope"].to(pooled.dtype)
+        activated = torch.nn.functional.prelu(pooled, slope)
+        return run_mlp(activated, mlp_layers(self.parameters, "encoder"))
+
+    def _mean(self, values: Tensor, hidden: Tensor) -> Tensor:
+        """Means over entries of weights times values, shape (b, 3, m)."""
+        weight, bias = mlp_layers(self.parameters, "angular")[-1]
+        batch, _, count = values.shape
+        sums = (values.reshape(3 * batch, count) @ hidden).reshape(batch, 3, -1) / count
+        weights = weight.reshape(len(weight), 3, -1).transpose(0, 1)
+        linear = torch.bmm(sums.transpose(0, 1), weights).transpose(0, 1)
+        return linear + values.mean(2, keepdim=True) * bias.reshape(3, -1)
+
+    def _max(self, values: Tensor, weights: Tensor) -> Tensor:
+        """Largest of weights times values over the entries, shape (b, 3, m).
+
+        Where the largest products are is found for few texels and entries at a time, so that not
+        all are in memory; gradients flow through those alone.
+        """
+        weights = weights.reshape(values.shape[2], 3, -1).transpose(0, 1)
+        texels = max(1, _PRODUCTS // weights.numel())
+        with torch.no_grad():
+            index = torch.cat([_largest(part, weights) for part in values.split(texels)])
+        channel = torch.arange(3, device=values.device)[:, None]
+        feature = torch.arange(self.settings.features, device=values.device)
+        return values.gather(2, index) * weights[channel, index, feature]
+
+
+def _largest(values: Tensor, weights: Tensor) -> Tensor:
+    """At which entry values (b, 3, n) times weights (3, n, m) are largest, shape (b, 3, m)."""
+    step = max(1, _PRODUCTS // (weights[:, 0].numel() * len(values)))
+    most = index = None
+    for start in range(0, weights.shape[1], step):
+        run = slice(start, start + step)
+        found, place = (values[:, :, run, None] * weights[:, run]).max(2)
+        place += start
+        if most is None:
+            most, index = found, place
+        else:
+            index = torch.where(found > most, place, index)
+            most = torch.maximum(most, found)
+    return index

@@ -1,0 +1,67 @@
+"""What tells whether the files of a texture are those of an earlier time, without reading them."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from nacre.btf import Btf
+from nacre.errors import FormatError
+from nacre.io.files import PathLike
+from nacre.measured.textures.image_folder import ImageFolderBtf
+from nacre.measured.textures.photographs import LIST
+from nacre.textures.formats import lies_in_images, load
+
+
+def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
+    """All files of a texture: one; or of images, the list of their directions and all of them.
+
+    Parameters
+    ----------
+    path
+        As :func:`nacre.textures.load` takes it.
+    texture
+        What that gave, where it was called before: images are looked at once.
+
+    Raises
+    ------
+    FormatError
+        As :func:`nacre.textures.load`, though of a single file no more than its first bytes is read.
+    """
+    path = Path(path)
+    if texture is None and lies_in_images(path):
+        texture = load(path)
+    if not isinstance(texture, ImageFolderBtf):
+        return [path]
+    listed = path / LIST if path.is_dir() else path
+    return [*([listed] if listed.is_file() else []), *texture.files]
+
+
+def source_mark(path: PathLike, texture: Btf | None = None) -> str:
+    """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
+
+    A folder keeps its mark when it is moved, not when it is renamed or copied without its times.
+
+    Parameters
+    ----------
+    path, texture
+        As :func:`source_files` takes them.
+
+    Raises
+    ------
+    FormatError
+        As :func:`source_files`, or if a file is not there.
+    """
+    path = Path(path)
+    folder = path if path.is_dir() else path.parent
+    total = hashlib.sha256(path.resolve().name.encode(errors="surrogateescape"))
+    for file in source_files(path, texture):
+        try:
+            facts = file.stat()
+        except OSError as error:
+            raise FormatError(f"{file}: cannot be read: {error.strerror}") from error
+        name = file.relative_to(folder).as_posix()
+        total.update(
+            f"\0{name}\0{facts.st_size}\0{facts.st_mtime_ns}".encode(errors="surrogateescape")
+        )
+    return total.hexdigest()

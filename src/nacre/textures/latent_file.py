@@ -1,0 +1,236 @@
+"""Maps of codes as `.safetensors` files, with their codec or the name of its file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.errors import FormatError
+from nacre.io.files import PathLike, digest, write_encoded
+from nacre.io.format import Format
+from nacre.io.tensors import (
+    HALF_LARGEST,
+    Tensors,
+    check_header,
+    check_numbers,
+    damage_named,
+    from_file,
+    has_header,
+    to_bytes,
+)
+from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
+from nacre.measured.textures.domes import pairs
+from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.codecs.codec_file import codec_mark, load_codec, pack_codec, unpack_codec
+from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
+from nacre.textures.shipped import PUBLISHED
+
+VERSION = 1
+KEY = "nacre latent map"
+_LIMIT = 1 << 32
+_LARGEST = 1e9
+"""Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
+_CODEC = "codec."
+"""In front of the names of an embedded codec's tensors."""
+
+
+def check_latent_path(path: PathLike) -> Path:
+    """The path, if its ending is that of an encoded texture; to be called before long work.
+
+    Raises
+    ------
+    FormatError
+        If it is not.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".safetensors":
+        raise FormatError(f"{path}: an encoded texture is a .safetensors file")
+    return path
+
+
+def save_latent_map(latent: LatentMap, path: PathLike) -> None:
+    """Write a map of codes; the same map gives the same bytes.
+
+    An embedded codec is written in the least precision that changes none of its weights.
+
+    Raises
+    ------
+    FormatError
+        If a code is not finite, or the path cannot be written.
+    """
+    write_encoded(path, _encode, latent)
+
+
+def load_latent_map(path: PathLike) -> LatentMap:
+    """Read a map of codes and its codec.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a whole map of a version we know, or refers to a codec that does not lie
+        beside it, or to another one than does.
+    MissingExtraError
+        If the codec is a network of the papers and PyTorch is not installed.
+    """
+    path = Path(path)
+    header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")
+    with damage_named(path):
+        return _decode(path, header, tensors)
+
+
+def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
+    """Read maps of codes of one codec, so that codes of all can be compared.
+
+    Raises
+    ------
+    FormatError
+        As :func:`load_latent_map`, or if one was encoded by another codec than the first.
+    MissingExtraError
+        See :func:`load_latent_map`.
+    """
+    found: list[LatentMap] = []
+    first = ""
+    for path in paths:
+        latent = load_latent_map(path)
+        mark = codec_mark(latent.codec)
+        first = first or mark
+        if mark != first:
+            raise FormatError(
+                f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
+                "nacre btf encode --model"
+            )
+        found.append(latent)
+    return found
+
+
+def _encode(latent: LatentMap) -> bytes:
+    try:
+        _check_codes(latent.codes)
+    except ValueError as error:
+        raise FormatError(str(error)) from error
+    tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
+    if latent.reference is None:
+        model, weights = pack_codec(latent.codec, None)
+        tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
+    else:
+        model = {"file": latent.reference.name, "sha256": latent.reference.sha256}
+    header = {
+        "version": VERSION,
+        "name": latent.name,
+        "codec": model,
+        "metadata": latent.metadata,
+    }
+    return to_bytes(KEY, header, tensors, _LIMIT)
+
+
+def _check_codes(codes: npt.NDArray[Any]) -> None:
+    check_numbers({"codes": codes}, HALF_LARGEST if codes.itemsize < 4 else _LARGEST)
+
+
+def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
+    check_header(header, VERSION)
+    metadata, name, model = header["metadata"], header["name"], header["codec"]
+    if not isinstance(metadata.get("errors", {}), dict):
+        raise ValueError("errors in the metadata are not an object")
+    if not isinstance(name, str) or not isinstance(model, dict):
+        raise ValueError("name is no text, or codec no object")
+    codes = tensors["codes"]
+    _check_codes(codes)
+    wi, wo = _unpack_pairs(str(path), tensors)
+    codec, reference = _codec(path, model, tensors)
+    return LatentMap(codes, codec, wi, wo, name, reference, metadata)
+
+
+def _codec(
+    path: Path, model: dict[str, Any], tensors: Tensors
+) -> tuple[TexelCodec, CodecFile | None]:
+    """The codec, and where it was read from if it is not embedded."""
+    if "file" not in model:
+        inside = {k.removeprefix(_CODEC): v for k, v in tensors.items() if k.startswith(_CODEC)}
+        return unpack_codec(model, inside), None
+    name, expected = model["file"], model["sha256"]
+    if not isinstance(name, str) or not name or PurePath(name).name != name or "\0" in name:
+        raise ValueError(f"codec: file {name!r:.80} is no name of a file")
+    if not isinstance(expected, str) or not re.fullmatch("[0-9a-f]{64}", expected):
+        raise ValueError("codec: sha256 is no SHA-256 in hexadecimal")
+    beside = path.with_name(name)
+    if name == PUBLISHED.name and not beside.exists():
+        beside = PUBLISHED
+    if not beside.is_file():
+        raise FormatError(
+            f"{path}: refers to the model {name} (SHA-256 {expected[:12]}...), which is not in its "
+            "folder; copy it there"
+        )
+    found = digest(beside)
+    if found != expected:
+        raise FormatError(
+            f"{beside}: is another model (SHA-256 {found[:12]}...) than {path.name} was encoded "
+            f"with ({expected[:12]}...); put that one beside it, or encode again"
+        )
+    return load_codec(beside), CodecFile(name, expected)
+
+
+def _pack_pairs(latent: LatentMap) -> Tensors:
+    """Distinct lights and views; which ones make pairs only where not every two do in order."""
+    sides: list[tuple[Floats, npt.NDArray[np.intp]]] = []
+    for directions in (latent.wi, latent.wo):
+        distinct, first, index = np.unique(
+            np.asarray(directions, np.float32), axis=0, return_index=True, return_inverse=True
+        )
+        order = np.argsort(first)
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order))
+        sides.append((distinct[order], rank[index.reshape(-1)]))
+    (lights, light), (views, view) = sides
+    packed: Tensors = {"lights": lights, "views": views}
+    if not np.array_equal(view * len(lights) + light, np.arange(len(lights) * len(views))):
+        packed["pairs"] = np.stack([light, view], axis=1).astype(np.int32)
+    return packed
+
+
+def _unpack_pairs(where: str, tensors: Tensors) -> tuple[Floats, Floats]:
+    sides = []
+    for name in ("lights", "views"):
+        directions = tensors[name]
+        if directions.ndim != 2 or directions.shape[1] != 3 or directions.dtype != np.float32:
+            raise ValueError(f"{name} are {directions.dtype} {directions.shape}, expected (n, 3)")
+        if not 1 <= len(directions) <= PAIR_LIMIT:
+            raise ValueError(f"{name} are {len(directions):,}, expected up to {PAIR_LIMIT:,}")
+        sides.append(check_directions(directions, f"{where}: {name}"))
+    lights, views = sides
+    if "pairs" not in tensors:
+        if len(lights) * len(views) > PAIR_LIMIT:
+            raise ValueError(f"more than {PAIR_LIMIT:,} pairs of directions")
+        return pairs(lights, views)
+    index = tensors["pairs"]
+    if index.ndim != 2 or index.shape[1] != 2 or index.dtype != np.int32:
+        raise ValueError(f"pairs are {index.dtype} {index.shape}, expected int32 (n, 2)")
+    if not 1 <= len(index) <= PAIR_LIMIT:
+        raise ValueError(f"pairs are {len(index):,}, expected up to {PAIR_LIMIT:,}")
+    if (index < 0).any() or (index >= (len(lights), len(views))).any():
+        raise ValueError("pairs name lights or views that are not there")
+    return lights[index[:, 0]], views[index[:, 1]]
+
+
+def _recognise(head: bytes) -> bool:
+    return len(head) > 9 and head[8:9] == b"{"
+
+
+def _load(path: PathLike) -> NeuralBtf:
+    return NeuralBtf(load_latent_map(path), where=str(path))
+
+
+FORMAT = Format(
+    "nacre encoded texture",
+    (".safetensors",),
+    _recognise,
+    _load,
+    claims=lambda path: has_header(path, KEY),
+)
+"""Entry of the registry of formats of textures."""

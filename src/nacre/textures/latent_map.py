@@ -1,0 +1,153 @@
+"""Textures as a map of codes, and what a codec makes of them at any directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf import Btf, Indices
+from nacre.errors import FormatError
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
+
+_BLOCK = 1 << 26
+"""Bytes of values that are decoded at a time for pictures."""
+
+
+@dataclass(frozen=True)
+class CodecFile:
+    """The file that a codec was read from.
+
+    Parameters
+    ----------
+    name
+        Of the file, which lies in one folder with what refers to it.
+    sha256
+        Of its content, in hexadecimal.
+    """
+
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True, eq=False)
+class LatentMap:
+    """A code for every texel.
+
+    Parameters
+    ----------
+    codes
+        Shape (height, width, values), float16 or float32.
+    codec
+        What decodes them.
+    wi, wo
+        Directions of the texture that was encoded, shape (n, 3).
+    name
+        Of the material.
+    reference
+        Where the codec is, if files should refer to it; they embed it where None.
+    metadata
+        JSON-able facts: the source and the errors.
+
+    Raises
+    ------
+    ValueError
+        If shapes or types do not fit.
+    """
+
+    codes: npt.NDArray[Any]
+    codec: TexelCodec
+    wi: Floats
+    wo: Floats
+    name: str = ""
+    reference: CodecFile | None = None
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.codes.ndim != 3 or self.codes.shape[2] != self.codec.values or not self.codes.size:
+            raise ValueError(
+                f"codes are {self.codes.shape}, expected (height, width, {self.codec.values})"
+            )
+        if self.codes.dtype not in (np.float16, np.float32):
+            raise ValueError(f"codes are {self.codes.dtype}, expected float16 or float32")
+        if self.wi.shape != self.wo.shape or self.wi.ndim != 2 or self.wi.shape[1] != 3:
+            raise ValueError(f"directions are {self.wi.shape}, {self.wo.shape}, expected (n, 3)")
+
+
+class NeuralBtf(Btf):
+    """The texture that codes stand for, decoded as it is asked for.
+
+    Parameters
+    ----------
+    latent
+        The codes and their codec.
+    directions
+        Pairs to be decoded at, each shape (n, 3); those of the source where None.
+    where
+        What error messages start with: a file's path.
+    """
+
+    def __init__(
+        self,
+        latent: LatentMap,
+        directions: tuple[Floats, Floats] | None = None,
+        where: str = "",
+    ) -> None:
+        self.latent, self.name = latent, latent.name
+        self._where = where or latent.name
+        self.height, self.width = latent.codes.shape[:2]
+        self.wi, self.wo = directions or (latent.wi, latent.wo)
+
+    def decoded(self, wi: Floats, wo: Floats) -> NeuralBtf:
+        """The same texture at other pairs of unit directions, shapes (n, 3)."""
+        return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)), self._where)
+
+    def describe(self) -> dict[str, Any]:
+        """See :meth:`Btf.describe`."""
+        latent = self.latent
+        reference = latent.reference
+        facts = super().describe() | {
+            "values a code": latent.codec.values,
+            "codes": str(latent.codes.dtype),
+            "model": f"in {reference.name}" if reference else "embedded",
+        }
+        errors = latent.metadata.get("errors", {})
+        return facts | {key: errors[key] for key in ("MSE x 1e4", "relative RMSE") if key in errors}
+
+    def texels(self, chosen: Indices | slice) -> Floats:
+        """See :meth:`Btf.texels`.
+
+        Raises
+        ------
+        FormatError
+            If a code decodes to what is no number.
+        """
+        return self._checked(self._decode(self._codes[chosen].astype(np.float32)))
+
+    def images(self, chosen: Indices | slice) -> Floats:
+        """See :meth:`Btf.images` and :meth:`texels`."""
+        wi, wo = self.wi[chosen], self.wo[chosen]
+        decode = on_all_cores(self.latent.codec, self.latent.codec.decoder(wi, wo))
+        pictures = np.empty((len(wi), self.texel_count, 3), np.float32)
+        step = max(1, _BLOCK // (12 * max(len(wi), 1)))
+        for start in range(0, self.texel_count, step):
+            rows = slice(start, start + step)
+            pictures[:, rows] = decode(self._codes[rows].astype(np.float32)).swapaxes(0, 1)
+        return self._checked(pictures.reshape(len(wi), self.height, self.width, 3))
+
+    def _checked(self, values: Floats) -> Floats:
+        if not np.isfinite(values).all():
+            raise FormatError(f"{self._where}: some codes decode to values that are not finite")
+        return values
+
+    @property
+    def _codes(self) -> npt.NDArray[Any]:
+        return self.latent.codes.reshape(self.texel_count, -1)
+
+    @cached_property
+    def _decode(self) -> TexelMap:
+        return on_all_cores(self.latent.codec, self.latent.codec.decoder(self.wi, self.wo))

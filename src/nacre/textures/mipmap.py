@@ -1,0 +1,216 @@
+"""Codes of a texture as it looks from further and further away."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.errors import FormatError
+from nacre.runtime.parallel import one_blas_thread
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.box_filter import halved_rows, level_shapes
+from nacre.textures.codecs.codec import TexelMap, on_all_cores
+from nacre.textures.latent_map import LatentMap
+
+Filter: TypeAlias = Literal["reflectance", "codes"]
+FILTERS: tuple[Filter, ...] = ("reflectance", "codes")
+
+_PAIRS = 512
+"""Pairs of directions that reflectance is averaged at."""
+
+
+@dataclass(frozen=True, eq=False)
+class LatentPyramid:
+    """A map of codes at every size from its own to a single texel, and lookups between them.
+
+    Maps repeat in both directions.
+
+    Parameters
+    ----------
+    levels
+        Codes, shapes (height, width, values), each level about half as high and wide as the one
+        before.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or shapes are not those of :func:`level_shapes`.
+    """
+
+    levels: tuple[Floats, ...]
+
+    def __post_init__(self) -> None:
+        shapes = [codes.shape for codes in self.levels]
+        if not shapes or any(len(shape) != 3 or not all(shape) for shape in shapes):
+            raise ValueError(f"levels are {shapes}, expected (height, width, values)")
+        height, width, values = shapes[0]
+        if shapes != [(*shape, values) for shape in level_shapes(height, width)]:
+            raise ValueError(f"levels are {shapes}, expected halves down to a single texel")
+
+    @classmethod
+    def build(
+        cls,
+        latent: LatentMap,
+        by: Filter = "reflectance",
+        pairs: int = _PAIRS,
+        seed: int = 0,
+        progress: Progress = silent,
+    ) -> LatentPyramid:
+        """The pyramid of a map.
+
+        Parameters
+        ----------
+        latent
+            Codes and their codec.
+        by
+            What is averaged over boxes. "reflectance": every level is encoded from means of what
+            the map decodes to, which is what is seen from afar. "codes": codes, which is faster
+            (Rainer et al. 2020, figure 9), and errs where texels of unlike highlights meet.
+        pairs
+            How many of the map's pairs of directions reflectance is averaged at, drawn at random.
+        seed
+            Of those.
+        progress
+            Called with the rows done.
+
+        Raises
+        ------
+        FormatError
+            If a code decodes, or a mean is encoded, to what is no number.
+        """
+        if by not in FILTERS:
+            raise ValueError(f"by is one of {', '.join(FILTERS)}, not {by!r}")
+        height, width = latent.codes.shape[:2]
+        shapes = level_shapes(height, width)
+        levels = [np.empty((*shape, latent.codec.values), np.float32) for shape in shapes]
+        levels[0][:] = latent.codes
+        if by == "codes":
+            rows: Iterable[Floats] = levels[0]
+            record: TexelMap = np.asarray
+        else:
+            wi, wo = _some_pairs(latent, pairs, seed)
+            decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+            record = on_all_cores(latent.codec, latent.codec.encoder(wi, wo))
+            rows = (decode(row) for row in levels[0])
+        rows = _reported(rows, height, progress)
+        fill_levels(rows, levels, record)
+        if not all(np.isfinite(codes).all() for codes in levels):
+            raise FormatError(f"{latent.name}: some filtered codes are no numbers")
+        return cls(tuple(levels))
+
+    def __call__(self, uv: npt.NDArray[Any], level: npt.NDArray[Any]) -> Floats:
+        """Codes by trilinear interpolation.
+
+        Parameters
+        ----------
+        uv
+            Places, shape (n, 2): u grows to the right and v down, from 0 to 1 over the map, which
+            repeats beyond.
+        level
+            Logarithm to the base 2 of how many texels of the map a footprint is wide, shape (n,).
+            It is clipped to the levels that there are.
+
+        Returns
+        -------
+        array
+            Shape (n, values).
+        """
+        last = len(self.levels) - 1
+        level = np.clip(np.asarray(level, np.float64), 0.0, last)
+        lower = np.minimum(level.astype(np.intp), max(last - 1, 0))
+        share = (level - lower)[:, None]
+        codes = np.empty((len(uv), self.levels[0].shape[2]), np.float32)
+        for index in np.unique(lower):
+            rows = lower == index
+            fine = _bilinear(self.levels[index], uv[rows])
+            coarse = _bilinear(self.levels[min(index + 1, last)], uv[rows])
+            codes[rows] = fine + share[rows] * (coarse - fine)
+        return codes
+
+
+def fill_levels(rows: Iterable[Floats], levels: Sequence[Floats], record: TexelMap) -> None:
+    """Write what is kept of the texels of all levels but the first: of means over boxes.
+
+    Parameters
+    ----------
+    rows
+        Those of the first level, in order: what is averaged, shape (width, ...).
+    levels
+        Shapes (height, width, numbers), as :func:`level_shapes` has them.
+    record
+        From means of a row to what is kept of it.
+    """
+    for above, kept in itertools.pairwise(levels):
+        rows = recorded(halved_rows(rows, len(above)), kept, record)
+    with one_blas_thread():
+        for _ in rows:  # each row is used by all levels as soon as it is known
+            pass
+
+
+def recorded(rows: Iterable[Floats], kept: Floats, record: TexelMap) -> Iterator[Floats]:
+    """The same rows, once what is kept of each is written."""
+    for y, row in enumerate(rows):
+        kept[y] = record(row)
+        yield row
+
+
+def filtered_reflectance(latent: LatentMap, wi: Floats, wo: Floats) -> list[Floats]:
+    """Means of what a map decodes to over the boxes of all levels: what is seen from afar.
+
+    Parameters
+    ----------
+    latent
+        Codes and their codec.
+    wi, wo
+        Unit directions, shape (n, 3).
+
+    Returns
+    -------
+    list
+        Of each level after the map itself, reflectance factors of shape (height, width, n, 3).
+    """
+    height, width = latent.codes.shape[:2]
+    decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+    rows: Iterable[Floats] = (decode(row.astype(np.float32)) for row in latent.codes)
+    levels: list[Floats] = []
+    for size in level_shapes(height, width)[:-1]:
+        levels.append(np.stack(list(halved_rows(rows, size[0]))))
+        rows = levels[-1]
+    return levels
+
+
+def _some_pairs(latent: LatentMap, pairs: int, seed: int) -> tuple[Floats, Floats]:
+    count = len(latent.wi)
+    chosen = np.random.default_rng(seed).choice(count, min(pairs, count), replace=False)
+    chosen.sort()
+    return latent.wi[chosen], latent.wo[chosen]
+
+
+def _reported(rows: Iterable[Floats], count: int, progress: Progress) -> Iterator[Floats]:
+    for done, row in enumerate(rows, 1):
+        yield row
+        progress("filtering", done, count, "")
+
+
+def _bilinear(codes: Floats, uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Codes between the four texels around each place, of a map that repeats."""
+    height, width = codes.shape[:2]
+    x, y = (
+        np.mod(uv[:, axis].astype(np.float64), 1.0) * n - 0.5
+        for axis, n in enumerate((width, height))
+    )
+    left, top = np.floor(x).astype(np.intp), np.floor(y).astype(np.intp)
+    across, down = (x - left)[:, None], (y - top)[:, None]
+
+    def row(y: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
+        first, second = codes[y % height, left % width], codes[y % height, (left + 1) % width]
+        return np.asarray(first + across * (second - first), np.float64)
+
+    above, below = row(top), row(top + 1)
+    return np.asarray(above + down * (below - above))

@@ -1,0 +1,47 @@
+"""A few texels or values of a texture that stand for all."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.btf import Btf
+
+_TEXELS, _IMAGES = 64, 16
+
+
+def random_texels(texture: Btf, count: int, random: np.random.Generator) -> npt.NDArray[np.intp]:
+    """Distinct texels in order, `count` of them or all."""
+    count = min(count, texture.texel_count)
+    return np.sort(random.choice(texture.texel_count, count, replace=False))
+
+
+def some_values(btf: Btf, seed: int = 0) -> Floats:
+    """Values at random texels, or at random pairs where it lies in images, shape (count, 3).
+
+    Raises
+    ------
+    FormatError
+        If they cannot be read.
+    """
+    random = np.random.default_rng(seed)
+    total, count = (btf.pair_count, _IMAGES) if btf.by_image else (btf.texel_count, _TEXELS)
+    chosen = np.sort(random.choice(total, min(count, total), replace=False))
+    return (btf.images(chosen) if btf.by_image else btf.texels(chosen)).reshape(-1, 3)
+
+
+def nearest_pair(btf: Btf, wi: Floats, wo: Floats) -> int:
+    """The pair of directions whose angles to a light and a view have the least sum of squares.
+
+    Parameters
+    ----------
+    btf
+        Any texture.
+    wi, wo
+        Unit directions, shape (3,).
+    """
+    light, view = (
+        np.arccos(np.clip(known @ w, -1.0, 1.0)) for known, w in ((btf.wi, wi), (btf.wo, wo))
+    )
+    return int((light**2 + view**2).argmin())

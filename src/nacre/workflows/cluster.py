@@ -1,0 +1,119 @@
+"""Fits on a Dask cluster: the cluster, and whether it can carry them out."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import nacre
+from nacre.errors import NacreError, reason, require
+from nacre.runtime.parallel import core_count
+from nacre.workflows.executor import Executor, Stream
+from nacre.workflows.fitting import Fitting
+from nacre.workflows.submission import Data, Submission
+from nacre.workflows.watcher import Watcher
+from nacre.workflows.worker import Setup, check
+
+LOCAL = "local"
+"""Address that stands for worker processes on this machine, started for the run."""
+
+_SILENT = logging.CRITICAL + 1
+"""What goes wrong is told once, by an error that names the cluster."""
+
+_IGNORE_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""Of local workers, which a terminal's Ctrl-C reaches too: this process ends them."""
+
+_MESSAGES = 200
+"""On progress, a second, from all workers together."""
+
+
+class Cluster(Executor):
+    """Fits in the worker processes of a Dask cluster, as many at a time as these have threads.
+
+    This process reads or hashes the measured files and takes what comes back.
+
+    Parameters
+    ----------
+    address
+        Of the scheduler, `tcp://host:8786` or `tls://host:8786`; or :data:`LOCAL`.
+    data
+        How workers come by the measured files: see :data:`nacre.workflows.submission.Data`.
+    workers
+        Processes of a local cluster; one a core where None.
+    patience
+        Seconds to wait for the scheduler, and for a worker while there is none.
+    """
+
+    def __init__(
+        self,
+        address: str = LOCAL,
+        *,
+        data: Data = "auto",
+        workers: int | None = None,
+        patience: float = 30.0,
+    ) -> None:
+        self._address, self._data, self._workers = address, data, workers
+        self._patience = patience
+
+    @contextmanager
+    def open(self, fitting: Fitting, watcher: Watcher) -> Iterator[Stream]:
+        """See :class:`Executor`."""
+        distributed = require("distributed", "cluster")
+        # One message for each file that is sent along would tell nobody anything.
+        settings = {"distributed.admin.large-graph-warning-threshold": "1 TiB"}
+        with ExitStack() as stack:
+            stack.enter_context(distributed.utils.silence_logging_cmgr(_SILENT))
+            stack.enter_context(require("dask", "cluster").config.set(settings))
+            client = stack.enter_context(self._client(distributed, stack))
+            try:
+                client.wait_for_workers(1, self._patience)
+            except TimeoutError as error:
+                message = f"{self._address}: has no worker after {self._patience:g} s"
+                raise NacreError(message) from error
+            if client.dashboard_link:
+                watcher.dashboard(client.dashboard_link)
+            threads = sum(client.nthreads().values())
+            setup = Setup(
+                fitting,
+                fitting.digest,
+                nacre.__version__,
+                f"nacre-{secrets.token_hex(8)}",
+                max(0.5, threads / _MESSAGES),
+            )
+            self._check(client, setup)
+            yield Submission(client, setup, self._address, self._data, self._patience)
+
+    def _client(self, distributed: Any, stack: ExitStack) -> Any:
+        """A client of the cluster, which is started if it is local."""
+        place: Any = self._address
+        if place == LOCAL:
+            cluster = distributed.LocalCluster(
+                n_workers=self._workers or core_count(),
+                threads_per_worker=1,
+                dashboard_address="127.0.0.1:0",
+                silence_logs=_SILENT,
+                preload=[_IGNORE_INTERRUPTS],
+            )
+            place = stack.enter_context(cluster)
+        try:
+            return distributed.Client(place, timeout=self._patience, set_as_default=False)
+        except OSError as error:
+            raise NacreError(
+                f"{self._address}: no Dask scheduler has answered for {self._patience:g} s"
+            ) from error
+        except (ValueError, RuntimeError, TypeError) as error:  # of a wrong address, or without TLS
+            raise NacreError(f"{self._address}: cannot be used: {reason(error)}") from error
+
+    def _check(self, client: Any, setup: Setup) -> None:
+        """Refuse workers that would all fail; later ones are checked by their first fit."""
+        for worker, error in client.run(check, setup, on_error="return").items():
+            if isinstance(error, NacreError):
+                raise NacreError(f"{self._address}: worker {worker}: {error}") from error
+            if error is not None:
+                text = f"{type(error).__name__}: {reason(error)}"
+                raise NacreError(
+                    f"{self._address}: worker {worker} has not this nacre: {text}"
+                ) from error

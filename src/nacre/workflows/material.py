@@ -1,0 +1,82 @@
+"""One material of a library: from its file to the content of the fitted one."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from nacre.brdf import Brdf
+from nacre.errors import NacreError, printable, reason
+from nacre.formats import load
+from nacre.runtime.progress import Progress
+from nacre.workflows.fitting import Fitting
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What came of one material.
+
+    Parameters
+    ----------
+    content
+        Of the fitted file.
+    sha256
+        Of the measured file, in hexadecimal.
+    losses
+        What the fit reports.
+    seconds
+        That the fit took.
+    error
+        Why there is no fit; None where there is one.
+    """
+
+    content: bytes = b""
+    sha256: str | None = None
+    losses: Mapping[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+    error: str | None = None
+
+
+def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
+    """Fit one measured file, and write nothing; errors become text.
+
+    They must not be kept: an error holds the frames that it went through, and they hold the
+    material.
+    """
+    try:
+        progress("reading", 0, 1, "")
+        brdf = load(path)
+        start = time.perf_counter()
+        fitted = fitting.fit(brdf, progress)
+        seconds = time.perf_counter() - start
+        return finished(fitting, fitted, (brdf.source or {}).get("sha256"), seconds)
+    except Exception as error:
+        return Fit(error=explain(error, path))
+
+
+def finished(fitting: Fitting, fitted: Brdf, sha256: str | None, seconds: float) -> Fit:
+    """What there is to say of a fit that took so many seconds.
+
+    Raises
+    ------
+    NacreError
+        If it cannot be written.
+    """
+    return Fit(fitting.encode(fitted), sha256, fitting.losses(fitted), round(seconds, 3))
+
+
+def explain(error: Exception, path: Path) -> str:
+    """What went wrong with a measured file, on one line that leaves out its name."""
+    if isinstance(error, NacreError):
+        text = str(error).removeprefix(f"{printable(str(path))}: ")
+    elif isinstance(error, MemoryError):
+        text = "out of memory"
+    elif isinstance(error, OSError):
+        where = f"{os.fspath(error.filename)}: " if error.filename else ""
+        text = f"{where}{error.strerror or error}"
+    else:
+        text = f"{type(error).__name__}: {reason(error)}"
+    return printable(text)

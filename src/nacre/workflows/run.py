@@ -1,0 +1,235 @@
+"""Every measured file of a folder, fitted: what is up to date stays, what fails is told apart."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import nacre
+from nacre.errors import FormatError, NacreError, printable
+from nacre.io.files import PathLike, abandoned, atomic_path, digest
+from nacre.runtime.lock import exclusive
+from nacre.runtime.parallel import thread_map
+from nacre.runtime.progress import Progress
+from nacre.textures.formats import is_btf
+from nacre.workflows.executor import Executor, Job, Stream, Threads
+from nacre.workflows.fitting import Fitting, NetworkFitting
+from nacre.workflows.manifest import Manifest, Record
+from nacre.workflows.material import Fit, explain
+from nacre.workflows.sources import Source, find_sources, output_names
+from nacre.workflows.watcher import Watcher
+
+LOCK = ".library.lock"
+"""Name of the file, in the folder of the fits, that keeps a second run out."""
+
+UNFINISHED = "the run ended before this was finished"
+"""Error of a material while it is being fitted."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run.
+
+    Parameters
+    ----------
+    fitted
+        Materials that were fitted.
+    unchanged
+        Those whose fit was up to date.
+    failed
+        Those that could not be fitted; their `error` says why.
+    left_out
+        Files that have the ending of measurements, and are none.
+    """
+
+    fitted: tuple[Record, ...]
+    unchanged: tuple[Record, ...]
+    failed: tuple[Record, ...]
+    left_out: tuple[Path, ...] = ()
+
+
+def fit_library(
+    paths: Sequence[PathLike],
+    output: PathLike,
+    fitting: Fitting | None = None,
+    *,
+    executor: Executor | None = None,
+    watcher: Watcher | None = None,
+) -> Outcome:
+    """Fit every measured file in folders, into a folder with a manifest.
+
+    A material is fitted if the manifest has no fit of it, if its file, the settings or nacre's
+    version changed since, or if the fitted file is missing or is not what was written. Whatever
+    goes wrong with a material, a full disk too, costs only that material.
+
+    Parameters
+    ----------
+    paths
+        Folders, and files if you like; see :func:`nacre.workflows.find_sources`.
+    output
+        Folder of the fits, made if it is not there; see :func:`nacre.workflows.output_names`.
+    fitting
+        What to fit; networks by the recommended recipe where None.
+    executor
+        What carries out the fits; threads, one a core, where None.
+    watcher
+        Hears how the run goes on.
+
+    Raises
+    ------
+    NacreError
+        If there is nothing to fit, two sources would have the same fit, another run works on
+        `output`, that is no folder that can be written, or the executor does not work.
+    MissingExtraError
+        If the fitting or the executor needs a library that is not installed.
+    KeyboardInterrupt
+        If interrupted; what was finished stays, and the next run goes on.
+    """
+    output, fitting = Path(output), fitting or NetworkFitting()
+    left_out: list[Path] = []
+    sources = find_sources(paths, output, left_out.append)
+    if not sources:
+        where = ", ".join(map(str, paths))
+        factored = (file for path in paths for file in Path(path).glob("*.btf"))
+        textures = any(is_btf(path) for path in (*paths, *left_out, *factored))
+        advice = ", but textures (BTFs); see nacre btf --help" if textures else ""
+        raise NacreError(f"{where}: no measured materials found{advice}")
+    names = output_names(sources, fitting.ending)
+    taken = {source.path.resolve() for source in sources}
+    for name in names:
+        if (output / name).resolve() in taken:
+            raise FormatError(f"{output / name}: is an input as well; name another output")
+    watcher = watcher or Watcher()
+    with contextlib.ExitStack() as stack:
+        stream = stack.enter_context((executor or Threads()).open(fitting, watcher))
+        try:
+            output.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(exclusive(output / LOCK, wait=False))
+        except BlockingIOError as error:
+            raise NacreError(f"{output}: another run is fitting into this folder") from error
+        except OSError as error:
+            raise FormatError(f"{output}: cannot be written: {error.strerror}") from error
+        manifest = Manifest(output)
+        leftovers = _leftovers(output, names)
+        try:
+            outcome = _Run(output, fitting, manifest, watcher)(sources, names, stream)
+            return replace(outcome, left_out=tuple(left_out))
+        finally:
+            manifest.tidy(set(names))
+            for path in leftovers:
+                with contextlib.suppress(OSError):
+                    path.unlink(missing_ok=True)
+
+
+def _leftovers(output: Path, names: Sequence[str]) -> list[Path]:
+    """Temporary files of runs that were killed.
+
+    They are found when a run begins and removed when it ends: one of another command that is
+    writing just now has its own name by then.
+    """
+    folders = {output, *((output / name).parent for name in names)}
+    return [path for folder in folders if folder.is_dir() for path in abandoned(folder)]
+
+
+class _Run:
+    """The work on one folder."""
+
+    def __init__(
+        self, output: Path, fitting: Fitting, manifest: Manifest, watcher: Watcher
+    ) -> None:
+        self._output, self._watcher = output, watcher
+        self._manifest = manifest
+        self._settings = fitting.digest
+        self._records: dict[str, Record] = {}
+
+    def __call__(self, sources: Sequence[Source], names: Sequence[str], stream: Stream) -> Outcome:
+        pairs = list(zip(sources, names, strict=True))
+        current = list(thread_map(lambda pair: self._current(*pair), pairs))
+        work = [pair for pair, record in zip(pairs, current, strict=True) if record is None]
+        work.sort(key=lambda pair: self._failed_before(pair[1]))
+        self._watcher.begin(len(work))
+        with contextlib.closing(stream(self._begun(work))) as results:
+            for job, fit in results:
+                self._finish(job.record, job.path, fit)
+        records = [self._records[name] for _, name in work]
+        return Outcome(
+            tuple(record for record in records if record.error is None),
+            tuple(record for record in current if record is not None),
+            tuple(record for record in records if record.error is not None),
+        )
+
+    def _current(self, source: Source, name: str) -> Record | None:
+        """The record of a fit that is up to date; None where a material is to be fitted."""
+        record = self._manifest.find(name)
+        expected = (str(source.relative), self._settings, nacre.__version__, None)
+        if record is None:
+            return None
+        if (record.source, record.settings, record.nacre, record.error) != expected:
+            return None
+        with contextlib.suppress(OSError, FormatError):
+            if digest(self._output / name) != record.output_sha256:
+                return None
+            status = source.path.stat()
+            if (status.st_size, status.st_mtime_ns) == (record.size, record.modified):
+                return record
+            if status.st_size == record.size and digest(source.path) == record.sha256:
+                record = replace(record, modified=status.st_mtime_ns)
+                with contextlib.suppress(FormatError):  # then it is hashed again next time
+                    self._manifest.keep(record)
+                return record
+        return None
+
+    def _failed_before(self, name: str) -> bool:
+        """Whether a material may fail again, or end the process: it had better come last."""
+        record = self._manifest.find(name)
+        return record is not None and record.error is not None
+
+    def _begun(self, work: Sequence[tuple[Source, str]]) -> Iterator[Job]:
+        """The jobs, each marked in the manifest when it is taken."""
+        for source, name in work:
+            relative = str(source.relative)
+            record = Record(relative, None, None, None, self._settings, nacre.__version__, name)
+            with contextlib.suppress(FormatError):  # it only serves the next run
+                self._manifest.keep(replace(record, error=UNFINISHED))
+            try:
+                # Before it is read: a change while it is read shows in the next run.
+                status = source.path.stat()
+            except OSError as error:
+                self._finish(record, source.path, Fit(error=explain(error, source.path)))
+                continue
+            record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
+            yield Job(source.path, record, self._progress(relative))
+
+    def _progress(self, relative: str) -> Progress:
+        """A material counts as started when the first is heard of it, not when it is queued."""
+        started = cache(lambda: self._watcher.start(printable(relative)))
+        return lambda stage, done, total, note: started()(stage, done, total, note)
+
+    def _finish(self, record: Record, source: Path, fit: Fit) -> None:
+        """Write what came of a material, and keep a record of it."""
+        result = replace(record, error=fit.error)
+        if fit.error is None:
+            try:
+                path = self._output / record.output
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with atomic_path(path) as temporary:
+                    temporary.write_bytes(fit.content)
+                result = replace(
+                    record,
+                    sha256=fit.sha256,
+                    output_sha256=hashlib.sha256(fit.content).hexdigest(),
+                    losses=dict(fit.losses),
+                    seconds=fit.seconds,
+                )
+                self._manifest.keep(result)
+            except (OSError, NacreError) as error:
+                result = replace(record, error=explain(error, source))
+        if result.error is not None:
+            with contextlib.suppress(FormatError):  # without a record it is fitted next time
+                self._manifest.keep(result)
+        self._records[record.output] = result
+        self._watcher.end(printable(record.source), result.error)

@@ -1,0 +1,72 @@
+"""Fits of many materials as one batch on a PyTorch device."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+
+from nacre.brdf import Brdf
+from nacre.errors import NacreError
+from nacre.formats import load
+from nacre.neural import fit_many
+from nacre.workflows.executor import Executor, Job, Results, Stream
+from nacre.workflows.fitting import Fitting, NetworkFitting
+from nacre.workflows.material import Fit, explain, finished
+from nacre.workflows.watcher import Watcher
+
+
+class Stacks(Executor):
+    """Fits of networks on a device, as :func:`nacre.fit_many` has it.
+
+    A stack is in flight at a time: what ends the process costs all of its materials.
+    """
+
+    def open(self, fitting: Fitting, watcher: Watcher) -> AbstractContextManager[Stream]:
+        """See :class:`Executor`; refuses fits that are for no device."""
+        if not isinstance(fitting, NetworkFitting) or fitting.device is None:
+            raise NacreError("only networks can be fitted on a device, and it must be named")
+        fitting.check()
+        return nullcontext(partial(_results, fitting, fitting.device))
+
+
+def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Results:
+    taken: list[tuple[Job, str | None]] = []
+    unread: list[tuple[Job, Fit]] = []
+
+    def materials() -> Iterator[Brdf]:
+        for job in jobs:
+            try:
+                job.progress("reading", 0, 1, "")
+                brdf = load(job.path)
+            except Exception as error:
+                unread.append((job, Fit(error=explain(error, job.path))))
+                continue
+            taken.append((job, (brdf.source or {}).get("sha256")))
+            yield brdf
+
+    def report(stage: str, done: int, total: int, note: str) -> None:
+        taken[-1][0].progress(stage, done, total, note)
+
+    start = time.perf_counter()
+    for index, result in fit_many(materials(), fitting.recipe, device=device, progress=report):
+        while unread:
+            yield unread.pop()
+        job, sha256 = taken[index]
+        # Of materials that were fitted together, the mean of all so far.
+        seconds = (time.perf_counter() - start) / len(taken)
+        yield job, _fit(fitting, job, sha256, seconds, result)
+    while unread:
+        yield unread.pop()
+
+
+def _fit(
+    fitting: NetworkFitting, job: Job, sha256: str | None, seconds: float, result: Brdf | Exception
+) -> Fit:
+    try:
+        if isinstance(result, Exception):
+            raise result
+        return finished(fitting, result, sha256, seconds)
+    except Exception as error:
+        return Fit(error=explain(error, job.path))

@@ -1,0 +1,174 @@
+"""The jobs of a run on their way to a Dask cluster and back."""
+
+from __future__ import annotations
+
+import hashlib
+import queue
+import secrets
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from nacre.errors import FormatError, NacreError, reason, require
+from nacre.io.files import digest
+from nacre.workflows.executor import Job, Results
+from nacre.workflows.material import Fit, explain
+from nacre.workflows.worker import Setup, Task, work
+
+Data: TypeAlias = Literal["auto", "path", "content"]
+"""How workers come by measured files: "path", they read them where this process does; "content", it
+is sent to them; "auto", it is sent where a worker does not find the same content under the path."""
+
+_PER_THREAD = 2
+"""Jobs in flight per thread of the cluster: one in work, and one to go on with."""
+
+_MOST_BYTES = 1 << 30
+"""Of file contents in flight, which the scheduler has in memory."""
+
+
+@dataclass(frozen=True)
+class _Flight:
+    """A job that the cluster has; `sent` is the bytes of file content that went with it."""
+
+    job: Job
+    future: Any
+    sent: int
+
+
+class Submission:
+    """Carries out jobs on a cluster, of which it holds no more at a time than keep it busy.
+
+    Parameters
+    ----------
+    client
+        Of Dask, connected.
+    setup
+        What the workers have to know.
+    address
+        Of the scheduler, for messages.
+    data
+        See :data:`Data`.
+    patience
+        Seconds to wait for a worker when there is none left.
+    """
+
+    def __init__(
+        self, client: Any, setup: Setup, address: str, data: Data, patience: float
+    ) -> None:
+        self._client, self._setup, self._data = client, setup, data
+        self._address, self._patience = address, patience
+        self._flights: dict[str, _Flight] = {}
+        self._unread: deque[Job] = deque()
+        self._done: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._threads, self._asked, self._seen = 1, -1.0, time.monotonic()
+
+    def __call__(self, jobs: Iterator[Job]) -> Results:
+        """See :data:`nacre.workflows.executor.Stream`."""
+        self._client.subscribe_topic(self._setup.topic, self._report)
+        try:
+            while True:
+                yield from self._submit(jobs)
+                if not self._flights:
+                    return
+                yield from self._collect()
+        except OSError as error:  # of a call to the scheduler: those of files are dealt with
+            raise self._end("the connection to the scheduler is lost") from error
+
+    def _submit(self, jobs: Iterator[Job]) -> Results:
+        """Send jobs as long as there is room; gives back those whose file cannot be read."""
+        room = _PER_THREAD * self._thread_count()
+        while len(self._flights) < room and self._bytes_in_flight() < _MOST_BYTES:
+            send = self._data == "content" or bool(self._unread)
+            job = self._unread.popleft() if self._unread else next(jobs, None)
+            if job is None:
+                return
+            try:
+                content = np.fromfile(job.path, np.uint8) if send else None
+                sha256 = (
+                    digest(job.path)
+                    if content is None
+                    else hashlib.sha256(content.data).hexdigest()
+                )
+            except (OSError, FormatError) as error:
+                yield job, Fit(error=explain(error, job.path))
+                continue
+            token = secrets.token_hex(16)
+            task = Task(token, str(job.path.absolute()), sha256, content)
+            key = _key(token)
+            future = self._client.submit(work, self._setup, task, key=key, pure=False)
+            self._flights[key] = _Flight(job, future, 0 if content is None else content.nbytes)
+            future.add_done_callback(lambda future: self._done.put(future.key))
+
+    def _collect(self) -> Results:
+        """Give back all jobs that are done, after waiting a while for one."""
+        futures = {key: self._flights[key].future for key in self._done_keys()}
+        # One whose worker has died since is pending again, and waited for.
+        whole = {k: f for k, f in futures.items() if f.status not in ("error", "cancelled")}
+        results = self._client.gather(whole, errors="skip") if whole else {}
+        for key, future in futures.items():
+            job = self._flights.pop(key).job
+            result = results.get(key) or self._failed(future)
+            future.release()  # its destructor would swallow an interrupt
+            if isinstance(result, Fit):
+                yield job, result
+            elif self._data == "auto":
+                self._unread.append(job)
+            else:
+                yield job, Fit(error=result.reason)
+        if self._client.status != "running":
+            raise OSError(f"the client is {self._client.status}")
+
+    def _done_keys(self) -> list[str]:
+        """Of the jobs that have ended in whatever way since the last call; none after a second."""
+        keys = []
+        with suppress(queue.Empty):
+            keys.append(self._done.get(timeout=1.0))
+            while True:
+                keys.append(self._done.get_nowait())
+        return keys
+
+    def _failed(self, future: Any) -> Fit:
+        """What came of a job without a result; an error where that is not its own fault."""
+        if future.cancelled():
+            raise self._end("the scheduler has ended, or has dropped the fits")
+        error = future.exception()
+        if isinstance(error, require("distributed", "cluster").KilledWorker):
+            return Fit(error=f"killed its worker {error.allowed_failures + 1} times")
+        if isinstance(error, NacreError):
+            raise self._end(f"a worker {error}")
+        raise self._end(f"{type(error).__name__}: {reason(error)}")
+
+    def _thread_count(self) -> int:
+        """Threads of the cluster, as of not long ago; at least 1."""
+        now = time.monotonic()
+        if now - self._asked > 1.0:
+            self._threads = sum(self._client.nthreads().values())
+            self._asked = now
+            if self._threads:
+                self._seen = now
+            elif now - self._seen > self._patience:
+                raise self._end(f"has had no worker for {self._patience:g} s")
+        return max(1, self._threads)
+
+    def _bytes_in_flight(self) -> int:
+        return sum(flight.sent for flight in self._flights.values())
+
+    def _report(self, event: tuple[float, Any]) -> None:
+        """Pass on how far a worker is; a late message on a job that is back says nothing."""
+        token, *progress = event[1]
+        flight = self._flights.get(_key(token))
+        if flight is not None:
+            flight.job.progress(*progress)
+
+    def _end(self, why: str) -> NacreError:
+        return NacreError(f"{self._address}: {why}; what was finished stays, run again to go on")
+
+
+def _key(token: str) -> str:
+    """Of the task at the scheduler, whose pages count all of one word together."""
+    return f"fit-{token}"

@@ -1,0 +1,88 @@
+"""Files are whole or absent, and errors say what to do."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from nacre.errors import FormatError, MissingExtraError, require
+from nacre.io.files import atomic_path, read_bytes
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
+    target = tmp_path / "x.bin"
+    target.write_bytes(b"old")
+
+    def fail():
+        with atomic_path(target) as temporary:
+            temporary.write_bytes(b"half")
+            raise RuntimeError("power cut")
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert target.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_write_replaces_the_file_whole(tmp_path):
+    target = tmp_path / "x.bin"
+    target.write_bytes(b"old")
+    with atomic_path(target) as temporary:
+        assert temporary.suffix == ".bin"
+        temporary.write_bytes(b"new")
+    assert target.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_threads_write_with_the_permissions_of_any_file(tmp_path):
+    def write(name):
+        with atomic_path(tmp_path / str(name)) as temporary:
+            temporary.write_bytes(b"x")
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(write, range(200)))
+    (tmp_path / "plain").touch()
+    modes = {path.stat().st_mode for path in tmp_path.iterdir()}
+    assert len(modes) == 1
+    assert len(list(tmp_path.iterdir())) == 201
+
+
+@pytest.mark.parametrize("place", ["missing/x.bin", "."])
+def test_writing_where_no_file_can_be_is_an_error(tmp_path, place):
+    with (
+        pytest.raises(FormatError, match=r"directory|does not exist"),
+        atomic_path(tmp_path / place),
+    ):
+        pytest.fail("the block must not run")
+
+
+def test_reading_says_what_is_wrong(tmp_path):
+    (tmp_path / "empty").touch()
+    (tmp_path / "large").write_bytes(bytes(11))
+    for name, words in {
+        ".": "directory",
+        "absent": "No such file",
+        "empty": "is empty",
+        "large": "11 bytes, more than the 10",
+    }.items():
+        with pytest.raises(FormatError, match=words) as caught:
+            read_bytes(tmp_path / name, 10)
+        assert str(tmp_path) in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_broken_extra_says_why(tmp_path, monkeypatch):
+    (tmp_path / "a_broken_module.py").write_text("raise OSError('libatomic.so.1: not found')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(MissingExtraError, match=r"does not load: libatomic\.so\.1: not found"):
+        require("a_broken_module", "render")
+
+
+def test_a_missing_extra_names_itself():
+    with pytest.raises(MissingExtraError, match=r"pip install 'nacre\[render\]'"):
+        require("a_module_that_does_not_exist", "render")
+
+
+def test_messages_are_one_printable_line():
+    assert str(FormatError("a\nb\x1b[2J\ud800 é")) == "a\\nb\\x1b[2J\\ud800 é"

@@ -1,0 +1,101 @@
+"""NumPy's array files: what NumPy writes is read, what promises too much is refused."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.lib import format as npy
+
+from nacre.errors import FormatError
+from nacre.io.npy import MAGIC, map_npy, parse_npy, parse_text
+
+
+def written(array: np.ndarray, version: tuple[int, int] = (1, 0)) -> bytes:
+    content = io.BytesIO()
+    npy.write_array(content, array, version)
+    return content.getvalue()
+
+
+@pytest.mark.parametrize("dtype", ["<f2", ">f4", "<f8"])
+@pytest.mark.parametrize("shape", [(), (3,), (2, 3), (2, 3, 4)])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_what_numpy_writes_is_read(dtype, shape, order):
+    size = int(np.prod(shape))
+    array = np.asarray(np.arange(size).reshape(shape), dtype=dtype, order=order)
+    data = written(array)
+    assert data.startswith(MAGIC)
+    back = parse_npy(data, "x.npy")
+    assert back.dtype == array.dtype
+    np.testing.assert_array_equal(back, array)
+    with pytest.raises(ValueError, match="read-only"):
+        back[...] = 0
+
+
+def header(shape: str, descr: str = "'<f8'") -> bytes:
+    text = f"{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}\n".encode()
+    return MAGIC + b"\1\0" + len(text).to_bytes(2, "little") + text
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        MAGIC,
+        written(np.zeros(3))[:-1],
+        written(np.zeros(3)) + b"\0",
+        written(np.zeros(3, int)),
+        written(np.zeros(3), (2, 0)),
+        header("(3,)", "'|O'") + bytes(24),
+        header("(3,)", "[('a', '<f8')]") + bytes(24),
+        header("(-1, -3)") + bytes(24),
+        header("(-3,)"),
+        header("(1 << 62, 1 << 62)"),
+        header(f"({2**62}, {2**62})") + bytes(24),
+        header("'3'") + bytes(24),
+        header("(3,)", "__import__('os')") + bytes(24),
+    ],
+)
+def test_what_is_damaged_is_refused_in_one_line(data):
+    with pytest.raises(FormatError, match=r"^x\.npy: ") as caught:
+        parse_npy(data, "x.npy")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "cloth", "織物 \U0001f9f5"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_texts_are_read(text: str, order: str) -> None:
+    array = np.array(text).astype(f"{order}U{max(len(text), 1)}")
+    assert parse_text(written(array), "x") == text
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        written(np.array(["two", "texts"])),
+        written(np.array("x" * 1025)),
+        written(np.array(1.0)),
+        written(np.array("xyz"))[:-4] + b"\0\xd8\0\0",  # half a character
+        written(np.array("xyz"))[:-4] + b"\xff" * 4,
+        written(np.array("xyz"))[:-1],
+    ],
+)
+def test_what_is_no_text_is_refused(data: bytes) -> None:
+    with pytest.raises(FormatError, match="x"):
+        parse_text(data, "x")
+
+
+def test_an_array_within_a_file_is_mapped(tmp_path: Path) -> None:
+    array = np.arange(6, dtype="<f4").reshape(2, 3)
+    content, path = written(array), tmp_path / "file"
+    path.write_bytes(b"before" + content + b"after")
+    found = map_npy(path, 6, len(content), "file")
+    assert isinstance(found, np.memmap)
+    np.testing.assert_array_equal(found, array)
+    for offset, length in ((5, len(content)), (6, len(content) - 1), (6, len(content) + 4)):
+        with pytest.raises(FormatError, match="file: "):
+            map_npy(path, offset, length, "file")
+    with pytest.raises(FormatError, match="cannot be read"):
+        map_npy(tmp_path / "absent", 0, 10, "file")

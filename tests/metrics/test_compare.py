@@ -1,0 +1,104 @@
+"""Comparisons and their picture."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from nacre.figures import picture
+from nacre.figures.drawing import magma
+from nacre.metrics import Comparison, compare
+from tests.render.reflectances import Constant, Lobe
+
+pytest.importorskip("skimage", reason="needs the extra 'render'")
+pytest.importorskip("flip_evaluator", reason="needs the extra 'render'")
+pytest.importorskip("PIL", reason="needs the extra 'render'")
+
+
+@pytest.fixture(scope="module")
+def comparison() -> Comparison:
+    """White against a glossy lobe, small."""
+    return compare(Constant(1.0), Lobe(60.0), size=24, directions=64)
+
+
+def test01_both_lights_and_all_figures(comparison: Comparison):
+    assert [item.light for item in comparison.lights] == ["environment", "directional"]
+    assert (comparison.truth, comparison.other) == ("constant", "Lobe")
+    for item in comparison.lights:
+        assert item.truth.shape == item.other.shape == (24, 24, 3)
+        assert item.flip_map.shape == comparison.mask.shape == (24, 24)
+        assert 0.0 < item.errors.flip < 1.0
+    rows = comparison.rows()
+    assert len(rows) == 14
+    assert len({row[:2] for row in rows}) == 14
+    assert {row[0] for row in rows} == {"environment", "directional", "angles"}
+    assert all(math.isfinite(row[2]) for row in rows)
+
+
+def test02_a_material_equals_itself():
+    same = compare(Constant(1.0), Constant(1.0), size=16, directions=16)
+    for item in same.lights:
+        assert item.errors.psnr == math.inf
+        assert item.errors.ssim == pytest.approx(1.0)
+    assert same.angles.log_cosine == 0.0
+    assert picture(same).dtype == np.uint8
+
+
+def test03_progress_rises_to_one():
+    seen: list[float] = []
+    compare(Constant(1.0), Constant(1.0), size=64, directions=64, progress=seen.append)
+    assert len(seen) > 4
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+
+
+def test04_picture_shows_spheres_on_paper(comparison: Comparison):
+    image = picture(comparison)
+    height, width, channels = image.shape
+    assert channels == 3
+    assert 1000 < width < 1300
+    assert 800 < height < 1100
+    np.testing.assert_array_equal(image[2, 2], image[-3, -3])
+    # The middle of the first sphere: white under the environment, tone mapped.
+    item = comparison.lights[0]
+    expected = np.clip(item.truth[12, 12], 0.0, 1.0) ** (1.0 / 2.2) * 255.0
+    np.testing.assert_allclose(image[118 + 46 + 160, 44 + 160], expected, atol=6)
+
+
+def test05_long_names_fit(comparison: Comparison):
+    import dataclasses
+
+    long = dataclasses.replace(comparison, truth="a material " * 40, other="a network " * 40)
+    assert picture(long).shape == picture(comparison).shape
+
+
+def test06_colours_are_those_of_flip():
+    import flip_evaluator
+
+    black, red = np.zeros((24, 24, 3), np.float32), np.zeros((24, 24, 3), np.float32)
+    red[..., 0] = np.linspace(0.0, 1.0, 24)
+    errors, _, _ = flip_evaluator.evaluate(black, red, "LDR", applyMagma=False)
+    colours, _, _ = flip_evaluator.evaluate(black, red, "LDR", applyMagma=True)
+    np.testing.assert_allclose(magma(errors[..., 0]), colours, atol=0.03)
+
+
+def test07_import_is_light():
+    code = (
+        "import sys, nacre.metrics, nacre.metrics.comparison; "
+        "print([m for m in ('mitsuba', 'skimage', 'PIL', 'flip_evaluator') if m in sys.modules])"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert result.stdout.strip() == "[]"
+
+
+def test08_unknown_names_are_refused():
+    import nacre.metrics
+
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = nacre.metrics.nonsense

@@ -1,0 +1,34 @@
+"""Threads over cores, without a matrix library's own threads on top."""
+
+from __future__ import annotations
+
+from threadpoolctl import threadpool_info
+
+from nacre.runtime.parallel import core_count, one_blas_thread, thread_map
+
+
+def blas_threads() -> list[int]:
+    return [x["num_threads"] for x in threadpool_info() if x["user_api"] == "blas"]
+
+
+def test_thread_map_keeps_the_order():
+    assert list(thread_map(lambda x: x * x, range(100))) == [x * x for x in range(100)]
+    assert core_count() >= 1
+
+
+def test_products_take_one_thread_inside_a_block_and_as_many_as_before_after_it():
+    before = blas_threads()
+    with one_blas_thread():
+        inside = [*thread_map(lambda _: blas_threads(), range(8)), blas_threads()]
+    assert all(set(counts) <= {1} for counts in inside)
+    assert blas_threads() == before
+
+
+def test_blocks_that_overlap_share_the_limit():
+    before = blas_threads()
+    first, second = one_blas_thread(), one_blas_thread()
+    with first:
+        second.__enter__()
+    assert set(blas_threads()) <= {1}
+    second.__exit__(None, None, None)
+    assert blas_threads() == before

@@ -1,0 +1,81 @@
+"""Small textures that look like something, and the networks of the papers word by word."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from nacre.btf import TableBtf
+from nacre.errors import FormatError
+from nacre.measured.textures import BONN, UTIA
+from nacre.measured.textures.domes import below, pairs
+
+COARSE = pairs(*[BONN.directions[below(BONN.directions, 40.0)][::3]] * 2)
+"""15 directions for light and viewer each: 225 pairs."""
+OTHER = pairs(*[UTIA.directions[below(UTIA.directions, 40.0)][::2]] * 2)
+"""10 directions for light and viewer each: 100 pairs."""
+
+
+def texture(seed: int, size: int = 6, directions: Any = COARSE) -> TableBtf:
+    """Diffuse colour and a glossy lobe that change from texel to texel."""
+    random = np.random.default_rng(seed)
+    wi, wo = directions
+    half = wi + wo
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    shape = (size, size, 1, 1)
+    colour = random.uniform(0.05, 0.8, 3) * random.uniform(0.5, 1.0, shape)
+    lobe = half[:, 2:] ** random.uniform(5.0, 60.0, shape) * random.uniform(0.0, 1.0, shape)
+    return TableBtf((colour + lobe).astype(np.float32), wi, wo, f"made {seed}")
+
+
+def write(folder: Path, count: int, size: int = 6, directions: Any = COARSE) -> list[Path]:
+    """Files of textures that :func:`load` reads."""
+    paths = []
+    for seed in range(count):
+        made = texture(seed, size, directions)
+        paths.append(folder / f"{seed}.npz")
+        np.savez(paths[-1], values=made.values, wi=made.wi, wo=made.wo, name=made.name)
+    return paths
+
+
+def load(path: Any) -> TableBtf:
+    """A texture of :func:`write`."""
+    try:
+        with np.load(path) as file:
+            return TableBtf(file["values"], file["wi"], file["wo"], str(file["name"]))
+    except (OSError, ValueError, KeyError) as error:
+        raise FormatError(f"{path}: is no texture") from error
+
+
+def dense(values: Any, parameters: Any, name: str, last: bool) -> Any:
+    """Layers called `name`, each followed by a ReLU, or not where it is the last."""
+    names = sorted({key.split(".")[1] for key in parameters if key.startswith(f"{name}.")})
+    for index in names:
+        weight, bias = (parameters[f"{name}.{index}.{part}"] for part in ("weight", "bias"))
+        values = torch.einsum("...i,ij->...j", values, weight) + bias
+        if index != names[-1] or not last:
+            values = torch.where(values > 0, values, torch.zeros_like(values))
+    return values
+
+
+def literal_weights(directions: Any, parameters: Any) -> Any:
+    """Weights of every entry and channel, shape (n, 3, m)."""
+    return dense(directions, parameters, "angular", last=True).reshape(len(directions), 3, -1)
+
+
+def literal_codes(values: Any, weights: Any, parameters: Any, pooling: str = "mean") -> Any:
+    """The unified encoder as Rainer et al. 2020 tell it, for one texel of shape (n, 3)."""
+    products = weights * values[:, :, None]
+    pooled = products.mean(0) if pooling == "mean" else products.max(0).values
+    unrolled = pooled.reshape(-1) + parameters["pooled.bias"]
+    bent = torch.where(unrolled > 0, unrolled, parameters["pooled.slope"] * unrolled)
+    return dense(bent, parameters, "encoder", last=True)
+
+
+def literal_values(code: Any, directions: Any, parameters: Any) -> Any:
+    """The decoder as Rainer et al. 2020 tell it, for one code; shape (n, 3)."""
+    inputs = torch.cat([code.expand(len(directions), -1), directions], dim=1)
+    return dense(inputs, parameters, "decoder", last=True)
