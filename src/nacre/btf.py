@@ -30,8 +30,9 @@ class Btf(abc.ABC):
     wo: Floats
     """Unit directions to the viewer, shape (n, 3)."""
     by_image: bool = False
-    """Whether :meth:`texels` has to read every picture; :func:`nacre.measured.textures.transposition.by_texel`
-    then gives the same texture with texels that come at once."""
+    """Whether :meth:`texels` has to read every picture;
+    :func:`nacre.measured.textures.transposition.by_texel` then gives the same texture with texels
+    that come at once."""
 
     @abc.abstractmethod
     def texels(self, chosen: Indices | slice) -> Floats:

@@ -6,8 +6,8 @@ training recipes of each family learns what an edit does to a code, or to the co
 stands for. It is then applied to the recipes that are kept from training and compared with captures
 of these that were really changed.
 
-Run `python -m studies.ablations.btf_editing OUT` from the root of the repository. OUT keeps the captures;
-making them takes ten minutes of two cores.
+Run `python -m studies.ablations.btf_editing OUT` from the root of the repository. OUT keeps the
+captures; making them takes ten minutes of two cores.
 """
 
 from __future__ import annotations

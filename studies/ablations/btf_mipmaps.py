@@ -7,8 +7,8 @@ factors at 2,000 random pairs, times 10,000: of each against means of what the c
 of the last against means of what was measured, in brackets, which is mostly the codec's own error.
 Then the mean over textures of the ratio of brightness to what it should be.
 
-Run `python -m studies.ablations.btf_mipmaps CAPTURED/unseen/*.npz -o OUT`; it takes a minute and a half
-of one core.
+Run `python -m studies.ablations.btf_mipmaps CAPTURED/unseen/*.npz -o OUT`; it takes a minute and a
+half of one core.
 """
 
 from __future__ import annotations

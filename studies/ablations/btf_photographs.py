@@ -6,8 +6,8 @@ of planned pairs among such. Errors are of all pairs. Then the planned ones are 
 images of 8 bits, as a camera would, and read again: exposed so that white is the brightest value,
 and at a quarter of that.
 
-Run `python -m studies.ablations.btf_photographs CAPTURED -o FOLDER` from the root of the repository with
-the folder that `nacre btf capture --all` makes. It takes five minutes of two cores.
+Run `python -m studies.ablations.btf_photographs CAPTURED -o FOLDER` from the root of the repository
+with the folder that `nacre btf capture --all` makes. It takes five minutes of two cores.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ directions, and contrast of seams when quilting goes by it. Last, the middle of 
 next: its contrast over the mean of the two materials', its mean brightness over the mean of theirs,
 and its relative error against the mean of decoded reflectance.
 
-Run `python -m studies.ablations.btf_synthesis CODES/*.safetensors -o OUT`; captures of 128 x 128 texels
-take a minute and a quarter of one core.
+Run `python -m studies.ablations.btf_synthesis CODES/*.safetensors -o OUT`; captures of 128 x 128
+texels take a minute and a quarter of one core.
 """
 
 from __future__ import annotations

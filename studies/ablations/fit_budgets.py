@@ -6,8 +6,9 @@ the median seconds of drawing and training, and the held-out loss relative to th
 (geometric mean over the materials), on samples that no fit has seen. "front" marks lines that no
 faster one beats.
 
-Run `python -m studies.ablations.fit_budgets [--inputs enhanced] [--materials N]` from the root of the
-repository; about an hour without `--quick`, which leaves out what takes longer than the standard.
+Run `python -m studies.ablations.fit_budgets [--inputs enhanced] [--materials N]` from the root of
+the repository; about an hour without `--quick`, which leaves out what takes longer than the
+standard.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ a floor under the environment), same number of samples. Columns of the printed t
 
 The contact sheet shows source | written | FLIP error, the latter on a scale from 0 to 0.1.
 
-Run `python -m studies.ablations.rgl_round_trip FOLDER [-o SHEET.png]` from the root of the repository;
-FOLDER holds the published networks of MERL materials (`chrome.h5`, ...).
+Run `python -m studies.ablations.rgl_round_trip FOLDER [-o SHEET.png]` from the root of the
+repository; FOLDER holds the published networks of MERL materials (`chrome.h5`, ...).
 """
 
 from __future__ import annotations

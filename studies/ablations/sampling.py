@@ -17,9 +17,9 @@ Rows of predicted lobes are of the basis that comes with nacre, which was traine
 materials, or of another neural one (`--basis FILE`). They are not timed: their kernels are those of
 the lobes that a search finds.
 
-Run `python -m studies.ablations.sampling [material ...]` from the root of the repository. With `--cache
-FILE` results are kept and what is in it is not measured again; `--timed` without materials, or with
-some, says what is timed.
+Run `python -m studies.ablations.sampling [material ...]` from the root of the repository. With
+`--cache FILE` results are kept and what is in it is not measured again; `--timed` without
+materials, or with some, says what is timed.
 """
 
 from __future__ import annotations

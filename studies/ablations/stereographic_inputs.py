@@ -10,9 +10,9 @@ code is constant, and its part is that of the biases. Each material is fitted by
   half the samples and a tenth of the epochs, which still take several times as long.
 
 All minimise the log-cosine loss of the NBRDF paper by nacre's recipe; the 2019 paper has the
-squared error of whitened logarithms. Figures are those of `studies.speed.fidelity`. Where a folder is
-named, it gets one picture a light: materials from left to right, and from top to bottom the truth
-and the fits in the order above.
+squared error of whitened logarithms. Figures are those of `studies.speed.fidelity`. Where a folder
+is named, it gets one picture a light: materials from left to right, and from top to bottom the
+truth and the fits in the order above.
 
 Run `python -m studies.ablations.stereographic_inputs [FILE...] [--wide] [--pictures FOLDER]`
 from the root of the repository; without files, the RGL tables and three published networks.

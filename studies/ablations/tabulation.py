@@ -14,7 +14,8 @@ Sources are Lambert plus GGX of a roughness, or of two, Beckmann's distribution 
 part, and whatever files are named. A file that is a table already is tabulated anew here, as any
 other material.
 
-Run `python -m studies.ablations.tabulation [FILE...] [--format .bsdf]` from the root of the repository.
+Run `python -m studies.ablations.tabulation [FILE...] [--format .bsdf]` from the root of the
+repository.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
 Random texels of all captures are encoded. Of some of them the ten nearest others are found by what
 was measured, as square roots of reflectance or reflectance itself, and by codes, by codes scaled to
-equal spread, by coefficients, by what codes decode to and by `nacre.textures.appearance`. The table has
-the share of the ten that both find, the share of nearest texels that are the same, and how much
+equal spread, by coefficients, by what codes decode to and by `nacre.textures.appearance`. The table
+has the share of the ten that both find, the share of nearest texels that are the same, and how much
 farther off than the truly nearest one that texel is which was found, by measured distance.
 
-Run `python -m studies.ablations.texel_distances CAPTURED` from the root of the repository with the folder
-that `nacre btf capture --all` makes. It takes three minutes of two cores.
+Run `python -m studies.ablations.texel_distances CAPTURED` from the root of the repository with the
+folder that `nacre btf capture --all` makes. It takes three minutes of two cores.
 """
 
 from __future__ import annotations

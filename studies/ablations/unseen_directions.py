@@ -5,8 +5,8 @@ degrees of four rings, so that the dome keeps its turns. It is compared with one
 all directions. Both encode the unseen captures from the pairs of the 127 directions, and their
 errors are of the pairs that have one of the 24.
 
-Run `python -m studies.ablations.unseen_directions CAPTURED --model MODEL` from the root of the repository
-with the folder that `nacre btf capture --all` makes. It takes as long as a training.
+Run `python -m studies.ablations.unseen_directions CAPTURED --model MODEL` from the root of the
+repository with the folder that `nacre btf capture --all` makes. It takes as long as a training.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Time and quality of the presets of `nacre fit` on the real RGL tables.
 
 Seconds are medians of whole fits, one material at a time on all cores: drawing the samples,
-training, and the lobes for importance sampling. Pictures are those of :mod:`studies.speed.fidelity`.
-`python -m studies.speed.presets --help`.
+training, and the lobes for importance sampling. Pictures are those of
+:mod:`studies.speed.fidelity`. `python -m studies.speed.presets --help`.
 """
 
 from __future__ import annotations

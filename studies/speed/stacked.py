@@ -1,8 +1,8 @@
 """Seconds per material and epoch of stacks of materials in PyTorch, beside the CPU kernel.
 
 Stacks of several sizes and the kernel take turns on the samples of the real RGL tables, over and
-over where a stack has more materials than there are tables. `python -m studies.speed.stacked --help`;
-for a graphics processor `--device cuda`.
+over where a stack has more materials than there are tables. `python -m studies.speed.stacked
+--help`; for a graphics processor `--device cuda`.
 """
 
 from __future__ import annotations

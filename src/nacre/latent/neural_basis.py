@@ -138,7 +138,8 @@ class NeuralBasis:
         codes
             Shape (n, k).
         orders
-            Which of the six :data:`nacre.numerics.channels.ORDERS`, shape (n,) or for all codes alike.
+            Which of the six :data:`nacre.numerics.channels.ORDERS`, shape (n,) or for all codes
+            alike.
         """
         pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ TURNS[orders]
         return np.concatenate([codes[:, : self.greys], pairs.reshape(len(codes), -1)], axis=1)

@@ -26,7 +26,8 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     Raises
     ------
     FormatError
-        As :func:`nacre.textures.load`, though of a single file no more than its first bytes is read.
+        As :func:`nacre.textures.load`, though of a single file no more than its first bytes is
+        read.
     """
     path = Path(path)
     if texture is None and lies_in_images(path):

@@ -68,7 +68,8 @@ def encode(
     Parameters
     ----------
     btf
-        Read by runs of texels; see :func:`nacre.measured.textures.by_texel` for one that lies in images.
+        Read by runs of texels; see :func:`nacre.measured.textures.by_texel` for one that lies in
+        images.
     codec
         For its directions.
     half

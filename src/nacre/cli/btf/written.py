@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def print_written(path: Path, btf: Btf, loss: Loss | None) -> None:
-    """A line, and one on what was clipped; `loss` is what :func:`nacre.textures.formats.save` gave."""
+    """A line, and one on what was clipped; `loss` is what :func:`nacre.textures.formats.save`
+    gave.
+    """
     facts = [
         f"{btf.width} x {btf.height} texels",
         counted(btf.pair_count, "pair of directions", "pairs of directions"),

@@ -3,8 +3,8 @@
 A list is UTF-8 text with comma-separated values (or semicolons or tabs). Its first line names the
 columns, in any order. Pairs of a light and a view have unit vectors lx, ly, lz, vx, vy, vz, or
 angles in degrees theta_l, phi_l, theta_v, phi_v; or theta, phi are of directions that each serve as
-light and as view. Lists of photographs (:mod:`nacre.measured.textures.photographs`) have columns file and, if
-wanted, quantity and scale too. Lines that start with # do not matter.
+light and as view. Lists of photographs (:mod:`nacre.measured.textures.photographs`) have columns
+file and, if wanted, quantity and scale too. Lines that start with # do not matter.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """Textures as rectified photographs and a list of their directions, as laboratories have them.
 
-The list is one of pairs of directions (:mod:`nacre.measured.textures.direction_list`) with a further column
-`file`, a path from the folder of the list; and, if wanted, `quantity`, what the pixels of the image
-hold: `reflectance` or `radiance` (see :data:`nacre.measured.textures.image_folder.Quantity`), and `scale`, what
-the value 1 of a pixel stands for: 4 where the exposure was a quarter, so that highlights of up to
-four times white are not cut off.
+The list is one of pairs of directions (:mod:`nacre.measured.textures.direction_list`) with a
+further column `file`, a path from the folder of the list; and, if wanted, `quantity`, what the
+pixels of the image hold: `reflectance` or `radiance` (see
+:data:`nacre.measured.textures.image_folder.Quantity`), and `scale`, what the value 1 of a pixel
+stands for: 4 where the exposure was a quarter, so that highlights of up to four times white are not
+cut off.
 """
 
 from __future__ import annotations

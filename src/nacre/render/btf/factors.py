@@ -2,10 +2,10 @@
 
 What a codec decodes for one texture varies far less than what it can decode for all. So roots of
 values at some pairs of directions, as grey values and pairs of colours
-(:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions (singular value
-decomposition); some texels, decoded at all nodes of a grid of directions, then give the functions
-there by least squares. Any codec that decodes at any directions will do; what a hit costs no longer
-depends on it.
+(:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions
+(singular value decomposition); some texels, decoded at all nodes of a grid of directions, then give
+the functions there by least squares. Any codec that decodes at any directions will do; what a hit
+costs no longer depends on it.
 """
 
 from __future__ import annotations

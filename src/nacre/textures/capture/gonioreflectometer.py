@@ -1,11 +1,11 @@
 """A virtual gonioreflectometer: path tracing of a periodic surface for all lights at once.
 
-For each view, rays of an orthographic camera pass through jittered points of a texel on the plane
-z = 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
+For each view, rays of an orthographic camera pass through jittered points of a texel on the plane z
+= 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
 hides and shadows. At each of at most three surface points of a path all directional lights are
 evaluated; whether they reach a triangle is found beforehand. What each point behind the first adds
-to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single rare paths would
-show as bright dots.
+to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single rare paths
+would show as bright dots.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ _BLOCK = 1 << 12
 def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
-    Squared distances are those of :func:`nacre.textures.appearance.appearance`, but for the hundredth of
-    the variance that is left out.
+    Squared distances are those of :func:`nacre.textures.appearance.appearance`, but for the
+    hundredth of the variance that is left out.
 
     Parameters
     ----------

@@ -31,7 +31,9 @@ functions cannot express is alike at neighbouring directions."""
 
 
 class Networks(NamedTuple):
-    """What :class:`nacre.textures.codecs.basis.codec.BasisCodec` is made of beside its functions."""
+    """What :class:`nacre.textures.codecs.basis.codec.BasisCodec` is made of beside its
+    functions.
+    """
 
     complete: SkipNetwork
     encode: SkipNetwork

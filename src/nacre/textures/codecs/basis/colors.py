@@ -1,8 +1,8 @@
 """Reflectance to grey values and chroma of the default codec, and back, in one pass each.
 
-They are those of square roots of reflectance, in the coordinates of :mod:`nacre.numerics.channels`. Errors
-of a root count less where reflectance is small, so dark places keep their tone and hue; and squares
-of sums are never below zero.
+They are those of square roots of reflectance, in the coordinates of :mod:`nacre.numerics.channels`.
+Errors of a root count less where reflectance is small, so dark places keep their tone and hue; and
+squares of sums are never below zero.
 """
 
 from __future__ import annotations

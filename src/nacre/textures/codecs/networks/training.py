@@ -61,8 +61,8 @@ def train_network(
     Parameters
     ----------
     paths, load
-        Files, and what opens one; see :class:`nacre.textures.codecs.networks.dataset.TexelStream`. Images are
-        read once.
+        Files, and what opens one; see :class:`nacre.textures.codecs.networks.dataset.TexelStream`.
+        Images are read once.
     settings
         Sizes of the network, which also say which one it is.
     recipe
@@ -79,7 +79,8 @@ def train_network(
         Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
         is interrupted by Ctrl-C.
     journal, events
-        CSV file and folder of TensorBoard events; see :class:`nacre.textures.codecs.networks.journal.Journal`.
+        CSV file and folder of TensorBoard events; see
+        :class:`nacre.textures.codecs.networks.journal.Journal`.
     device
         PyTorch device.
     members

@@ -40,9 +40,9 @@ class PcaRecipe:
     texels
         Of each texture, chosen at random.
     permute
-        Whether a texel counts with all six orders of its channels, see :mod:`nacre.numerics.channels`.
-        Components are then of grey values or of one value of the pairs, and of the latter each
-        serves both values.
+        Whether a texel counts with all six orders of its channels, see
+        :mod:`nacre.numerics.channels`. Components are then of grey values or of one value of the
+        pairs, and of the latter each serves both values.
     turn
         Whether it counts with its turns about the normal that the directions allow.
     weigh

@@ -16,7 +16,9 @@ _ARRAYS = ("wi", "wo", "mean", "components", "variances")
 
 
 def pack_components(codec: PcaCodec) -> tuple[dict[str, Any], Tensors]:
-    """Header and tensors, single always; see :func:`nacre.textures.codecs.codec_file.pack_codec`."""
+    """Header and tensors, single always; see
+    :func:`nacre.textures.codecs.codec_file.pack_codec`.
+    """
     tensors = {name: np.ascontiguousarray(getattr(codec, name), np.float32) for name in _ARRAYS}
     header = {
         "version": VERSION,
