@@ -62,8 +62,8 @@ def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) ->
     """
     data = path.read_bytes()
     before = _listing(path.parent)
-    if entry.recognise is not None:
-        assert entry.recognise(data[:HEAD]) in (True, False)
+    if entry.recognize is not None:
+        assert entry.recognize(data[:HEAD]) in (True, False)
     start = tracemalloc.get_traced_memory()[0]
     tracemalloc.reset_peak()
     try:

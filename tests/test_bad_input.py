@@ -158,7 +158,7 @@ def test_a_file_that_may_not_be_read_is_refused(
 def test_a_file_that_vanishes_is_refused(
     case: Target, monkeypatch: pytest.MonkeyPatch, reads: int
 ) -> None:
-    """After it was recognised, or after it was read."""
+    """After it was recognized, or after it was read."""
     case.path.write_bytes(case.specimen.files()[0])
     if reads == 1:
         head = formats.read_head(case.path)
@@ -176,7 +176,7 @@ def _vanishing(entry: Format) -> Format:
         path.unlink()
         return brdf
 
-    return Format(entry.name, entry.extensions, entry.recognise, load)
+    return Format(entry.name, entry.extensions, entry.recognize, load)
 
 
 # The fuzz targets run in seconds too

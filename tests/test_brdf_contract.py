@@ -110,7 +110,7 @@ def pairs(count: int = 4000) -> tuple[np.ndarray, np.ndarray]:
     return hemisphere(random, count), hemisphere(random, count)
 
 
-def test_values_are_finite_non_negative_colours(brdf):
+def test_values_are_finite_non_negative_colors(brdf):
     wi, wo = pairs()
     values = brdf.eval(wi, wo)
     assert values.shape == (4000, 3)

@@ -40,7 +40,7 @@ def test_content_decides_over_a_wrong_ending(tmp_path):
     assert type(nacre.load(tmp_path / "grey.bsdf")).__name__ == "MerlBrdf"
 
 
-RECOGNISED = [e.name for e in formats.formats() if e.recognise and e.name in SPECIMENS]
+RECOGNISED = [e.name for e in formats.formats() if e.recognize and e.name in SPECIMENS]
 
 
 @pytest.mark.parametrize("name", [n for n in RECOGNISED if "(NumPy)" not in n])

@@ -1,4 +1,4 @@
-"""Directions and parametrisations: round trips, poles, horizon, both precisions."""
+"""Directions and parametrizations: round trips, poles, horizon, both precisions."""
 
 from __future__ import annotations
 

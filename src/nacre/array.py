@@ -1,7 +1,7 @@
 """One formula, three array libraries.
 
 Reflectance formulas in this package are written on *components*: plain tuples of arrays, one array
-per coordinate or colour channel. The functions of a :class:`Namespace` do the arithmetic that
+per coordinate or color channel. The functions of a :class:`Namespace` do the arithmetic that
 operators cannot, so the same formula runs on NumPy arrays, PyTorch tensors and Dr.Jit arrays
 (where it is traced into a renderer's kernel).
 """
@@ -18,7 +18,7 @@ Array: TypeAlias = Any
 """A float, a NumPy array, a PyTorch tensor or a Dr.Jit array."""
 
 Components: TypeAlias = tuple[Array, Array, Array]
-"""Three arrays of one shape: the coordinates of a vector or the channels of a colour."""
+"""Three arrays of one shape: the coordinates of a vector or the channels of a color."""
 
 Floats: TypeAlias = npt.NDArray[np.floating]
 Weights: TypeAlias = npt.NDArray[np.float32]

@@ -152,8 +152,8 @@ class Brdf(abc.ABC):
     def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
 
-        Between bands f_r is linear in the wavelength. :meth:`eval` is the colour of these spectra,
-        but for what interpolating colours in place of spectra changes.
+        Between bands f_r is linear in the wavelength. :meth:`eval` is the color of these spectra,
+        but for what interpolating colors in place of spectra changes.
 
         Parameters
         ----------
@@ -232,7 +232,7 @@ class Brdf(abc.ABC):
 
 
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
-    """Clamp colours to be non-negative, and to 0 where a direction is at or below the horizon.
+    """Clamp colors to be non-negative, and to 0 where a direction is at or below the horizon.
 
     What overflows is clamped to the largest float32. What :meth:`Brdf.eval` does, for components
     of any array library.

@@ -12,7 +12,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def luminance(rgb: Components) -> Array:
-    """Luminance of colour components."""
+    """Luminance of color components."""
     return LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
 
 

@@ -59,7 +59,7 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
     """Read a reflectance from any known file.
 
     The reader is picked by content; the file name decides only between readers that both
-    recognise the content, and for formats whose content starts with nothing to recognise.
+    recognize the content, and for formats whose content starts with nothing to recognize.
 
     Parameters
     ----------
@@ -78,9 +78,9 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
         return _of_texture(path)
     head = read_head(path)
     suffix = path.suffix.lower()
-    known = [entry for entry in _formats if entry.recognise and entry.recognise(head)]
+    known = [entry for entry in _formats if entry.recognize and entry.recognize(head)]
     if not known:
-        known = [e for e in _formats if e.recognise is None and suffix in e.extensions]
+        known = [e for e in _formats if e.recognize is None and suffix in e.extensions]
     if not known:
         endings = ", ".join(e for entry in _formats for e in entry.extensions)
         raise FormatError(f"{path}: content is of no known format (known: {endings})")
@@ -146,7 +146,7 @@ def target(path: PathLike) -> Format:
 
 
 def loses_bands(brdf: Brdf, path: PathLike) -> bool:
-    """Whether :func:`save` would write only the colour of a reflectance with spectra.
+    """Whether :func:`save` would write only the color of a reflectance with spectra.
 
     Raises
     ------

@@ -1,11 +1,11 @@
-"""Directions, frames and the parametrisations of pairs of directions.
+"""Directions, frames and the parametrizations of pairs of directions.
 
 Conventions: the local frame has the surface normal along +z. `wi` points to the light, `wo` to the
 viewer, both away from the surface and of unit length. Angles are radians. Every function works on
 components (see :mod:`nacre.array`) of any array library unless it says otherwise; :func:`split`
 and :func:`join` go from and to NumPy arrays of shape (..., 3).
 
-The half vector h is the normalised sum of the two directions; the difference vector d is `wi`
+The half vector h is the normalized sum of the two directions; the difference vector d is `wi`
 expressed in the frame whose z axis is h (Rusinkiewicz 1998, "A New Change of Variables for
 Efficient BRDF Representation").
 """
@@ -56,7 +56,7 @@ def reflect(w: Components, axis: Components) -> Components:
 
 
 def turn(w: Components, angle: Array) -> Components:
-    """`w` turned about z by an angle from x towards y."""
+    """`w` turned about z by an angle from x toward y."""
     xp = namespace(angle)
     cos, sin = xp.cos(angle), xp.sin(angle)
     if isinstance(angle, float):

@@ -2,8 +2,8 @@
 
 For every encoded texture a texture of three times its edges is made that tiles, by quilting, by
 random patches side by side, and by random patches whose overlaps are blended. What is printed of
-each is the contrast of its seams: root mean square of differences of neighbours across them over
-that of all other neighbours, in roots of reflectance factors at directions that quilting does not
+each is the contrast of its seams: root mean square of differences of neighbors across them over
+that of all other neighbors, in roots of reflectance factors at directions that quilting does not
 look at; with blended overlaps, differences within these over those outside. Then, for some ways to
 measure how unlike two texels are: rank correlation with their difference over 500 other pairs of
 directions, and contrast of seams when quilting goes by it. Last, the middle of each texture and the
@@ -28,7 +28,7 @@ from nacre.array import Floats
 from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map
-from nacre.textures.synthesis import blend, synthesise
+from nacre.textures.synthesis import blend, synthesize
 from nacre.textures.synthesis.features import texel_features
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
 from nacre.textures.synthesis.seams import seam_contrast, seams
@@ -86,7 +86,7 @@ def seam_ratios(latent: LatentMap, output: Path) -> tuple[list[str], Floats]:
     rows, columns, _ = seen.shape
     flat = seen.reshape(rows * columns, -1)
     edge, random = SCALE * rows, np.random.default_rng(0)
-    made = synthesise(latent, edge, edge, tile=True)
+    made = synthesize(latent, edge, edge, tile=True)
     patch, overlap = made.settings.patch, made.settings.overlap
     naive = random_patches((rows, columns), edge, patch, random)
     mixed, where = blended_patches(seen, edge, patch, overlap, random)

@@ -6,16 +6,16 @@ rendered from its network and from its code by the protocol of :mod:`nacre.rende
 environment map and under a directional light, at 64 x 64 pixels and from 96 directions unless told
 otherwise. Rows:
 
-- PCA, optimised: principal components; a material counts with its six permutations of the channels;
-  the code is optimised on log(1 + 30 f cos theta_i);
-- neural: basis functions that a network gives, the code optimised likewise;
+- PCA, optimized: principal components; a material counts with its six permutations of the channels;
+  the code is optimized on log(1 + 30 f cos theta_i);
+- neural: basis functions that a network gives, the code optimized likewise;
 - with `--projected`: codes of principal components that are projected only, and those by channel,
-  the columns of Nielsen et al. 2015, so that 32 components take 3 x 32 values of a colour material.
+  the columns of Nielsen et al. 2015, so that 32 components take 3 x 32 values of a color material.
 
 With `--networks`, codes that stand for networks of 675 weights, in place of principal components:
 
 - hypernetwork, from codes of the neural basis;
-- autoencoder: the paper's; codes as the encoder gives them, and optimised.
+- autoencoder: the paper's; codes as the encoder gives them, and optimized.
 
 `--between N` then takes N pairs of held-out materials and tells the albedo of what is half way
 between their codes, beside the larger albedo of the two.
@@ -79,7 +79,7 @@ Encode = Callable[[Brdf], Brdf]
 def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encode]:
     """Codes of materials that are known everywhere."""
     return {
-        f"PCA, optimised, {values} values": lambda brdf: pca.decode(optimised(pca, brdf)),
+        f"PCA, optimized, {values} values": lambda brdf: pca.decode(optimised(pca, brdf)),
         f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
     }
 
@@ -106,7 +106,7 @@ def network_codes(
         f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
         f"hypernetwork, {values} values": lambda brdf: hyper.decode(encode_network(hyper, brdf)),
         f"autoencoder, encoder only, {values} values": lambda brdf: auto.decode(auto.project(brdf)),
-        f"autoencoder, optimised, {values} values": lambda brdf: auto.decode(
+        f"autoencoder, optimized, {values} values": lambda brdf: auto.decode(
             encode_network(auto, brdf)
         ),
     }
@@ -147,7 +147,7 @@ def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> d
     )
     weights = pca.weights()[drawn]
     parts = pca.components[pca.uses][:, drawn].T.astype(np.float64) * pca.deviations
-    rows = (parts[:, None, :] * pca.colours.T).reshape(-1, len(pca))
+    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, len(pca))
     normal = rows.T @ rows + ridge * np.eye(len(pca))
 
     def by_ridge(brdf: Brdf) -> Brdf:

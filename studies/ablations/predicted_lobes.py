@@ -47,7 +47,7 @@ from nacre.latent import (
 from nacre.latent.file import load_basis, save_basis
 from nacre.neural import Layer
 from nacre.numerics.channels import ORDERS
-from nacre.numerics.newton import minimise
+from nacre.numerics.newton import minimize
 from nacre.reproduce.codes import split as split_files
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_blinn_phong, fit_lobes
@@ -100,7 +100,7 @@ def trained(files: Sequence[Path], kept: Path | None) -> NeuralBasis:
     return basis
 
 
-def labelled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePredictor:
+def labeled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePredictor:
     """Blinn-Phong lobes by labels: squared errors of the share and of the exponent's logarithm."""
     known = fitted_names(labels)
     given = [path for path in files if path.stem in known]
@@ -171,7 +171,7 @@ def value(sampler: Sampler, moment: Moment) -> float:
 def refined(predict: LobePredictor, code: Floats, brdf: Brdf, steps: int) -> Sampler:
     """Newton steps from predicted lobes."""
     function = MixtureMoment(second_moment(brdf), MixtureFamily.cosines, MixtureFamily.lobes, None)
-    return function.mixture(minimise(function, predict.free(code), steps)[1])
+    return function.mixture(minimize(function, predict.free(code), steps)[1])
 
 
 def main() -> None:
@@ -184,7 +184,7 @@ def main() -> None:
     torch.set_num_threads(1)
     basis = trained(given, options.basis)
     merl = [path for path in given if path.parent.name == "merl"]
-    by_labels = labelled(basis, merl, require_data("merl-fits", "ngan_blinnphong.fit"))
+    by_labels = labeled(basis, merl, require_data("merl-fits", "ngan_blinnphong.fit"))
     phong, ggx, mixture = (basis.predictors[name] for name in ("blinn-phong", "ggx", "mixture"))
     fits: dict[str, Fit] = {
         "Blinn-Phong, searched": lambda brdf, code: fit_blinn_phong(brdf),

@@ -3,7 +3,7 @@
 Solves the constrained least squares of Mallett and Yuksel 2019, "Spectral Primary Decomposition
 for Rendering with sRGB Reflectance": the smoothest spectra (least sum of squared steps) that lie in
 [0, 1], sum to 1 at every wavelength and, lit by D65 and seen by the CIE 1931 2-degree observer,
-have the linear Rec. 709 colours (1, 0, 0), (0, 1, 0) and (0, 0, 1). Observer and illuminant are
+have the linear Rec. 709 colors (1, 0, 0), (0, 1, 0) and (0, 0, 1). Observer and illuminant are
 those of Mitsuba, so that its spectral and its RGB variants agree. Differs from the paper in the
 grid: every 10 nm over the 360 to 830 nm that Mitsuba samples, linear in between.
 
@@ -26,7 +26,7 @@ DIGITS = 5
 
 
 def response() -> Matrix:
-    """Linear Rec. 709 colour under D65 of a unit value at each node, shape (3, nodes)."""
+    """Linear Rec. 709 color under D65 of a unit value at each node, shape (3, nodes)."""
     mi = nacre.render.mitsuba("llvm_ad_spectral")
     fine = np.arange(360.0, 831.0, 1.0)
     interaction = mi.SurfaceInteraction3f()
@@ -43,10 +43,10 @@ def response() -> Matrix:
     return to_rgb @ (xyz / xyz[1].sum()) @ hats.T
 
 
-def solve(colour: Matrix) -> Matrix:
-    """Red and blue spectra at the nodes, shape (2, nodes), for the :func:`response` `colour`."""
+def solve(color: Matrix) -> Matrix:
+    """Red and blue spectra at the nodes, shape (2, nodes), for the :func:`response` `color`."""
     count = len(NODES)
-    white = colour.sum(1)  # (1, 1, 1) but for the roundings of the standards: 1e-4
+    white = color.sum(1)  # (1, 1, 1) but for the roundings of the standards: 1e-4
 
     def split(x: Matrix) -> Matrix:
         red, blue = x.reshape(2, count)
@@ -58,7 +58,7 @@ def solve(colour: Matrix) -> Matrix:
         return float((steps**2).sum()), np.concatenate([slope[0] - slope[1], slope[2] - slope[1]])
 
     targets = np.concatenate([[white[0], 0.0, 0.0], [0.0, 0.0, white[2]]])
-    linear = np.kron(np.eye(2), colour)
+    linear = np.kron(np.eye(2), color)
     fills = np.hstack([np.eye(count), np.eye(count)])
     found = minimize(
         roughness,
@@ -79,15 +79,15 @@ def solve(colour: Matrix) -> Matrix:
 
 def main() -> None:
     """Print the table and its error."""
-    colour = response()
-    table = np.clip(np.round(solve(colour), DIGITS), 0.0, 1.0)
+    color = response()
+    table = np.clip(np.round(solve(color), DIGITS), 0.0, 1.0)
     for row in table:
         print(", ".join(f"{value:g}" for value in row))
     red, blue = table
     spectra = np.stack([red, 1.0 - red - blue, blue])
     print("smallest green:", spectra[1].min())
-    print("colours of the primaries, one a row:")
-    print(np.round(spectra @ colour.T, 6))
+    print("colors of the primaries, one a row:")
+    print(np.round(spectra @ color.T, 6))
 
 
 if __name__ == "__main__":

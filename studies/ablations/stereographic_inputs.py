@@ -9,7 +9,7 @@ code is constant, and its part is that of the biases. Each material is fitted by
 - with `--wide`, stereographic, 4 x 106: the hidden layers of the 2019 network, 34,877 weights, from
   half the samples and a tenth of the epochs, which still take several times as long.
 
-All minimise the log-cosine loss of the NBRDF paper by nacre's recipe; the 2019 paper has the
+All minimize the log-cosine loss of the NBRDF paper by nacre's recipe; the 2019 paper has the
 squared error of whitened logarithms. Figures are those of `studies.speed.fidelity`. Where a folder
 is named, it gets one picture a light: materials from left to right, and from top to bottom the
 truth and the fits in the order above.

@@ -20,7 +20,7 @@ LEARNING_RATE = 5e-4
 
 
 class Network(torch.nn.Module):
-    """6-21-21-3 with the published initialisation."""
+    """6-21-21-3 with the published initialization."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -94,11 +94,11 @@ def test_samples_follow_the_density(name, degrees):
     assert test.run(test_count=len(CHI_SQUARE), quiet=True), test.messages
 
 
-def test_the_channels_of_a_colour_do_not_mix(brdf):
+def test_the_channels_of_a_color_do_not_mix(brdf):
     wi, wo = pairs(50)
     before = brdf.eval(wi, wo)
     for parameter in brdf.parameters:
-        if parameter.colour:
+        if parameter.color:
             red, green, blue = brdf.values[parameter.name]
             other = type(brdf)(**brdf.values | {parameter.name: (red, 0.99 * green, blue)})
             after = other.eval(wi, wo)
@@ -125,7 +125,7 @@ def extreme(parameter, share, random):
         chosen = random.random((parameter.rows, parameter.nodes)) < 0.5
         return np.where(chosen, share * parameter.high, 0.0)
     low, high = parameter.low, parameter.high
-    return np.broadcast_to(min(low + (high - low) * share, high), (3,) * parameter.colour)
+    return np.broadcast_to(min(low + (high - low) * share, high), (3,) * parameter.color)
 
 
 @pytest.mark.parametrize("model", MODELS)

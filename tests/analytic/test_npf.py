@@ -46,7 +46,7 @@ def test_the_same_seed_gives_the_same_tables():
 
 
 @pytest.mark.parametrize("value", [0.0, 0.3])
-def test_a_scan_of_one_colour_can_be_fitted(value):
+def test_a_scan_of_one_color_can_be_fitted(value):
     random = np.random.default_rng(0)
     wi, wo = hemisphere(random, 800), hemisphere(random, 800)
     fitted = fit(ScatteredBrdf(wi, wo, np.full((800, 3), value)), NPF)

@@ -23,7 +23,7 @@ mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 @pytest.fixture
 def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TableBtf:
-    """A texture in `cloth.npz` whose every picture is of one colour."""
+    """A texture in `cloth.npz` whose every picture is of one color."""
     monkeypatch.chdir(tmp_path)
     wi, wo = UTIA.pairs()
     grey = np.stack([wi[:, 2], wo[:, 2], 0.0 * wi[:, 0] + 0.25], axis=1)

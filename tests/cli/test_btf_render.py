@@ -18,7 +18,7 @@ LIT = ("--light", "point", "--angle", 30)
 
 @pytest.fixture
 def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An encoded texture `cloth.safetensors` and a measured one `grey.npz`."""
+    """An encoded texture `cloth.safetensors` and a measured one `gray.npz`."""
     require_mitsuba()
     monkeypatch.chdir(tmp_path)
     codes = np.random.default_rng(1).normal(size=(2, 4, 2))
@@ -64,7 +64,7 @@ def test_an_animation_of_a_moving_light(capsys: pytest.CaptureFixture[str], clot
 
     options = ("--size", 24, "--spp", 1, "--frames", 3, "--path", "over", *LIT)
     assert run("btf", "render", "grey.npz", *options) == 0
-    assert "grey.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
+    assert "gray.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
     assert run("btf", "render", "grey.npz", *options, "--reference", "grey.npz", "-o", "a.png") == 0
     shown = capsys.readouterr().out
     assert "a.png: 3 frames of 800 x 404 pixels, 1 samples per pixel, MSE x 1e4 0," in shown

@@ -55,7 +55,7 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("average grey.json -o x.npz", "is one material, expected a texture"),
+        ("average gray.json -o x.npz", "is one material, expected a texture"),
         ("average texture.npz -o x.json", "no format of textures ends in '.json'"),
         ("average texture.npz -o x.npz --model model.safetensors", "--model encodes"),
         (
@@ -64,8 +64,8 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
         ),
         ("average texture.npz -o texture.npz", "texture.npz"),
         ("spread texture.npz -o x.npz", "is a texture (BTF), not one material; see nacre btf info"),
-        ("spread grey.json -o x.npz --size 0 3", "0 is not in the range"),
-        ("spread grey.json -o x.npz --directions berlin", "berlin"),
+        ("spread gray.json -o x.npz --size 0 3", "0 is not in the range"),
+        ("spread gray.json -o x.npz --directions berlin", "berlin"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:

@@ -30,7 +30,7 @@ def test_wavelengths_are_kept_or_missed_aloud(
         assert back.wavelengths is None
 
 
-def test_samples_become_a_table_of_colours(
+def test_samples_become_a_table_of_colors(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source = write(tmp_path / "made_spec.bsdf", tensor_bytes(spectral(material([0.0]))))

@@ -72,7 +72,7 @@ def test_a_map_shows_all_and_names_the_nearest(here, capsys):
     assert (here / "map.png").read_bytes() == first
 
 
-def test_neighbours_stay_neighbours():
+def test_neighbors_stay_neighbors():
     pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
     random = np.random.default_rng(0)
     codes = np.concatenate([random.normal(k * 20, 1, (12, 8)) for k in range(2)])

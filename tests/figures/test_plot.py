@@ -99,7 +99,7 @@ def test_the_note_says_what_is_drawn_and_fits():
     figure.canvas.draw()
     (note,) = [text for text in figure.texts if text.get_text().startswith("f_r")]
     words = note.get_text().replace("\n", " ")
-    for part in ("f_r × cosine", "green", "1/sr", "0.02 and less at the centre", "azimuth 28."):
+    for part in ("f_r × cosine", "green", "1/sr", "0.02 and less at the center", "azimuth 28."):
         assert part in words
     assert note.get_window_extent().x1 < figure.bbox.x1
     assert note.get_window_extent().y1 < figure.axes[0].bbox.y1

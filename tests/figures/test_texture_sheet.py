@@ -25,7 +25,7 @@ def striped(height: int, width: int, count: int = 1) -> TableBtf:
 
 
 def shown(sheet: np.ndarray) -> np.ndarray:
-    """The first picture: what is in its box is of pure colours only."""
+    """The first picture: what is in its box is of pure colors only."""
     pure = np.isin(sheet, (0, 255)).all(-1) & (sheet.sum(-1, dtype=int) == 255)
     rows, columns = np.flatnonzero(pure.any(1)), np.flatnonzero(pure.any(0))
     end = columns[np.append(np.diff(columns) > 1, True)][0]

@@ -16,7 +16,7 @@ DIRECTIONS = from_degrees(*ANGLES).astype(np.float32)
 
 
 def plain(size: int) -> TableBtf:
-    """Every picture of one grey: the cosine of the view over that of the light."""
+    """Every picture of one gray: the cosine of the view over that of the light."""
     wi, wo = pairs(DIRECTIONS, DIRECTIONS)
     grey = (wo[:, 2] / wi[:, 2]).astype(np.float16)[:, None]
     return TableBtf(np.broadcast_to(grey, (size, size, len(wi), 3)), wi, wo)

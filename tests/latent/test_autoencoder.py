@@ -62,7 +62,7 @@ def test_networks_are_those_of_materials_and_begin_at_one(distillation, rows):
     assert np.corrcoef(one, other)[0, 1] > 0.7
 
 
-def test_a_permuted_network_is_one_of_permuted_colours(distillation, rows):
+def test_a_permuted_network_is_one_of_permuted_colors(distillation, rows):
     weights = distillation.weights(distillation.common(rows), rows[0])
     wi, wo = distillation.wi[:500], distillation.wo[:500]
     order = [2, 0, 1]

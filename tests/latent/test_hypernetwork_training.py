@@ -50,7 +50,7 @@ def test_the_formula_is_that_of_the_training(trained):
     grey, pairs = torch.from_numpy(codes[:, :4]), torch.from_numpy(codes[:, 4:]).reshape(5, 1, 2)
     expected = training._weights(grey, pairs).detach().numpy()
     np.testing.assert_allclose(made.weights(codes), expected, rtol=1e-4, atol=1e-5)
-    # What it is trained towards is the basis itself.
+    # What it is trained toward is the basis itself.
     weight = torch.full((3000, 1), 7.0)
     values = made.basis.values(isotropic_inputs(WI, WO, ENHANCED))
     goal = training._goal(grey, pairs, torch.from_numpy(values), weight)

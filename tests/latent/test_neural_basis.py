@@ -120,5 +120,5 @@ def test_what_is_no_basis_is_refused():
         (made.hidden, made.functions[:, :1], 0),
         (made.hidden, made.functions[:, :-1], 4),
     ):
-        with pytest.raises(ValueError, match=r"chain|follow|grey|no codes"):
+        with pytest.raises(ValueError, match=r"chain|follow|gray|no codes"):
             NeuralBasis(hidden, functions, greys, made.examples)

@@ -134,7 +134,7 @@ def test_what_cannot_be_trained_on_is_refused():
 
 
 @pytest.mark.parametrize(("values", "pairs"), [(1, 0), (2, 0), (3, 1), (8, 1), (16, 2), (32, 5)])
-def test_colours_get_their_share_of_a_code(values, pairs):
+def test_colors_get_their_share_of_a_code(values, pairs):
     recipe = BasisRecipe(values=values, hidden=(4,), steps=1, directions=64, batch=16)
     assert recipe.pairs == pairs
     made = train_neural(MATERIALS, recipe)

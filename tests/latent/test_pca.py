@@ -54,7 +54,7 @@ def whole_basis(separate: bool = False) -> Basis:
 
 
 def grey(made: Basis) -> np.ndarray:
-    return np.abs(made.colours.sum(axis=1)) > 1.5
+    return np.abs(made.colors.sum(axis=1)) > 1.5
 
 
 @pytest.mark.parametrize("separate", [False, True])
@@ -83,7 +83,7 @@ def test_components_are_orthonormal_and_codes_have_unit_variance():
     made = whole_basis()
     assert 0 < grey(made).sum() < len(made)
     gram = (made.components @ made.components.T)[np.ix_(made.uses, made.uses)]
-    products = gram * (made.colours @ made.colours.T)
+    products = gram * (made.colors @ made.colors.T)
     np.testing.assert_allclose(products, np.eye(len(made)), atol=1e-5)
     codes = np.array([made.project(m()) for m in MATERIALS])
     # Permuting channels turns the two values of a component into each other.
@@ -177,7 +177,7 @@ def test_what_cannot_be_trained_on_is_refused():
 
 
 def alike(step: float) -> Basis:
-    """A basis of three greys that differ by no more than a multiple of `step`."""
+    """A basis of three grays that differ by no more than a multiple of `step`."""
     greys = [
         Ggx(diffuse=(0.3 + s,) * 3, specular=(0.1 + s,) * 3, roughness=0.3 + s / 2)
         for s in (0.0, step, 3.0 * step)

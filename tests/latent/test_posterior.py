@@ -76,7 +76,7 @@ def test_no_sample_has_no_code():
         encode_samples(made, DirectionSamples(WI[:0], WO[:0], WI[:0]))
 
 
-def test_a_sample_of_a_colour_outside_the_gamut_counts_as_black():
+def test_a_sample_of_a_color_outside_the_gamut_counts_as_black():
     made = random_basis()
     f_r = made.decode(CODE).eval(WI[:100], WO[:100])
     negative, black = f_r.copy(), f_r.copy()

@@ -91,7 +91,7 @@ def material(phi_i: npt.ArrayLike, seed: int = 0, size: int = 12) -> dict[str, n
 
 
 def spectral(fields: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
-    """The fields of an RGL material with smooth spectra at :data:`BANDS` in place of colours."""
+    """The fields of an RGL material with smooth spectra at :data:`BANDS` in place of colors."""
     fields = dict(fields)
     humps = np.exp(-(((BANDS[:, None] - np.array([620.0, 540.0, 450.0])) / 45.0) ** 2))
     spectra = np.einsum("ptcnm,bc->ptbnm", fields.pop("rgb"), humps + 0.02)

@@ -19,7 +19,7 @@ def test_rows_below_the_horizon_are_dropped_and_duplicates_averaged():
     wi, wo, rgb = wi[rows], wo[rows], rgb[rows] + 0.1 * np.arange(8)[:, None]
     wi[2] *= -1.0
     rgb[5] = -1.0
-    rgb[7, 2] = -0.01  # a colour outside the gamut
+    rgb[7, 2] = -0.01  # a color outside the gamut
     brdf = from_measurement(wi, wo, rgb, "rows")
     facts = brdf.describe()
     assert facts["samples"] == 4

@@ -1,4 +1,4 @@
-"""The Cornell reader: real scans, colours against colour-science, damaged files."""
+"""The Cornell reader: real scans, colors against colour-science, damaged files."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_real_scans(name: str) -> None:
     assert np.isfinite(brdf.eval(hemisphere(rng, 1000), hemisphere(rng, 1000))).all()
 
 
-def test_names_and_colours_of_the_real_scans() -> None:
+def test_names_and_colors_of_the_real_scans() -> None:
     facing = {}
     for name in ("garnet_red", "krylon_blue"):
         brdf = nacre.load(require_data("cornell", f"{name}.brdf"))
@@ -82,7 +82,7 @@ def test_names_and_colours_of_the_real_scans() -> None:
     assert blue > 2 * red
 
 
-def test_colours_are_those_of_colour_science() -> None:
+def test_colors_are_those_of_color_science() -> None:
     import colour
 
     nodes = np.arange(360.0, 781.0)
@@ -174,6 +174,6 @@ def test_reading_spectra_leaves_numpys_printing_alone(tmp_path: Path) -> None:
     source = write(tmp_path / "a.brdf", scan_bytes())
     script = (
         "import sys, numpy, nacre; before = numpy.get_printoptions(); nacre.load(sys.argv[1]); "
-        "assert numpy.get_printoptions() == before and 'colour' in sys.modules"
+        "assert numpy.get_printoptions() == before and 'color' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", script, str(source)], check=True)

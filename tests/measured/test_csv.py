@@ -79,7 +79,7 @@ def test_radians_grey_values_and_anisotropy(tmp_path: Path) -> None:
     np.testing.assert_allclose(brdf.samples.wi[0], [np.sin(0.5), 0.0, np.cos(0.5)])
 
 
-def test_bands_become_colours(tmp_path: Path) -> None:
+def test_bands_become_colors(tmp_path: Path) -> None:
     pytest.importorskip("colour", reason="needs the extra 'spectral'")
     text = PLAIN.replace("r,g,b", "650 nm,450nm,550").replace("-0.01", "0.3")
     brdf = read(tmp_path, text)
@@ -88,7 +88,7 @@ def test_bands_become_colours(tmp_path: Path) -> None:
     assert brdf.samples.rgb[0, 0] > brdf.samples.rgb[0, 1]
 
 
-def test_tristimulus_values_become_colours(tmp_path: Path) -> None:
+def test_tristimulus_values_become_colors(tmp_path: Path) -> None:
     colour = pytest.importorskip("colour", reason="needs the extra 'spectral'")
     brdf = read(tmp_path, PLAIN.replace("r,g,b", "X,Y,Z"))
     matrix = colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB

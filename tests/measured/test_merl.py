@@ -31,7 +31,7 @@ DATABASE = (90, 90, 180)
 
 @dataclass
 class Glossy(Brdf):
-    """A smooth reciprocal lobe over a coloured base; a stand-in for a measurement."""
+    """A smooth reciprocal lobe over a colored base; a stand-in for a measurement."""
 
     name: str = "glossy"
     isotropic: bool = True
@@ -283,11 +283,11 @@ def test_formats_are_registered() -> None:
     ]
 
 
-def test_format_is_recognised(tabulated: Path) -> None:
+def test_format_is_recognized(tabulated: Path) -> None:
     with tabulated.open("rb") as file:
-        assert merl.FORMAT.recognise(file.read(64))
-    assert not merl.FORMAT.recognise(b"")
-    assert not merl.FORMAT.recognise(b"tensor_file\0\1\0")
+        assert merl.FORMAT.recognize(file.read(64))
+    assert not merl.FORMAT.recognize(b"")
+    assert not merl.FORMAT.recognize(b"tensor_file\0\1\0")
 
 
 # Damaged files

@@ -95,11 +95,11 @@ def test_saved_archive_comes_back_byte_for_byte(tmp_path: Path) -> None:
 
 def test_networks_and_tables_in_npy_files_are_told_apart() -> None:
     _, npy = merl_array.FORMATS
-    assert npy.recognise is not None
+    assert npy.recognize is not None
     for shape, expected in (((90, 90, 180, 3), True), ((6, 21), False), ((21,), False)):
         for dtype in ("<f2", "<f8"):
             head = npy_bytes(np.zeros(shape, dtype))[:128]
-            assert npy.recognise(head) == expected
+            assert npy.recognize(head) == expected
 
 
 @pytest.mark.parametrize("shape", [(90, 90, 180), (4, 4, 4, 4), (0, 4, 4, 3), (1025, 1, 1, 3), ()])

@@ -159,7 +159,7 @@ def test_zero_uniforms_give_a_density() -> None:
 
 @pytest.mark.parametrize("name", REAL)
 def test_real_material_is_known_above_the_horizon(name: str) -> None:
-    """Missing tabulated points lie below the horizon; a colour out of gamut is not missing."""
+    """Missing tabulated points lie below the horizon; a color out of gamut is not missing."""
     brdf = rgl.load(require_data("rgl", name))
     wi, wo = (hemisphere(np.random.default_rng(seed), 20_000) for seed in (8, 9))
     assert brdf.valid(wi, wo).mean() > 0.99
@@ -170,7 +170,7 @@ def test_real_material_is_known_above_the_horizon(name: str) -> None:
     assert 0.0 < facts["points below the horizon"] < 0.12
 
 
-def test_out_of_gamut_colours_clamp_only_in_eval() -> None:
+def test_out_of_gamut_colors_clamp_only_in_eval() -> None:
     brdf = rgl.load(require_data("rgl", "cg_sunflower_rgb.bsdf"))
     wi, wo = (hemisphere(np.random.default_rng(seed), 20_000) for seed in (8, 9))
     raw = np.stack(brdf.eval_components(split(wi), split(wo)), -1)
@@ -210,9 +210,9 @@ def test_name_falls_back_to_the_file(tmp_path: Path) -> None:
     assert rgl.load(write(path, tensor_bytes(fields))).name == "made_rgb"
 
 
-def test_format_is_recognised() -> None:
-    assert rgl.FORMAT.recognise(tensor_bytes(material([0.0]))[:64])
-    assert not rgl.FORMAT.recognise(b"tensor")
+def test_format_is_recognized() -> None:
+    assert rgl.FORMAT.recognize(tensor_bytes(material([0.0]))[:64])
+    assert not rgl.FORMAT.recognize(b"tensor")
 
 
 # Damaged files

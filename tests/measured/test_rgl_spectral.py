@@ -88,7 +88,7 @@ def test_spectra_of_a_real_material_match_mitsuba(tmp_path: Path) -> None:
     assert_matches_mitsuba(write(tmp_path / "satin_spec.bsdf", tensor_bytes(spectral(fields))))
 
 
-def test_colour_is_that_of_the_spectra(tmp_path: Path) -> None:
+def test_color_is_that_of_the_spectra(tmp_path: Path) -> None:
     brdf = nacre.load(made(tmp_path))
     rng = np.random.default_rng(2)
     wi, wo = hemisphere(rng, 2000), hemisphere(rng, 2000)
@@ -166,7 +166,7 @@ def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
         assert_refused(write(tmp_path / "cut.bsdf", data[:length]))
 
 
-def test_colours_that_overflow_are_clamped(tmp_path: Path) -> None:
+def test_colors_that_overflow_are_clamped(tmp_path: Path) -> None:
     spectra = np.full_like(spectral(material([0.0]))["spectra"], 3.4e38)
     brdf = rgl.load(made(tmp_path, spectra=spectra))
     rng = np.random.default_rng(3)

@@ -156,7 +156,7 @@ def test_invalid_nodes_do_not_pollute_the_others() -> None:
     np.testing.assert_allclose(values[known], 1.0, rtol=1e-4)
     assert not valid[~known].any()
     assert (~valid & known).any(), "cells with some invalid nodes are evaluated but not valid"
-    # Below an invalid node nothing is known to go on from; its neighbours stand in for it.
+    # Below an invalid node nothing is known to go on from; its neighbors stand in for it.
     beside = directions(80.0, 7.5 * 30.25), directions(80.0, 7.5 * 40.25)
     assert not brdf.valid(*beside)
     np.testing.assert_allclose(brdf.eval(*beside), 1.0, rtol=1e-5)
@@ -240,7 +240,7 @@ def test_the_name_decides_where_content_cannot(tabulated: Path, tmp_path: Path) 
     merl = tmp_path / "merl.binary"
     nacre.save(nacre.measured.MerlBrdf(np.ones((3, 4, 4, 4))), merl)
     renamed = nacre.load(merl.rename(tmp_path / "merl.bin"))
-    assert type(renamed).__name__ == "MerlBrdf", "content that is recognised goes first"
+    assert type(renamed).__name__ == "MerlBrdf", "content that is recognized goes first"
 
 
 def test_description(tabulated: Path) -> None:

@@ -76,14 +76,14 @@ def test05_long_names_fit(comparison: Comparison):
     assert picture(long).shape == picture(comparison).shape
 
 
-def test06_colours_are_those_of_flip():
+def test06_colors_are_those_of_flip():
     import flip_evaluator
 
     black, red = np.zeros((24, 24, 3), np.float32), np.zeros((24, 24, 3), np.float32)
     red[..., 0] = np.linspace(0.0, 1.0, 24)
     errors, _, _ = flip_evaluator.evaluate(black, red, "LDR", applyMagma=False)
-    colours, _, _ = flip_evaluator.evaluate(black, red, "LDR", applyMagma=True)
-    np.testing.assert_allclose(magma(errors[..., 0]), colours, atol=0.03)
+    colors, _, _ = flip_evaluator.evaluate(black, red, "LDR", applyMagma=True)
+    np.testing.assert_allclose(magma(errors[..., 0]), colors, atol=0.03)
 
 
 def test07_import_is_light():

@@ -204,7 +204,7 @@ def rewritten(path, change):
     [
         (lambda h, t: h.update(version=99), "version 99"),
         (lambda h, t: h.update(model="gan"), "unknown model"),
-        (lambda h, t: h.update(parametrisation="polar"), "unknown parametrisation"),
+        (lambda h, t: h.update(parametrisation="polar"), "unknown parametrization"),
         (lambda h, t: h.pop("sampler"), "field 'sampler' is missing"),
         (lambda h, t: h.update(sampler={"kind": "oracle"}), "unknown sampler"),
         (lambda h, t: h["sampler"].update(exponent=-1), "exponent must lie in"),

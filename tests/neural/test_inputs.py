@@ -1,4 +1,4 @@
-"""The parametrisations of a network's inputs."""
+"""The parametrizations of a network's inputs."""
 
 from __future__ import annotations
 

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from nacre.numerics.least_absolute import minimise
+from nacre.numerics.least_absolute import minimize
 
 
 @pytest.mark.parametrize("middle", [0.0, 90.0])
 def test_the_median_is_found(middle):
     values = middle + np.array([-3.0, -1.0, 0.0, 0.5, 40.0])
-    found, loss = minimise(
+    found, loss = minimize(
         lambda free: free[0] - values, lambda free, _: np.ones((1, 5)), np.array([100.0]), 100
     )
     assert found[0] == pytest.approx(np.median(values), abs=0.1)
@@ -21,12 +21,12 @@ def test_the_median_is_found(middle):
 
 
 def test_parameters_stay_within_the_limit():
-    found, _ = minimise(lambda x: x - 9.0, lambda x, _: np.ones((1, 1)), np.zeros(1), 50, 5.0)
+    found, _ = minimize(lambda x: x - 9.0, lambda x, _: np.ones((1, 1)), np.zeros(1), 50, 5.0)
     assert found[0] == 5.0
 
 
 def test_a_start_that_is_not_finite_is_given_back():
     start = np.array([1.0])
-    found, loss = minimise(lambda x: x * math.inf, lambda x, _: np.ones((1, 1)), start, 5)
+    found, loss = minimize(lambda x: x * math.inf, lambda x, _: np.ones((1, 1)), start, 5)
     assert found is start
     assert loss == math.inf

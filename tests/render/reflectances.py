@@ -18,7 +18,7 @@ from nacre.sampling import BlinnPhongMixture
 
 
 class Constant(Brdf):
-    """A Lambertian reflectance of one colour."""
+    """A Lambertian reflectance of one color."""
 
     name = "constant"
 

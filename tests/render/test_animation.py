@@ -21,7 +21,7 @@ COLOURS = np.array([[200, 30, 40], [20, 180, 60], [10, 90, 220], [240, 240, 10]]
 
 
 def moving(count: int) -> list[np.ndarray]:
-    """A square of four colours before a slope of greys, further to the right in each frame."""
+    """A square of four colors before a slope of grays, further to the right in each frame."""
     frames = []
     for index in range(count):
         frame = np.repeat(np.linspace(0, 255, 24).astype(np.uint8)[:, None, None], 40, 1)
@@ -48,7 +48,7 @@ def test_frames_come_back_in_order_and_repeat(tmp_path: Path, ending: str, toler
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
 
 
-def test_what_stands_still_has_the_same_colours_in_all_frames_of_a_gif(tmp_path: Path) -> None:
+def test_what_stands_still_has_the_same_colors_in_all_frames_of_a_gif(tmp_path: Path) -> None:
     frames = [np.full((8, 8, 3), 90, np.uint8) for _ in range(4)]
     for index, frame in enumerate(frames):
         frame[:, 4:] = np.random.default_rng(index).integers(0, 256, (8, 4, 3))

@@ -154,7 +154,7 @@ def test07_ten_materials_in_one_scene(rgb: Any) -> None:
     for index in (0, 4, 9):
         alone = row(rgb, [bsdfs[index]] * 10)
         columns = slice(8 * index + 2, 8 * index + 6)
-        # Neighbours light each other at the rims only; the middle sees the sky.
+        # Neighbors light each other at the rims only; the middle sees the sky.
         np.testing.assert_allclose(
             together[2:6, columns].mean(), alone[2:6, columns].mean(), rtol=0.02
         )

@@ -37,7 +37,7 @@ def test03_drjit_agrees(rgb: Any) -> None:
 
 
 @pytest.mark.parametrize("colour", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (0.2, 5.0, 0.7)])
-def test04_d65_gives_the_colour_back(spectral: Any, colour: tuple[float, ...]) -> None:
+def test04_d65_gives_the_color_back(spectral: Any, colour: tuple[float, ...]) -> None:
     mi = spectral
     si = mi.SurfaceInteraction3f()
     si.wavelengths = mi.Float(WAVELENGTHS)
@@ -49,7 +49,7 @@ def test04_d65_gives_the_colour_back(spectral: Any, colour: tuple[float, ...]) -
     np.testing.assert_allclose(found, colour, atol=3e-4 * max(colour))
 
 
-def test05_spectral_rendering_has_the_colour_of_rgb(spectral: Any) -> None:
+def test05_spectral_rendering_has_the_color_of_rgb(spectral: Any) -> None:
     colour = (0.7, 0.3, 0.1)
     mi = spectral
     sky = {"type": "constant", "radiance": {"type": "d65"}}

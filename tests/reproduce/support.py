@@ -18,7 +18,7 @@ SETTINGS = Settings(size=16, directions=16, epochs=1, samples=2000)
 
 
 def write_materials(folder: Path) -> list[Path]:
-    """Files of two glossy greys."""
+    """Files of two glossy grays."""
     random = np.random.default_rng(0)
     paths = []
     for name in ("a", "b"):
@@ -48,7 +48,7 @@ class Grey:
 
 
 def small_methods(grey: Grey, albedo: float = 0.5) -> dict[str, Method]:
-    """The truth, a grey, and tables in place of a network."""
+    """The truth, a gray, and tables in place of a network."""
     return {
         "truth": Method("itself", lambda brdf: brdf, "truth"),
         "grey": Method("grey", grey, "analytic", {"albedo": albedo}),

@@ -15,7 +15,7 @@ from nacre.figures.plot import MAX_MATERIALS
 from nacre.reproduce import EXPERIMENTS, Settings, methods, run
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.lobes import lobe_errors
-from nacre.reproduce.summary import markdown, readable, summarise
+from nacre.reproduce.summary import markdown, readable, summarize
 from nacre.reproduce.trial import FIGURES, Trial
 from tests.reproduce.support import SETTINGS, Grey, small_methods, write_materials
 
@@ -50,7 +50,7 @@ def test_every_experiment_writes_its_files(study, tmp_path, name):
     assert all(len(row) == len(rows[0]) for row in rows)
     text = paths[1].read_text(encoding="utf-8")
     assert "**Differs from the paper:** " in text
-    assert "- grey: not for b (b)" in text
+    assert "- gray: not for b (b)" in text
     assert "16 pixels wide" in text
 
 
@@ -77,15 +77,15 @@ def test_a_plot_has_room_for_the_lobes_of_all_methods_that_fig8_chooses():
 
 def test_summaries_have_mean_deviation_and_worst():
     trials = [trial("a", 1.0), trial("b", 2.0), trial("c", 6.0)]
-    error = summarise(trials, "environment MAE")
+    error = summarize(trials, "environment MAE")
     assert (error.mean, error.worst, error.material) == (3.0, 6.0, "c")
     assert error.deviation == pytest.approx(math.sqrt(14.0 / 3.0))
-    quality = summarise(trials, "environment SSIM")
+    quality = summarize(trials, "environment SSIM")
     assert (quality.worst, quality.material) == (1.0, "a")
 
 
 def test_equal_pictures_have_no_spread_of_psnr():
-    item = summarise([trial("a", math.inf), trial("b", 30.0)], "directional PSNR")
+    item = summarize([trial("a", math.inf), trial("b", 30.0)], "directional PSNR")
     assert (readable(item.mean, "PSNR"), readable(item.deviation, "PSNR")) == ("∞", "–")
     assert (item.worst, item.material) == (30.0, "b")
 
@@ -93,7 +93,7 @@ def test_equal_pictures_have_no_spread_of_psnr():
 def test_markdown_counts_materials(study):
     lines = markdown(study, ["grey", "nbrdf-675"], ["environment SSIM"], "environment").splitlines()
     assert lines[0] == "| method | bytes | materials | SSIM |"
-    assert lines[2].startswith("| grey | 12 | 1 |")
+    assert lines[2].startswith("| gray | 12 | 1 |")
     assert lines[3].startswith("| nbrdf-675 | 3,264 | 2 |")
     assert lines[3].endswith(("(a) |", "(b) |"))
 

@@ -79,7 +79,7 @@ def test_what_changes_a_trial_makes_it_anew(files, tmp_path):
 def test_damaged_trials_are_made_again(files, tmp_path, ending, damage):
     cache, grey = Cache(tmp_path / "cache"), Grey()
     first = run(files, small_methods(grey), SETTINGS, cache)
-    path = cache.folder / f"{first.keys['a', 'grey']}{ending}"
+    path = cache.folder / f"{first.keys['a', 'gray']}{ending}"
     path.write_bytes(damage)
     second = run(files, small_methods(grey), SETTINGS, cache)
     assert grey.fits == 3
@@ -93,7 +93,7 @@ def test_representations_are_kept_or_fitted_again(files, tmp_path):
     assert study.fitted("a", "grey").values == Grey()(None).values
     assert grey.fits == 2
     assert not (cache.folder / f"{study.keys['a', 'truth']}.fitted.safetensors").exists()
-    (cache.folder / f"{study.keys['a', 'grey']}.fitted.json").unlink()
+    (cache.folder / f"{study.keys['a', 'gray']}.fitted.json").unlink()
     assert study.fitted("a", "grey").values == Grey()(None).values
     assert grey.fits == 3
 

@@ -11,7 +11,7 @@ import pytest
 from nacre.analytic import AnisotropicGgx
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.geometry import join, split
-from nacre.numerics.newton import minimise
+from nacre.numerics.newton import minimize
 from nacre.sampling import GgxMixture, fit_blinn_phong, fit_lobes
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import second_moment
@@ -115,7 +115,7 @@ def test_newton_steps_find_a_valley_that_bends() -> None:
         jacobian = np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]])
         return float(r @ r), 2.0 * jacobian.T @ r, 2.0 * jacobian.T @ jacobian
 
-    value, x = minimise(banana, np.array([-1.2, 1.0]), 60, 1e-14)
+    value, x = minimize(banana, np.array([-1.2, 1.0]), 60, 1e-14)
     assert value < 1e-10
     np.testing.assert_allclose(x, 1.0, atol=1e-4)
 

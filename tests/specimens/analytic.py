@@ -42,7 +42,7 @@ def _json_rebuilt(_: bytes, random: Random) -> bytes:
             low, high = parameter.low, parameter.high
             share = random.choice((0.0, 1.0, random.random(), 1e-9))
             number = low + (high - low) * share
-            values[parameter.name] = [number] * 3 if parameter.colour else number
+            values[parameter.name] = [number] * 3 if parameter.color else number
     choice = random.random()
     if choice < 0.2:
         values[random.choice([*values, "name"])] = odd_json(random)

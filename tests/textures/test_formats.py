@@ -11,7 +11,7 @@ import nacre
 from nacre import textures
 from nacre.btf import TableBtf
 from nacre.formats import formats
-from nacre.textures.formats import FORMATS, is_btf, recognised
+from nacre.textures.formats import FORMATS, is_btf, recognized
 from tests.specimens import SPECIMENS
 from tests.textures.support import assert_refused
 
@@ -25,7 +25,7 @@ def archive(tmp_path: Path) -> Path:
 
 def test_content_decides_not_the_name(archive: Path) -> None:
     other = archive.rename(archive.with_suffix(".dat"))
-    assert recognised(other).name == "NumPy archive of a BTF"
+    assert recognized(other).name == "NumPy archive of a BTF"
     assert textures.load(other).pair_count == 1
 
 

@@ -109,7 +109,7 @@ def test_lookups_hit_texels_and_lie_between_them():
     np.testing.assert_allclose(pyramid(right, np.zeros(32)), expected.reshape(-1, 1), atol=1e-6)
     corner = (flat[0] + flat[7] + flat[24] + flat[31]) / 4
     np.testing.assert_allclose(pyramid(np.zeros((1, 2)), np.zeros(1))[0], corner, atol=1e-6)
-    # Between levels, at the centre of a texel of the coarser one.
+    # Between levels, at the center of a texel of the coarser one.
     place = np.array([[0.125, 0.25]])
     fine, coarse = pyramid.levels[0][:2, :2].mean(), pyramid.levels[1][0, 0].item()
     assert fine == pytest.approx(coarse, rel=1e-6)

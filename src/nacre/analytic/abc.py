@@ -1,7 +1,7 @@
 """The ABC models of Low, Kronander, Ynnerman and Unger 2012, "BRDF Models for Accurate and
 Efficient Rendering of Glossy Surfaces".
 
-Both have a lobe S(x) = A / (1 + B x)^C, with a colour A, over a Lambertian base.
+Both have a lobe S(x) = A / (1 + B x)^C, with a color A, over a Lambertian base.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector
 
 _SHAPE = (
-    Parameter("specular", 0.0, 1e7, (0.1, 1000.0), colour=True),
+    Parameter("specular", 0.0, 1e7, (0.1, 1000.0), color=True),
     Parameter("b", 0.0, 1e9, (10.0, 1e5)),
     Parameter("c", 0.0, 20.0, (0.4, 2.5)),
 )

@@ -23,7 +23,7 @@ class CookTorrance(AnalyticBrdf):
     """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base.
 
     D = exp(-tan(theta_h)^2 / m^2) / (m^2 cos(theta_h)^4), as Cook and Torrance have it: a factor pi
-    larger than Beckmann's normalised density. G is that of V-shaped grooves, F that of a
+    larger than Beckmann's normalized density. G is that of V-shaped grooves, F that of a
     dielectric of refractive index `index`.
     """
 
@@ -38,7 +38,7 @@ class CookTorrance(AnalyticBrdf):
 
 
 class SchlickCookTorrance(AnalyticBrdf):
-    """:class:`CookTorrance` with D normalised and Schlick's F of `normal_reflectance`, as Ngan et
+    """:class:`CookTorrance` with D normalized and Schlick's F of `normal_reflectance`, as Ngan et
     al. 2005 fit it.
     """
 

@@ -185,10 +185,10 @@ def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSam
     rgb = brdf.eval(wi, wo)
     finite = np.isfinite(rgb).all(axis=1)
     parts = (samples, DirectionSamples(wi[finite], wo[finite], rgb[finite]))
-    light, view, colour = (
+    light, view, color = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("wi", "wo", "rgb")
     )
-    whole = DirectionSamples(light, view, colour)
+    whole = DirectionSamples(light, view, color)
     place = locate(split(light), split(view)).half
     root = (place.node + place.part) / (NODES - 1)
     share = len(parts[1]) / len(samples)

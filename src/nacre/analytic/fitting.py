@@ -15,7 +15,7 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import join, split, turn
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.least_absolute import minimise
+from nacre.numerics.least_absolute import minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import draw_samples
@@ -143,7 +143,7 @@ class _Problem:
         start = 0
         for p in self.parameters:
             numbers = p.from_free(free[start : start + p.size]).clip(p.low, p.high).tolist()
-            values[p.name] = tuple(numbers) if p.colour else numbers[0]
+            values[p.name] = tuple(numbers) if p.color else numbers[0]
             start += p.size
         return values
 
@@ -163,7 +163,7 @@ class _Problem:
     def jacobian(self, free: Vector, residuals: Vector) -> Vector:
         """Derivatives of the residuals, shape (sizes, 3, n), by differences.
 
-        A colour has one difference for its three parameters: each acts on its own channel.
+        A color has one difference for its three parameters: each acts on its own channel.
         """
         step, start = 1e-6, 0
         rows = np.zeros((len(free), *residuals.shape))
@@ -171,7 +171,7 @@ class _Problem:
             moved = free.copy()
             moved[start : start + p.size] += step
             change = (self.residuals(moved) - residuals) / step
-            if p.colour:
+            if p.color:
                 for channel in range(p.size):
                     rows[start + channel, channel] = change[channel]
             else:
@@ -193,7 +193,7 @@ def _loss(brdf: Brdf, samples: DirectionSamples, gain: float) -> float:
 
 def _minimum(problem: _Problem, iterations: int, free: Vector) -> tuple[Vector, float]:
     with np.errstate(all="ignore"):  # of this thread
-        return minimise(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
+        return minimize(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
 
 
 def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tuple[Values, float]:

@@ -29,7 +29,7 @@ def schlick_share(cosine: Array, normal: Array) -> Array:
 
 
 def dielectric(cosine: Array, index: Array) -> Array:
-    """Unpolarised reflectance of a dielectric surface (Cook and Torrance 1982, section "Spectral
+    """Unpolarized reflectance of a dielectric surface (Cook and Torrance 1982, section "Spectral
     Composition").
 
     Parameters

@@ -23,7 +23,7 @@ from nacre.geometry import dot, half_vector, turn
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.visible_normals import LEAST_ROUGHNESS, distribution, stretched_length
 
-SPECULAR = Parameter("specular", 0.0, 1.0, (0.02, 0.8), colour=True)
+SPECULAR = Parameter("specular", 0.0, 1.0, (0.02, 0.8), color=True)
 """F0, the Fresnel reflectance at normal incidence."""
 
 
@@ -32,7 +32,7 @@ def _roughness(name: str) -> Parameter:
 
 
 class Ggx(AnalyticBrdf):
-    """Isotropic GGX: `diffuse` and `specular` colours and `roughness`, which is alpha."""
+    """Isotropic GGX: `diffuse` and `specular` colors and `roughness`, which is alpha."""
 
     model = "ggx"
     parameters = (DIFFUSE, SPECULAR, _roughness("roughness"))
@@ -51,7 +51,7 @@ class Ggx(AnalyticBrdf):
 
 class AnisotropicGgx(AnalyticBrdf):
     """GGX with two roughnesses: `roughness_x` along an axis turned by `angle` (radians) from +x
-    towards +y, `roughness_y` across it.
+    toward +y, `roughness_y` across it.
     """
 
     model = "ggx-anisotropic"

@@ -16,10 +16,10 @@ from nacre.array import Array, Components, Table, namespace
 from nacre.sampling import LobeSampledBrdf
 
 Value: TypeAlias = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
-"""A number, one a colour channel, or a table of them: rows of numbers."""
+"""A number, one a color channel, or a table of them: rows of numbers."""
 
 Values: TypeAlias = Mapping[str, Any]
-"""Parameters by name: arrays, tuples of three where there is one a colour channel, and
+"""Parameters by name: arrays, tuples of three where there is one a color channel, and
 :class:`nacre.array.Table`.
 """
 
@@ -39,20 +39,20 @@ class Parameter:
     start
         Range that a fit starts from, at random: evenly in the logarithm, or evenly where it
         reaches down to 0 or below.
-    colour
-        Whether there is one a colour channel. Such a parameter acts on its own channel only.
+    color
+        Whether there is one a color channel. Such a parameter acts on its own channel only.
     """
 
     name: str
     low: float
     high: float
     start: tuple[float, float]
-    colour: bool = False
+    color: bool = False
 
     @property
     def size(self) -> int:
         """How many numbers it takes."""
-        return CHANNELS if self.colour else 1
+        return CHANNELS if self.color else 1
 
     def to_free(self, value: Array) -> Array:
         """A number of the whole line for a value between the bounds; inverse of `from_free`."""
@@ -83,14 +83,14 @@ class Parameter:
         if given.dtype.kind not in "iuf":
             raise ValueError(f"{self.name} takes numbers, got {reprlib.repr(value)}")
         numbers = given.astype(np.float64)
-        if numbers.shape != ((CHANNELS,) if self.colour else ()):
-            kind = "three numbers" if self.colour else "one number"
+        if numbers.shape != ((CHANNELS,) if self.color else ()):
+            kind = "three numbers" if self.color else "one number"
             raise ValueError(f"{self.name} takes {kind}, got {reprlib.repr(value)}")
         if not _within(numbers, self.low, self.high):
             raise ValueError(
                 f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {reprlib.repr(value)}"
             )
-        checked: Value = tuple(numbers.tolist()) if self.colour else float(numbers)
+        checked: Value = tuple(numbers.tolist()) if self.color else float(numbers)
         return checked
 
 
@@ -103,7 +103,7 @@ class TableParameter:
     name
         As in the model's files.
     rows
-        1, or 3 where each colour channel has its own.
+        1, or 3 where each color channel has its own.
     nodes
         Numbers in a row.
     high
@@ -154,7 +154,7 @@ class AnalyticBrdf(LobeSampledBrdf):
     metadata
         JSON-able facts about the fit and its source, kept in the file.
     **values
-        Every one of :attr:`parameters` and :attr:`tables` by name: a number, three for a colour,
+        Every one of :attr:`parameters` and :attr:`tables` by name: a number, three for a color,
         rows of numbers for a table.
 
     Raises
@@ -243,7 +243,7 @@ def _rounded(value: Value) -> str:
     return f"{value:.4g}"
 
 
-DIFFUSE = Parameter("diffuse", 0.0, 10.0, (0.01, 0.5), colour=True)
+DIFFUSE = Parameter("diffuse", 0.0, 10.0, (0.01, 0.5), color=True)
 """Albedo of the Lambertian part that most models have."""
 
 
@@ -253,8 +253,8 @@ def lambertian(values: Values) -> Components:
     return red, green, blue
 
 
-SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), colour=True)
-"""Colour that scales the lobe of models whose Fresnel term has none."""
+SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), color=True)
+"""Color that scales the lobe of models whose Fresnel term has none."""
 
 NORMAL_REFLECTANCE = Parameter("normal_reflectance", 0.0, 1.0, (0.05, 0.9))
 """F0 of Schlick's Fresnel term."""
@@ -264,7 +264,7 @@ INDEX = Parameter("index", 1.0, 1e3, (1.2, 3.0))
 
 
 def coated(values: Values, lobe: Array) -> Components:
-    """The Lambertian part and a lobe that `specular` colours."""
+    """The Lambertian part and a lobe that `specular` colors."""
     base = lambertian(values)
     red, green, blue = (d + s * lobe for d, s in zip(base, values["specular"], strict=True))
     return red, green, blue

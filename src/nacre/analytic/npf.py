@@ -19,7 +19,7 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
-SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), colour=True)
+SPECULAR = Parameter("specular", 0.0, 1e12, (0.01, 1.0), color=True)
 """Scale of the product; far from 1 where F or G are largest at angles that hardly occur."""
 
 
@@ -27,7 +27,7 @@ class Npf(FactoredBrdf):
     """specular D(theta_h) F(theta_d) G(theta_i) G(theta_o) / (cos theta_i cos theta_o) over a
     Lambertian base, each a channel.
 
-    Two colours and three tables of 90 nodes are 816 numbers, 3264 bytes: the paper's 3.2 KB. The
+    Two colors and three tables of 90 nodes are 816 numbers, 3264 bytes: the paper's 3.2 KB. The
     nodes are the paper's too; between them D and F are linear here, constant there. D cos theta_h
     integrates to 1, F and G have a largest value of 1.
     """
@@ -59,7 +59,7 @@ class Npf(FactoredBrdf):
     def extract(
         cls, brdf: Brdf, samples: DirectionSamples, gain: float, seed: int, report: Progress
     ) -> tuple[dict[str, Any], dict[str, float]]:
-        """See :class:`FactoredBrdf` and :mod:`nacre.analytic.factorisation`."""
+        """See :class:`FactoredBrdf` and :mod:`nacre.analytic.factorization`."""
         weights = np.ones(len(samples))
         if brdf.scattered() is None:
             samples, weights = draw(brdf, samples, seed)

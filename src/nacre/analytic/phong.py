@@ -18,7 +18,7 @@ def power(base: Array, exponent: Array) -> Array:
 
 
 class BlinnPhong(AnalyticBrdf):
-    """A power of cos theta_h: specular (n + 2) / (2 pi) cos(theta_h)^n (Blinn 1977; normalised
+    """A power of cos theta_h: specular (n + 2) / (2 pi) cos(theta_h)^n (Blinn 1977; normalized
     after Ngan et al. 2005).
     """
 

@@ -105,7 +105,7 @@ def _shadowing(values: Values, wi: Components, wo: Components, cells: Cells) -> 
 
 
 def _fresnel(brdf: Brdf, facets: TabulatedMicrofacets) -> npt.NDArray[np.floating]:
-    """F at the nodes of theta_d, shape (3, nodes); where nothing is known, that of a neighbour."""
+    """F at the nodes of theta_d, shape (3, nodes); where nothing is known, that of a neighbor."""
     angles = half_angles()[None, :], 0.0, even_angles()[:, None], 0.5 * np.pi
     wi, wo = (join(w) for w in from_rusinkiewicz_angles(*angles))
     truth, whole = brdf.eval(wi, wo), facets.eval(wi, wo)[..., 0]

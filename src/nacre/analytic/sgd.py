@@ -17,36 +17,36 @@ _LARGEST_EXPONENT = 40.0
 """Of the density of normals, so that it stays a number of float32; published ones end at 5.4."""
 
 
-def _colour(name: str, low: float, high: float, start: tuple[float, float]) -> Parameter:
-    return Parameter(name, low, high, start, colour=True)
+def _color(name: str, low: float, high: float, start: tuple[float, float]) -> Parameter:
+    return Parameter(name, low, high, start, color=True)
 
 
 class Sgd(AnalyticBrdf):
     """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base, each a channel.
 
-    - D = normalisation exp(-x) / (x^p pi cos(theta_h)^4) with x = alpha + tan(theta_h)^2 / alpha;
+    - D = normalization exp(-x) / (x^p pi cos(theta_h)^4) with x = alpha + tan(theta_h)^2 / alpha;
     - F = Schlick's of `normal_reflectance`, less `slope` cos theta_d;
     - G = G1(wi) G1(wo), where G1 = 1 + lambda (1 - exp(c max(theta - theta_0, 0)^k)), and
       `log_c` is the natural logarithm of c, which runs over a hundred orders of magnitude.
 
-    The paper derives the normalisation and G1's parameters from alpha and p. Here they are
+    The paper derives the normalization and G1's parameters from alpha and p. Here they are
     parameters like others, as in the published table; a fit moves the product of specular and
-    normalisation only.
+    normalization only.
     """
 
     model = "sgd"
     parameters = (
         DIFFUSE,
         SCALE,
-        _colour("alpha", 1e-6, 10.0, (0.005, 0.3)),
-        _colour("p", -5.0, 10.0, (0.2, 1.2)),
-        _colour("normal_reflectance", 0.0, 10.0, (0.02, 0.5)),
-        _colour("slope", -10.0, 10.0, (-0.2, 0.2)),
-        _colour("normalisation", 0.0, 1e12, (1.0, 100.0)),
-        _colour("lambda", 0.0, 1e8, (1.0, 5.0)),
-        _colour("log_c", -50.0, 300.0, (-9.0, -2.0)),
-        _colour("k", 0.0, 1e3, (3.0, 15.0)),
-        _colour("theta_0", -10.0, 2.0, (-0.3, 0.5)),
+        _color("alpha", 1e-6, 10.0, (0.005, 0.3)),
+        _color("p", -5.0, 10.0, (0.2, 1.2)),
+        _color("normal_reflectance", 0.0, 10.0, (0.02, 0.5)),
+        _color("slope", -10.0, 10.0, (-0.2, 0.2)),
+        _color("normalisation", 0.0, 1e12, (1.0, 100.0)),
+        _color("lambda", 0.0, 1e8, (1.0, 5.0)),
+        _color("log_c", -50.0, 300.0, (-9.0, -2.0)),
+        _color("k", 0.0, 1e3, (3.0, 15.0)),
+        _color("theta_0", -10.0, 2.0, (-0.3, 0.5)),
     )
 
     @staticmethod

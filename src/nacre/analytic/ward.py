@@ -1,4 +1,4 @@
-"""Ward's Gaussian lobe, and Duer's normalisation of it."""
+"""Ward's Gaussian lobe, and Duer's normalization of it."""
 
 from __future__ import annotations
 

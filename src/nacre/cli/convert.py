@@ -31,6 +31,6 @@ def command(
     check_target(target, brdf)
     write(brdf, target)
     if brdf.wavelengths is not None and (resolution or loses_bands(brdf, target)):
-        note = f"{target}: holds the colour of {source}, not its wavelengths; .csv keeps them"
+        note = f"{target}: holds the color of {source}, not its wavelengths; .csv keeps them"
         status.print(f"note: {note}", markup=False)
     console.print(f"{target}: {target.stat().st_size:,} bytes", markup=False)

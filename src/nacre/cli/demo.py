@@ -32,7 +32,7 @@ _MATERIAL = {
     "clearcoat": 0.8,
     "clearcoat_gloss": 0.85,
 }
-"""A copper-coloured car paint under clear coat."""
+"""A copper-colored car paint under clear coat."""
 
 
 @click.command("demo")

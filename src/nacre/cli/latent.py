@@ -47,7 +47,7 @@ def command() -> None:
 @click.option(
     "--steps",
     type=click.IntRange(1),
-    help="Optimiser steps; not of pca.  [default: 8000, autoencoder: 4000]",
+    help="Optimizer steps; not of pca.  [default: 8000, autoencoder: 4000]",
 )
 @click.option("--seed", type=SEED, help="Of the training, not of pca.  [default: 0]")
 def train(
@@ -125,7 +125,7 @@ def train(
 @click.option(
     "--project",
     is_flag=True,
-    help="Do not optimise the code for pictures: of pca it is closest in the logarithm, of "
+    help="Do not optimize the code for pictures: of pca it is closest in the logarithm, of "
     "autoencoder what the encoder gives.",
 )
 def encode(source: Path, basis_name: str, output: Path, project: bool) -> None:

@@ -90,7 +90,7 @@ def interpolate(
 def chart(
     files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
 ) -> None:
-    """Lay out the materials or codes in FILES by t-SNE, neighbours side by side."""
+    """Lay out the materials or codes in FILES by t-SNE, neighbors side by side."""
     from nacre.figures.code_views import coded, draw_map
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.latent import find_basis

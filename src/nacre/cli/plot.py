@@ -55,7 +55,7 @@ def _angles(_context: click.Context, _parameter: click.Parameter, value: str) ->
 @click.option(
     "--floor",
     type=FiniteRange(1e-12, 1e12),
-    help="Value at the centre in 1/sr. Default: a power of ten below what is drawn.",
+    help="Value at the center in 1/sr. Default: a power of ten below what is drawn.",
 )
 def command(
     files: tuple[Path, ...],
@@ -68,7 +68,7 @@ def command(
 ) -> None:
     """Draw the lobes of materials over one another, in the plane of incidence, on a log scale.
 
-    The first of several materials is a wide grey line beneath the others. Lines have gaps where
+    The first of several materials is a wide gray line beneath the others. Lines have gaps where
     nothing was measured.
     """
     from nacre.figures.plot import check_plot_path, lobe_figure, write_plot

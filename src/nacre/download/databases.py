@@ -157,7 +157,7 @@ def databases() -> Mapping[str, Database]:
         ),
         Database(
             "rgl",
-            "62 materials, 11 of them anisotropic, as colours",
+            "62 materials, 11 of them anisotropic, as colors",
             "_rgb.bsdf",
             _text("rgl-terms.txt"),
             rgl_page,

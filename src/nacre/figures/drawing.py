@@ -31,7 +31,7 @@ FAINT = (112, 114, 118)
 RULE = (208, 208, 205)
 
 _SCALES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""Ends of the colour scale of errors."""
+"""Ends of the color scale of errors."""
 
 _MAGMA = np.array(
     [
@@ -44,18 +44,18 @@ _MAGMA = np.array(
         [18.655705066, -11.489773520, -5.601961509],
     ]
 )
-"""Coefficients of Zucker's polynomial approximation (CC0) of the magma colour map."""
+"""Coefficients of Zucker's polynomial approximation (CC0) of the magma color map."""
 
 _NAMES = {"environment": "Environment", "directional": "Directional light, 45°"}
 
 
 def magma(values: Floats) -> Floats:
-    """Colours of display in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
+    """Colors of display in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
     t = np.clip(values, 0.0, 1.0)[..., None]
-    colours = np.zeros((*t.shape[:-1], 3))
+    colors = np.zeros((*t.shape[:-1], 3))
     for coefficients in _MAGMA[::-1]:
-        colours = colours * t + coefficients
-    clipped: Floats = np.clip(colours, 0.0, 1.0)
+        colors = colors * t + coefficients
+    clipped: Floats = np.clip(colors, 0.0, 1.0)
     return clipped
 
 
@@ -133,13 +133,13 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
 
 
 def scale_end(errors: Iterable[Floats]) -> float:
-    """End of the colour scale for some maps of errors: the least that holds nearly all of each."""
+    """End of the color scale for some maps of errors: the least that holds nearly all of each."""
     peak = max(float(np.percentile(values, 99.5)) for values in errors)
     return next((end for end in _SCALES if end >= peak), _SCALES[-1])
 
 
 def draw_scale(image: Any, draw: Any, at: tuple[int, int], width: int, end: float) -> None:
-    """The colours of errors from 0 to `end`, with numbers below."""
+    """The colors of errors from 0 to `end`, with numbers below."""
     bar = np.broadcast_to(magma(np.linspace(0.0, 1.0, width)), (14, width, 3))
     image.paste(require("PIL.Image", "render").fromarray(display_bytes(bar)), at)
     for tick, anchor in ((0.0, "ls"), (0.5, "ms"), (1.0, "rs")):
@@ -163,7 +163,7 @@ def _disk(values: Floats, mask: npt.NDArray[np.bool_]) -> tuple[Bytes, Bytes]:
     """A picture of the sphere enlarged to the cell, and its smooth outline as opacity."""
     canvas = require("PIL.Image", "render")
     size = len(mask)
-    # Colours just inside the rim run on outwards, so that enlarging mixes no background in.
+    # Colors just inside the rim run on outwards, so that enlarging mixes no background in.
     axis = np.arange(size) + 0.5 - size / 2.0
     radius = np.hypot(axis, axis[:, None])
     inside = size / 2.0 * (1.0 - MARGIN) - 1.0

@@ -24,16 +24,16 @@ PLOTS = (".png", ".svg", ".pdf")
 """Endings of the files that :func:`write_plot` writes."""
 
 CHANNELS = ("luminance", "red", "green", "blue", "rgb")
-"""What can be drawn of a colour; "rgb" is a row of panels for each channel."""
+"""What can be drawn of a color; "rgb" is a row of panels for each channel."""
 
 INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0))
 """Polar angles of the light that are drawn unless others are asked for."""
 
 MAX_MATERIALS = 7
-"""As many as there are colours that can be told apart."""
+"""As many as there are colors that can be told apart."""
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Of Okabe and Ito's palette for all kinds of colour vision."""
+"""Of Okabe and Ito's palette for all kinds of color vision."""
 _REFERENCE = "#a3a6ab"
 
 _MAX_DECADES = 6
@@ -60,7 +60,7 @@ def lobe_figure(
     """Draw lobes on a logarithmic polar scale, a panel for each angle of incidence.
 
     Light comes from the left, the mirror direction is on the right. Lines have gaps where f_r is
-    not known. The first of several materials is a wide grey line beneath the others.
+    not known. The first of several materials is a wide gray line beneath the others.
 
     Parameters
     ----------
@@ -69,13 +69,13 @@ def lobe_figure(
     incidence
         Polar angles of the light in radians, in [0, pi/2).
     azimuth
-        Of the plane, towards the mirror direction, in radians.
+        Of the plane, toward the mirror direction, in radians.
     channel
         One of :data:`CHANNELS`.
     cosine
         Whether f_r is multiplied by the cosine of the viewer.
     floor
-        Value at the centre in 1/sr; lower ones are drawn there. Where None: the power of ten below
+        Value at the center in 1/sr; lower ones are drawn there. Where None: the power of ten below
         all values but those near the horizon, at most seven decades below the largest.
 
     Returns
@@ -111,7 +111,7 @@ def lobe_figure(
     what = "f_r × cosine of the viewer" if cosine else "f_r"
     what += "" if channel == "rgb" else f", {channel}"
     plane = f"; plane at azimuth {math.degrees(azimuth):g}°" if azimuth else ""
-    note = f"{what}, in 1/sr, log scale; {readable(10.0**low)} and less at the centre{plane}"
+    note = f"{what}, in 1/sr, log scale; {readable(10.0**low)} and less at the center{plane}"
 
     width, height = len(incidence) * PANEL[0], len(rows) * PANEL[1]
     figure = figures.Figure(facecolor="white")
@@ -187,9 +187,9 @@ def _values(item: Lobe, channel: str, cosine: bool) -> Floats:
 def _range(
     lobes: Sequence[Lobe], channels: Sequence[str], cosine: bool, floor: float | None
 ) -> tuple[float, float]:
-    """Decimal logarithms of the values at the centre and at the rim.
+    """Decimal logarithms of the values at the center and at the rim.
 
-    Close to the horizon values may be as small as they like: they do not move the centre.
+    Close to the horizon values may be as small as they like: they do not move the center.
     """
     theta = np.concatenate([item.theta for item in lobes for _ in channels])
     values = np.concatenate([_values(item, c, cosine) for item in lobes for c in channels])

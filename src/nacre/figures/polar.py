@@ -12,7 +12,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.floating]
 
 INK, FAINT = "#202124", "#707276"
-"""Colours of text that matters and of text that helps."""
+"""Colors of text that matters and of text that helps."""
 _RULE = "#d5d5d2"
 
 _ALL_LABELLED = 5
@@ -41,7 +41,7 @@ def draw_grid(axes: Any, incidence: float, low: float, high: float, title: str) 
     incidence
         Polar angle of the light in radians.
     low, high
-        Decimal logarithms of the values at the centre and at the rim.
+        Decimal logarithms of the values at the center and at the rim.
     title
         To the lower left.
     """

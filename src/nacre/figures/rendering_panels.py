@@ -45,7 +45,7 @@ def rendering_panels(
 ) -> Iterator[Bytes]:
     """Draw renderings of one scene, or of each of its frames, beside those of a reference.
 
-    From left to right the truth, the other, and :func:`difference` on one scale of colours. Small
+    From left to right the truth, the other, and :func:`difference` on one scale of colors. Small
     ones are enlarged without smoothing.
 
     Parameters

@@ -34,7 +34,7 @@ def family(name: str) -> str:
 
 
 def family_colors(families: Collection[str]) -> dict[str, Any]:
-    """A colour of Matplotlib for each, in the order of their names; the 21st has that of the first.
+    """A color of Matplotlib for each, in the order of their names; the 21st has that of the first.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def family_colors(families: Collection[str]) -> dict[str, Any]:
 def scatter_families(
     axes: Any, places: Places, families: Sequence[str], ringed: npt.NDArray[np.bool_], size: float
 ) -> None:
-    """Draw points on axes in the colours of their families; larger ones with a ring if so marked.
+    """Draw points on axes in the colors of their families; larger ones with a ring if so marked.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def texel_map_figure(chart: TexelPlaces, *, new: int = 0, swatches: bool = False
     new
         How many of its textures, the last ones, are ringed and named in bold.
     swatches
-        Whether texels are squares of their own colours; otherwise dots of that of the family.
+        Whether texels are squares of their own colors; otherwise dots of that of the family.
 
     Returns
     -------
@@ -123,7 +123,7 @@ def texel_map_figure(chart: TexelPlaces, *, new: int = 0, swatches: bool = False
 
 
 def write_table(chart: TexelPlaces, path: PathLike) -> None:
-    """Write texels with their textures, places and colours as comma-separated values.
+    """Write texels with their textures, places and colors as comma-separated values.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def _name(figure: Any, axes: Any, chart: TexelPlaces, new: int) -> None:
 
 
 def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
-    """Centres of boxes moved as little as it takes until none lies over another.
+    """Centers of boxes moved as little as it takes until none lies over another.
 
     Parameters
     ----------

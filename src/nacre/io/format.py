@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 HEAD = 128
-"""Bytes from the start of a file that :attr:`Format.recognise` sees."""
+"""Bytes from the start of a file that :attr:`Format.recognize` sees."""
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Format:
         Short name, as shown to people: "MERL".
     extensions
         File name endings, lower case, with the dot.
-    recognise
+    recognize
         Whether the first bytes of a file (up to :data:`HEAD`) are of this format; None where they
-        cannot tell: the file name decides, and only if no other format recognises the content.
+        cannot tell: the file name decides, and only if no other format recognizes the content.
     load
         Reads a path into a reflectance; raises only :class:`FormatError`.
     save
@@ -37,7 +37,7 @@ class Format:
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
         where the resolution is fixed.
     keeps_bands
-        Whether `save` keeps the spectra of a reflectance that has some, rather than their colour.
+        Whether `save` keeps the spectra of a reflectance that has some, rather than their color.
     several
         Whether a file holds several materials: `load` then takes the name of one as well, or None.
     claims
@@ -47,7 +47,7 @@ class Format:
 
     name: str
     extensions: tuple[str, ...]
-    recognise: Callable[[bytes], bool] | None
+    recognize: Callable[[bytes], bool] | None
     load: Callable[..., Any]
     save: Callable[..., Any] | None = None
     isotropic: bool = False

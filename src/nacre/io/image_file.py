@@ -66,7 +66,7 @@ def read_header(path: PathLike) -> ImageHeader:
     Raises
     ------
     FormatError
-        If it cannot be read, is none of them, or is not of three colours.
+        If it cannot be read, is none of them, or is not of three colors.
     """
     try:
         if not stat.S_ISREG(Path(path).stat().st_mode):
@@ -94,7 +94,7 @@ def parse_header(data: bytes, path: PathLike) -> ImageHeader:
     Raises
     ------
     FormatError
-        If it is none of them, or not of three colours.
+        If it is none of them, or not of three colors.
     """
     if data.startswith(PNG_MAGIC):
         return png_header(data, path)
@@ -129,7 +129,7 @@ def png_header(data: bytes, path: PathLike) -> ImageHeader:
         raise FormatError(f"{path}: is not a PNG image")
     width, height, bits, color = struct.unpack_from(">2I2B", data, 16)
     if color not in _PNG_COLORS or bits not in (8, 16):
-        raise FormatError(f"{path}: is not of three colours with 8 or 16 bits; save it as RGB")
+        raise FormatError(f"{path}: is not of three colors with 8 or 16 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 
 
@@ -195,7 +195,7 @@ def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
     except (struct.error, ValueError, LookupError) as error:
         raise FormatError(f"{path}: is not a whole JPEG image") from error
     if components != 3 or bits != 8:
-        raise FormatError(f"{path}: is not of three colours with 8 bits; save it as RGB")
+        raise FormatError(f"{path}: is not of three colors with 8 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 
 

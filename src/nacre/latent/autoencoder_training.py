@@ -91,7 +91,7 @@ def train_autoencoder(
 
 
 class _Training:
-    """The layers and the state of the optimiser."""
+    """The layers and the state of the optimizer."""
 
     def __init__(
         self, weights: Floats, pixels: tuple[Floats, Floats], recipe: AutoencoderRecipe

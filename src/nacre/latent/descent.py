@@ -36,7 +36,7 @@ def descend(
     Parameters
     ----------
     adam
-        The optimiser. The learning rate of a group of parameters is its "factor" times the rate.
+        The optimizer. The learning rate of a group of parameters is its "factor" times the rate.
     loss
         Gives the loss of a step. It must depend on the parameters and the number of the step only,
         so that training goes on as if it never stopped.

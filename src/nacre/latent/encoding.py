@@ -15,7 +15,7 @@ from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.posterior import encode_samples
 from nacre.latent.refine import optimised
 from nacre.latent.weight_encoding import refine
-from nacre.numerics.least_absolute import minimise
+from nacre.numerics.least_absolute import minimize
 from nacre.runtime.parallel import one_blas_thread
 
 _STEPS = 15
@@ -33,7 +33,7 @@ def encode(basis: Basis | NeuralBasis | Hypernetwork | Autoencoder, brdf: Brdf) 
 
     In a neural basis or a hypernetwork, a material that was measured at scattered samples has the
     code that is to be expected of these. See :func:`encode_neural`, :func:`encode_network`,
-    :func:`nacre.latent.posterior.encode_samples` and :func:`nacre.latent.refine.optimised`, which
+    :func:`nacre.latent.posterior.encode_samples` and :func:`nacre.latent.refine.optimized`, which
     also have the errors.
     """
     scan = brdf.scattered()
@@ -108,4 +108,4 @@ def _closest(basis: NeuralBasis, errors: PictureErrors) -> Vector:
         f_r = grown(common, rows, code)
         return np.concatenate([errors.slopes(f_r, rows * f_r), pull], axis=1)
 
-    return minimise(residuals, jacobian, np.zeros(len(basis)), _STEPS, _FARTHEST)[0]
+    return minimize(residuals, jacobian, np.zeros(len(basis)), _STEPS, _FARTHEST)[0]

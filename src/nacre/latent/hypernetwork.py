@@ -4,7 +4,7 @@ A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and
 takes the whole basis to evaluate. The hypernetwork gives a network of a thirtieth of the size that
 comes close to it, for any code.
 
-Colours go by channel as they do there. What hidden layers are depends on the grey values, and on
+Colors go by channel as they do there. What hidden layers are depends on the gray values, and on
 the squared lengths of the pairs, which permutations of the channels do not change. The weights of
 an output depend on these and on what the pairs say of its own channel, in the same way for all
 three. So a permutation of the channels of a material is one of its code here too.
@@ -34,7 +34,7 @@ HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
 class Hypernetwork(WeightBasis):
     """Four layers from a code to the weights of a network, about the basis that has the code.
 
-    With s(x) = x / (1 + e^-x), grey values g, pairs p and their share c of a channel:
+    With s(x) = x / (1 + e^-x), gray values g, pairs p and their share c of a channel:
 
     - u = s(trunk of (g, |p|^2 / 2 - 1)),
     - weights of the hidden layers: shared of (g, u),

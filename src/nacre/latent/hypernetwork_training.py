@@ -85,7 +85,7 @@ def train_hypernetwork(
 
 
 class _Training:
-    """The layers and the state of the optimiser."""
+    """The layers and the state of the optimizer."""
 
     def __init__(self, basis: NeuralBasis, recipe: HypernetworkRecipe) -> None:
         self._recipe, self._greys = recipe, basis.greys

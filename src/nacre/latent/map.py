@@ -1,4 +1,4 @@
-"""A map of materials: codes in the plane, neighbours side by side."""
+"""A map of materials: codes in the plane, neighbors side by side."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def map_figure(
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
     axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
     for name, place, picture in zip(names, places, pictures, strict=True):
-        colour = _MARK if name in marked else _INK
+        color = _MARK if name in marked else _INK
         zoom = _THUMBNAIL * 72.0 / len(picture)
         image = boxes.OffsetImage(picture, zoom=zoom)
         axes.add_artist(boxes.AnnotationBbox(image, place, frameon=False, pad=0.0))
@@ -154,6 +154,6 @@ def map_figure(
             style = {"s": size, "facecolors": "none", "edgecolors": _MARK, "linewidths": 1.6}
             axes.scatter(*place, zorder=4, **style)
         below = (0.0, -0.58 * _THUMBNAIL * 72.0)
-        text = {"fontsize": 4.5, "color": colour, "ha": "center", "va": "top"}
+        text = {"fontsize": 4.5, "color": color, "ha": "center", "va": "top"}
         axes.annotate(name, place, below, textcoords="offset points", **text)
     return figure

@@ -6,7 +6,7 @@ take less than a hundredth of the memory, and are trained on what pictures show.
 is their sum, in which the code weighs them, so a material is a plain network of the shared hidden
 layers and an output layer of its own.
 
-Colours go by channel as there. A grey value weighs one function in all channels alike; a pair of
+Colors go by channel as there. A gray value weighs one function in all channels alike; a pair of
 values stands for three weights of one function that sum to 0. So a permutation of the channels of a
 material is one of its code, and no permuted material has to be trained on.
 """
@@ -44,7 +44,7 @@ BRIGHTEST = math.log(1e6)
 class NeuralBasis:
     """A network whose outputs are functions that materials are sums of.
 
-    A code is g grey values, then p pairs. Over the training materials, each with its permutations
+    A code is g gray values, then p pairs. Over the training materials, each with its permutations
     of the channels, their mean is 0 and their covariance the identity.
 
     Parameters
@@ -53,8 +53,8 @@ class NeuralBasis:
         Hidden layers; a ReLU follows each.
     functions
         The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
-        all materials have, those of the grey values, those of the pairs.
-    greys
+        all materials have, those of the gray values, those of the pairs.
+    grays
         g.
     examples
         Codes of the training materials, shape (m, k), float32: what materials are like.
@@ -66,7 +66,7 @@ class NeuralBasis:
     Raises
     ------
     ValueError
-        If layers do not chain, `greys` is out of range, or examples or a predictor are for other
+        If layers do not chain, `grays` is out of range, or examples or a predictor are for other
         codes.
     """
 
@@ -84,7 +84,7 @@ class NeuralBasis:
         if self.functions.ndim != 2 or len(self.functions) != widths[-1] + 1:
             raise ValueError(f"functions {self.functions.shape} do not follow {widths[-1]} units")
         if not 0 <= self.greys < self.functions.shape[1] or not len(self):
-            raise ValueError(f"{self.functions.shape[1]} functions with {self.greys} grey values")
+            raise ValueError(f"{self.functions.shape[1]} functions with {self.greys} gray values")
         if self.examples.ndim != 2 or self.examples.shape[1] != len(self):
             raise ValueError(f"examples {self.examples.shape} are no codes of {len(self)} values")
         for name, predictor in self.predictors.items():

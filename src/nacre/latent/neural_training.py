@@ -83,7 +83,7 @@ def train_neural(
 
 
 class _Training:
-    """Weights, codes and optimiser state."""
+    """Weights, codes and optimizer state."""
 
     def __init__(
         self,

@@ -41,8 +41,8 @@ _RIDGE = 1e-9
 class Basis:
     """Principal components over the nodes of a grid at which every training material is known.
 
-    A material is a code of k values. ln(f w + e) at a node is the centre plus, for each value, the
-    product of the value, its standard deviation, a component and a colour. Components belong to
+    A material is a code of k values. ln(f w + e) at a node is the center plus, for each value, the
+    product of the value, its standard deviation, a component and a color. Components belong to
     one channel, so they are shared: see :func:`nacre.latent.training.train`.
 
     Parameters
@@ -51,14 +51,14 @@ class Basis:
         Of the grid.
     mask
         Nodes that take part, shape (theta_h, theta_d, phi_d).
-    centre
+    center
         Mean of ln(f w + e) over training materials and channels, shape (nodes,), float32.
     components
-        Shape (components, nodes), float32; their products with the colours are orthonormal.
+        Shape (components, nodes), float32; their products with the colors are orthonormal.
     uses
         Which component a value of the code is for, shape (k,).
-    colours
-        Unit colour of each value, shape (k, 3); those of one component are orthogonal.
+    colors
+        Unit color of each value, shape (k, 3); those of one component are orthogonal.
     deviations
         Standard deviation over the training materials that one unit of each value stands for,
         shape (k,).
@@ -122,7 +122,7 @@ class Basis:
         right = np.einsum("kc,kc->k", sums[self.uses], self.colours)
         code = np.linalg.solve(normal + _RIDGE * np.eye(len(self)), right)
         code = np.asarray(code / self.deviations, np.float64)
-        if not (np.abs(code) < 0.5 * LARGEST).all():  # half: it may grow when it is optimised
+        if not (np.abs(code) < 0.5 * LARGEST).all():  # half: it may grow when it is optimized
             name = brdf.name or "reflectance"
             raise NacreError(f"{name}: is too unlike the materials of the basis; train on more")
         return code

@@ -21,11 +21,11 @@ _WIDTHS = 0.3, 0.5, 0.8
 _NOISES = 0.15, 0.3, 0.6
 """Standard deviations of the logarithm of what is left unexplained."""
 _TRUST = 0.1
-"""Power of the likelihood: neighbouring directions and channels err alike."""
+"""Power of the likelihood: neighboring directions and channels err alike."""
 _STEPS = 12
 _LONGEST, _SHORTENED = 1.0, 0.7
 """Change of a value in one step, and the share of a step that is taken: far from where it was
-linearised, the logarithm may be another one."""
+linearized, the logarithm may be another one."""
 _CLOSE = 1e-2
 """Change of the values by which the last step is known."""
 
@@ -39,7 +39,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
     is nearly linear in the code, so samples turn each of these normal distributions into another
     one, and tell how likely it was; the result is the mean over all of them, found again where it
-    is linearised until it stays.
+    is linearized until it stays.
 
     Parameters
     ----------

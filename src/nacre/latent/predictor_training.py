@@ -135,7 +135,7 @@ class _TrainingSet:
 
 
 class _Training:
-    """Weights and optimiser state of one predictor."""
+    """Weights and optimizer state of one predictor."""
 
     def __init__(self, values: int, family: LobeFamily, recipe: PredictorRecipe) -> None:
         self._family, self._recipe = family, recipe

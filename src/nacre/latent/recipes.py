@@ -18,7 +18,7 @@ class BasisRecipe:
     hidden
         Widths of the hidden layers.
     steps
-        Optimiser steps.
+        Optimizer steps.
     directions
         Pairs of directions that the materials are known at.
     batch
@@ -44,7 +44,7 @@ class BasisRecipe:
 
     @property
     def pairs(self) -> int:
-        """p, the pairs of values for colours: as many as principal components take."""
+        """p, the pairs of values for colors: as many as principal components take."""
         return max(5 * self.values // 32, min(1, self.values // 3))
 
 
@@ -63,7 +63,7 @@ class PredictorRecipe:
     lights
         Directions to the light for each of a set's views.
     steps
-        Optimiser steps.
+        Optimizer steps.
     batch
         Codes that a step sees.
     learning_rate
@@ -94,7 +94,7 @@ class HypernetworkRecipe:
     width
         Units of both of its hidden layers.
     steps
-        Optimiser steps.
+        Optimizer steps.
     codes
         Materials that one step sees.
     directions
@@ -129,7 +129,7 @@ class AutoencoderRecipe:
     mixtures
         Geometric means of two materials that are trained on besides the materials.
     steps
-        Optimiser steps.
+        Optimizer steps.
     networks
         Networks that one step sees.
     pixels

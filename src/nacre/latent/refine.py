@@ -1,4 +1,4 @@
-"""Codes that are optimised for what pictures show."""
+"""Codes that are optimized for what pictures show."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.latent.pca import EPSILON, Basis, node_cosines
-from nacre.numerics.least_absolute import minimise
+from nacre.numerics.least_absolute import minimize
 
 GAIN = 30.0
 """k of the loss."""
@@ -78,4 +78,4 @@ def optimised(basis: Basis, brdf: Brdf, gain: float = GAIN, seed: int = 0) -> Ve
         return rows
 
     with np.errstate(over="ignore", invalid="ignore"):
-        return minimise(residuals, jacobian, start, _STEPS)[0]
+        return minimize(residuals, jacobian, start, _STEPS)[0]

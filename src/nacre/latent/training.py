@@ -36,9 +36,9 @@ def train(
     """Principal components of materials, each taken with its six permutations of the channels.
 
     Permuted materials are not made: their covariance commutes with every permutation, so its
-    eigenvectors are products of a component over nodes with grey, or with two colours orthogonal
-    to grey. Components come from the grey part of the materials and from the rest, each at a third
-    of the size, and go in by the variance of one value. The second colour of a pair may be left
+    eigenvectors are products of a component over nodes with gray, or with two colors orthogonal
+    to gray. Components come from the gray part of the materials and from the rest, each at a third
+    of the size, and go in by the variance of one value. The second color of a pair may be left
     out where the code has no room for it.
 
     Parameters
@@ -72,11 +72,11 @@ def train(
     logs -= centre
     report("components", 0, 1, "")
     found: list[tuple[float, npt.NDArray[np.float32], npt.NDArray[np.float64]]] = []
-    for colours in (np.eye(3),) if separate else (_GREY, _CHROMA):
-        variances, vectors = _components(logs, colours, values)
-        found += [(v, c, colours) for v, c in zip(variances, vectors, strict=True)]
+    for colors in (np.eye(3),) if separate else (_GREY, _CHROMA):
+        variances, vectors = _components(logs, colors, values)
+        found += [(v, c, colors) for v, c in zip(variances, vectors, strict=True)]
     found.sort(key=lambda item: -item[0])
-    chosen = [(v, i, rgb) for i, (v, _, colours) in enumerate(found) for rgb in colours][:values]
+    chosen = [(v, i, rgb) for i, (v, _, colors) in enumerate(found) for rgb in colors][:values]
     if len(chosen) < values:
         raise NacreError(
             f"{len(materials)} materials give {len(chosen)} values of a code, not {values}; "
@@ -120,18 +120,18 @@ def _tabulated(
 
 
 def _components(
-    logs: npt.NDArray[np.float32], colours: npt.NDArray[np.float64], limit: int
+    logs: npt.NDArray[np.float32], colors: npt.NDArray[np.float64], limit: int
 ) -> tuple[list[float], list[npt.NDArray[np.float32]]]:
-    """Variances of one value, and components, of the parts of materials along some colours.
+    """Variances of one value, and components, of the parts of materials along some colors.
 
-    The matrix of all nodes is never factorised: its few rows have products among each other, whose
+    The matrix of all nodes is never factorized: its few rows have products among each other, whose
     eigenvectors tell the components (the "method of snapshots").
     """
     materials, _, nodes = logs.shape
     slabs = [slice(start, start + _SLAB) for start in range(0, nodes, _SLAB)]
 
     def rows(slab: slice) -> npt.NDArray[np.float64]:
-        part = np.einsum("gc,mcn->mgn", colours, logs[:, :, slab], optimize=True)
+        part = np.einsum("gc,mcn->mgn", colors, logs[:, :, slab], optimize=True)
         return np.asarray(part.reshape(-1, part.shape[2]), np.float64)
 
     gram = sum(part @ part.T for part in map(rows, slabs))
@@ -140,5 +140,5 @@ def _components(
     order = order[squares[order] > 1e-9 * squares.max()]
     scaled = vectors[:, order] / np.sqrt(squares[order])
     components = np.concatenate([scaled.T @ rows(slab) for slab in slabs], axis=1)
-    variances = squares[order] / (materials * len(colours))
+    variances = squares[order] / (materials * len(colors))
     return variances.tolist(), list(components.astype(np.float32))

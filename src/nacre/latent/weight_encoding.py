@@ -9,7 +9,7 @@ from nacre.latent.directions import isotropic_inputs
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weights import FARTHEST, SHAPES, Matrix, WeightBasis, shortened
 from nacre.neural.inputs import PAPER
-from nacre.numerics.least_absolute import minimise
+from nacre.numerics.least_absolute import minimize
 
 _STEPS = 8
 _DIFFERENCE = 1e-4
@@ -56,7 +56,7 @@ def refine(basis: WeightBasis, errors: PictureErrors, start: npt.ArrayLike, prio
         return np.concatenate([errors.slopes(grown - 1.0, rates), pull], axis=1)
 
     limit = FARTHEST * np.sqrt(len(basis))
-    return minimise(residuals, jacobian, np.asarray(start, np.float64), _STEPS, limit)[0]
+    return minimize(residuals, jacobian, np.asarray(start, np.float64), _STEPS, limit)[0]
 
 
 def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Matrix:

@@ -16,6 +16,6 @@ FORMATS: tuple[Format, ...] = (
     utia.FORMAT,
     *utia_image.FORMATS,
 )
-"""Every format of measured reflectance, the most recognisable first."""
+"""Every format of measured reflectance, the most recognizable first."""
 
 __all__ = ["FORMATS", "MerlBrdf", "RglBrdf", "ScatteredBrdf", "UtiaBrdf"]

@@ -1,4 +1,4 @@
-"""The adaptive parametrisation of the RGL database, as a map and as a sampler.
+"""The adaptive parametrization of the RGL database, as a map and as a sampler.
 
 A measurement is conditioned on one direction, here `wo`; for each, a density of visible half
 vectors (`vndf`) maps the unit square to half vectors, so that samples lie densest where the

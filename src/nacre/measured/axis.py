@@ -32,7 +32,7 @@ class Axis:
         return len(self.nodes.values)
 
     def blend(self, value: Array) -> Blend:
-        """Neighbouring nodes and their weights; constant beyond the ends."""
+        """Neighboring nodes and their weights; constant beyond the ends."""
         xp = namespace(value)
         zero = zero_index(value)
         if len(self) == 1:

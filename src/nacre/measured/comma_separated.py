@@ -3,7 +3,7 @@
 UTF-8 text. Header lines come first: `# key: value`, or without the mark. Then one line names the
 columns, in any order, and every further line is one sample: the angles theta_i, phi_i (light) and
 theta_o, phi_o (viewer), and f_r in 1/sr as r, g, b (linear Rec. 709), as x, y, z (CIE 1931), as f
-alone (grey), or one column a band, named by its wavelength in nm. See
+alone (gray), or one column a band, named by its wavelength in nm. See
 :mod:`nacre.measured.sample_columns`.
 """
 
@@ -154,7 +154,7 @@ def _flag(path: PathLike, header: dict[str, str], key: str) -> bool:
     return value == "yes"
 
 
-def _recognise(head: bytes) -> bool:
+def _recognize(head: bytes) -> bool:
     # Without zero bytes UTF-16 reads the same: it should be refused for what it is.
     text = head.replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe").lstrip().lower()
     return b"theta_" in text or (text.startswith((b"#", b"astm")) and b"# cornell" not in text)
@@ -164,11 +164,11 @@ FORMATS = (
     Format(
         "comma-separated samples",
         (".csv",),
-        _recognise,
+        _recognize,
         load,
         save,
         keeps_bands=lambda brdf: True,
-        claims=lambda path: _recognise(first_bytes(path)),
+        claims=lambda path: _recognize(first_bytes(path)),
     ),
     Format("ASTM E1392 samples", (".astm",), None, load),
 )

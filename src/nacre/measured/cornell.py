@@ -132,9 +132,9 @@ def _title(lines: Iterable[str]) -> tuple[str, str]:
     return (about[0], "; ".join(about[1:])) if about else ("", "")
 
 
-def _recognise(head: bytes) -> bool:
+def _recognize(head: bytes) -> bool:
     return head.startswith(b"#") and head.isascii() and b"theta_" not in head  # columns of .csv
 
 
-FORMAT = Format("Cornell scan", (".brdf",), _recognise, load)
+FORMAT = Format("Cornell scan", (".brdf",), _recognize, load)
 """Entry of the registry of formats."""

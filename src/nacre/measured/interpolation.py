@@ -15,7 +15,7 @@ import numpy.typing as npt
 from nacre.array import Components, Floats
 from nacre.geometry import half_difference, to_spherical
 
-NEIGHBOURS = 16
+NEIGHBORS = 16
 """Samples that take part in an interpolated value."""
 
 _HALF_SCALE, _DIFFERENCE_SCALE, _AZIMUTH_SCALE = 2.0, 1.5, 0.5
@@ -23,7 +23,7 @@ _HALF_SCALE, _DIFFERENCE_SCALE, _AZIMUTH_SCALE = 2.0, 1.5, 0.5
 _FLOOR = 1e-4
 """Added to f_r (1/sr) before its logarithm is taken: below it, differences do not matter."""
 _RIDGE = 1e-3
-"""Pull of the plane's slopes to zero, relative to the spread of the neighbours."""
+"""Pull of the plane's slopes to zero, relative to the spread of the neighbors."""
 _REACH = 0.99
 """Share of the samples that count as known from the others alone."""
 
@@ -75,14 +75,14 @@ def logarithms(f: Floats) -> Floats:
 
 
 def interpolate(near: Neighbours, logs: Floats) -> Floats:
-    """f_r in 1/sr, shape (n, channels), of the weighted plane through the neighbours of n points.
+    """f_r in 1/sr, shape (n, channels), of the weighted plane through the neighbors of n points.
 
-    It is kept within the range of these neighbours.
+    It is kept within the range of these neighbors.
 
     Parameters
     ----------
     near
-        The neighbours.
+        The neighbors.
     logs
         :func:`logarithms` of all samples, shape (samples, channels).
     """

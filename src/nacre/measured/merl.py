@@ -202,11 +202,11 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
             file.write(channel.astype("<f8").tobytes())
 
 
-def _recognise(head: bytes) -> bool:
+def _recognize(head: bytes) -> bool:
     return len(head) >= _HEADER.size and all(
         1 <= n <= _NODE_LIMIT for n in _HEADER.unpack_from(head)
     )
 
 
-FORMAT = Format("MERL", (".binary",), _recognise, load, save, isotropic=True, resolution=Resolution)
+FORMAT = Format("MERL", (".binary",), _recognize, load, save, isotropic=True, resolution=Resolution)
 """Entry of the registry of formats."""

@@ -127,12 +127,12 @@ def _table(content: bytes, where: str, name: str) -> MerlBrdf:
     return MerlBrdf(np.moveaxis(stored, -1, 0), name)
 
 
-def _recognise_npz(head: bytes) -> bool:
+def _recognize_npz(head: bytes) -> bool:
     length = int.from_bytes(head[26:28], "little")
     return head.startswith(b"PK\3\4") and head[30 : 30 + length].endswith(b".npy")
 
 
-def _recognise_npy(head: bytes) -> bool:
+def _recognize_npy(head: bytes) -> bool:
     return head.startswith(MAGIC) and _SHAPE.search(head) is not None
 
 
@@ -140,19 +140,19 @@ FORMATS = (
     Format(
         "MERL array (.npz)",
         (".npz",),
-        _recognise_npz,
+        _recognize_npz,
         load_npz,
         save_npz,
         isotropic=True,
         resolution=Resolution,
-        claims=lambda path: _recognise_npz(first_bytes(path)),
+        claims=lambda path: _recognize_npz(first_bytes(path)),
     ),
     Format(
         "MERL array (.npy)",
         (".npy",),
-        _recognise_npy,
+        _recognize_npy,
         load_npy,
-        claims=lambda path: _recognise_npy(first_bytes(path)),
+        claims=lambda path: _recognize_npy(first_bytes(path)),
     ),
 )
 """Entries of the registry of formats; networks in `.npy` files have no array of four axes."""

@@ -116,7 +116,7 @@ class MerlBrdf(LobeSampledBrdf):
         green: Array = 0.0
         blue: Array = 0.0
         known: Array = 0.0
-        for index, weight in self._neighbours(wi, wo):
+        for index, weight in self._neighbors(wi, wo):
             r, g, b = (xp.take(self._nodes, index * 3 + channel) for channel in range(3))
             valid = xp.minimum(xp.minimum(r, g), b) >= 0.0
             weight = xp.where(valid, weight, 0.0 * weight)
@@ -124,7 +124,7 @@ class MerlBrdf(LobeSampledBrdf):
             known = known + weight
         return red, green, blue, known
 
-    def _neighbours(self, wi: Components, wo: Components) -> Iterator[tuple[Array, Array]]:
+    def _neighbors(self, wi: Components, wo: Components) -> Iterator[tuple[Array, Array]]:
         """Flat indices of the nodes around a pair of directions, and their weights."""
         xp = namespace(*wi, *wo)
         n_h, n_d, n_p = self.dimensions

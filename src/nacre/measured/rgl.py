@@ -1,7 +1,7 @@
-"""Materials of the EPFL RGL database: adaptively parametrised tables in tensor files.
+"""Materials of the EPFL RGL database: adaptively parametrized tables in tensor files.
 
 Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and
-Rendering". The colour, or the spectrum, is tabulated on a square that a density of half vectors
+Rendering". The color, or the spectrum, is tabulated on a square that a density of half vectors
 warps, see :mod:`nacre.measured.adaptive`.
 """
 
@@ -32,10 +32,10 @@ _LEAST_COSINE = 1e-20
 class RglBrdf(Brdf):
     """A material of the RGL database; samples itself with its own map.
 
-    f_r is the tabulated colour times ndf / (4 sigma cos theta_i), theta_i being the light's: the
-    tables hold reflectance with the cosine. Single negative channels are colours outside the Rec.
+    f_r is the tabulated color times ndf / (4 sigma cos theta_i), theta_i being the light's: the
+    tables hold reflectance with the cosine. Single negative channels are colors outside the Rec.
     709 gamut, not missing samples. The tables are zero in every channel only around nodes whose
-    light direction lies below the horizon; there f_r is not known. Of a spectral file the colours
+    light direction lies below the horizon; there f_r is not known. Of a spectral file the colors
     are computed node by node, and the spectra stay for :meth:`eval_spectral`.
 
     Parameters
@@ -70,7 +70,7 @@ class RglBrdf(Brdf):
         view = self._warp.view(wo)
         point = self._warp.invert(wi, view)
         scale = self._scale(wi, point, view)
-        red, green, blue = self._colour(point, view)
+        red, green, blue = self._color(point, view)
         return scale * red, scale * green, scale * blue
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
@@ -92,7 +92,7 @@ class RglBrdf(Brdf):
     def valid_components(self, wi: Components, wo: Components) -> Array:
         """See :class:`nacre.brdf.Brdf`: some channel is positive."""
         view = self._warp.view(wo)
-        red, green, blue = self._colour(self._warp.invert(wi, view), view)
+        red, green, blue = self._color(self._warp.invert(wi, view), view)
         xp = namespace(red)
         return xp.maximum(xp.maximum(red, green), blue) > 0.0
 
@@ -108,8 +108,8 @@ class RglBrdf(Brdf):
             scale = scale * ndf / (4.0 * xp.maximum(sigma, _LEAST_COSINE))
         return scale
 
-    def _colour(self, point: Point, view: View) -> Components:
-        """Tabulated colour at a point of the measured square."""
+    def _color(self, point: Point, view: View) -> Components:
+        """Tabulated color at a point of the measured square."""
         patch = self._rgb[0].locate(point.u, point.v)
         red, green, blue = (channel.at(patch, view.blend) for channel in self._rgb)
         return red, green, blue
@@ -153,7 +153,7 @@ def load(path: PathLike) -> RglBrdf:
 
 
 def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> RglBrdf:
-    """Any reflectance on the adaptive parametrisation of the RGL database.
+    """Any reflectance on the adaptive parametrization of the RGL database.
 
     See :func:`nacre.measured.rgl_writer.tabulate_tables`.
     """

@@ -25,7 +25,7 @@ _NANOMETRES = (100.0, 1e5)
 _COMMON = frozenset(
     ("description", "phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance", "jacobian")
 )
-"""Fields of every file, beside those of its colours."""
+"""Fields of every file, beside those of its colors."""
 
 _Shape: TypeAlias = tuple[int | None, ...]
 _Floats: TypeAlias = npt.NDArray[np.float32]
@@ -59,7 +59,7 @@ class RglTables:
         Whether `rgb` and `spectra` are to be multiplied by ndf / (4 sigma).
     wavelengths, spectra
         Shapes (B,), in nm, increasing, and (P, T, B, N, M): reflectance per wavelength in a
-        spectral file, of which `rgb` is the colour; None in any other.
+        spectral file, of which `rgb` is the color; None in any other.
     others
         Fields of a file that nothing here reads, kept to be written again.
     """
@@ -85,8 +85,8 @@ class RglTables:
     @property
     def footprint(self) -> int:
         """Bytes of the numbers that f_r comes from: all but the luminance."""
-        colours = self.rgb if self.spectra is None else self.spectra
-        used = (self.phi_i, self.theta_i, self.ndf, self.sigma, self.vndf, colours)
+        colors = self.rgb if self.spectra is None else self.spectra
+        used = (self.phi_i, self.theta_i, self.ndf, self.sigma, self.vndf, colors)
         return sum(table.nbytes for table in used)
 
     @property
@@ -98,7 +98,7 @@ class RglTables:
 
 
 def read_tables(path: PathLike) -> RglTables:
-    """Read and check an RGL tensor file, of colours or of spectra.
+    """Read and check an RGL tensor file, of colors or of spectra.
 
     The arrays are views of the file's content, which stays in memory as it is.
 
@@ -117,12 +117,12 @@ def read_tables(path: PathLike) -> RglTables:
     if {"wavelengths", "spectra"}.isdisjoint(tensors):
         wavelengths = spectra = None
         rgb = content.floats("rgb", (*grid, 3, None, None))
-        colours = {"rgb"}
+        colors = {"rgb"}
     else:
         wavelengths = content.wavelengths()
         spectra = content.floats("spectra", (*grid, len(wavelengths), None, None))
-        rgb = _colours(spectra, wavelengths)
-        colours = {"wavelengths", "spectra"}
+        rgb = _colors(spectra, wavelengths)
+        colors = {"wavelengths", "spectra"}
     tables = RglTables(
         description=content.text("description"),
         phi_i=phi_i,
@@ -135,7 +135,7 @@ def read_tables(path: PathLike) -> RglTables:
         jacobian=content.flag("jacobian"),
         wavelengths=wavelengths,
         spectra=spectra,
-        others={n: array for n, array in tensors.items() if n not in _COMMON | colours},
+        others={n: array for n, array in tensors.items() if n not in _COMMON | colors},
     )
     if tables.reduction not in (1, 2, 4):
         raise content.error(
@@ -146,13 +146,13 @@ def read_tables(path: PathLike) -> RglTables:
     return tables
 
 
-def _colours(spectra: _Floats, wavelengths: _Floats) -> _Floats:
+def _colors(spectra: _Floats, wavelengths: _Floats) -> _Floats:
     """Linear Rec. 709 of spectra (P, T, B, N, M), slice by slice: spectra are large."""
     weights = rgb_weights(wavelengths)
     rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
     for index in np.ndindex(*spectra.shape[:2]):
-        colours = np.tensordot(weights.T, spectra[index], axes=1)
-        rgb[index] = np.clip(colours, -LARGEST, LARGEST)
+        colors = np.tensordot(weights.T, spectra[index], axes=1)
+        rgb[index] = np.clip(colors, -LARGEST, LARGEST)
     return rgb
 
 

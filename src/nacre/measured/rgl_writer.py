@@ -1,9 +1,9 @@
-"""Any reflectance on the adaptive parametrisation of the RGL database.
+"""Any reflectance on the adaptive parametrization of the RGL database.
 
 What :mod:`nacre.measured.adaptive` reads (Dupuy and Jakob 2018, "An Adaptive Parameterization for
 Efficient Material Acquisition and Rendering"), computed from the material itself: the density of
 microfacet normals by power iteration (:mod:`nacre.sampling.microfacets`), from it the densities of
-visible normals that warp the square, and on the warped square the colour relative to what the
+visible normals that warp the square, and on the warped square the color relative to what the
 microfacets alone would give.
 """
 
@@ -32,19 +32,19 @@ from nacre.sampling.microfacets import GRAZING, NormalGrid
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""
 _GRAZING_POWER = 1.5
-"""How much denser views stand towards the horizon, where reflectance changes fastest; 1: evenly."""
+"""How much denser views stand toward the horizon, where reflectance changes fastest; 1: evenly."""
 _DIM, _DIM_POWER = 0.25, 0.25
 """Part of the normals that follows this power of D: leaves points of the square to dim directions.
 A uniform part would too, but between a bright point and a dark one f_r cos / D is interpolated, and
 reading multiplies by D: where D stays high, a highlight without a diffuse part gets a halo."""
 _UNIFORM = 1e-4
-"""Part of the normals taken to be uniform: keeps D, which divides the colour, above 0."""
+"""Part of the normals taken to be uniform: keeps D, which divides the color, above 0."""
 _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
 _LOW = 1e-3
 """Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
 _LEAST_KNOWN = 1e-12
-"""Colour of a point that is known to be black; 0 would say that nothing is known."""
+"""Color of a point that is known to be black; 0 would say that nothing is known."""
 _LEAST_LUMINANCE = 0.005
 """Luminance added where light can come from, relative to the mean, so that all is sampled."""
 _LARGEST = 1e30
@@ -69,7 +69,7 @@ class Resolution:
     theta_i
         Polar angles of the view.
     square
-        Points along an edge of the warped square that holds the colour.
+        Points along an edge of the warped square that holds the color.
     azimuths, polars
         Of the half vector, for the densities of normals; at most 8192 pairs.
 
@@ -204,8 +204,8 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
     """
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
-    colours = ("rgb",) if tables.spectra is None else ("wavelengths", "spectra")
-    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", *colours):
+    colors = ("rgb",) if tables.spectra is None else ("wavelengths", "spectra")
+    for name in ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", *colors):
         fields[name] = getattr(tables, name)
     fields["jacobian"] = np.array([tables.jacobian], np.uint8)
     write_tensors(fields | tables.others, path)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Floats
 from nacre.errors import NacreError
 from nacre.geometry import split
-from nacre.measured.interpolation import NEIGHBOURS, SampleTree, interpolate, logarithms
+from nacre.measured.interpolation import NEIGHBORS, SampleTree, interpolate, logarithms
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf
 
@@ -23,7 +23,7 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     f_r is interpolated (:mod:`nacre.measured.interpolation`): a plane is fitted to log f_r of the
     16 nearest samples, weighted by the inverse square of their distance. The result is kept within
-    the range of these neighbours, so it is bounded by the data everywhere, the horizon included,
+    the range of these neighbors, so it is bounded by the data everywhere, the horizon included,
     and passes through the samples. f_r counts as known where the nearest sample is no further away
     than samples typically are from each other. Nothing is assumed about exchanging the directions.
 
@@ -35,7 +35,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         Directions to the light and to the viewer, shapes (n, 3), above the horizon; scaled to
         unit length.
     rgb
-        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3). A negative channel is a colour outside the
+        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3). A negative channel is a color outside the
         gamut: it is kept, and counts as 0 in evaluation.
     name
         Name of the material.
@@ -71,13 +71,13 @@ class ScatteredBrdf(LobeSampledBrdf):
         wavelengths: npt.ArrayLike | None = None,
         facts: Mapping[str, Any] | None = None,
     ) -> None:
-        light, view, colour = (np.array(a, np.float64) for a in (wi, wo, rgb))
-        for array in (light, view, colour):
-            if array.ndim != 2 or array.shape != (len(colour), 3):
+        light, view, color = (np.array(a, np.float64) for a in (wi, wo, rgb))
+        for array in (light, view, color):
+            if array.ndim != 2 or array.shape != (len(color), 3):
                 raise ValueError(f"expected shapes (n, 3), got {array.shape}")
-        if not len(colour):
+        if not len(color):
             raise ValueError("expected at least one sample")
-        if not all(np.isfinite(array).all() for array in (light, view, colour)):
+        if not all(np.isfinite(array).all() for array in (light, view, color)):
             raise ValueError("directions and values must be finite")
         if min(light[:, 2].min(), view[:, 2].min()) <= 0.0:
             raise ValueError("directions must be above the horizon")
@@ -90,10 +90,10 @@ class ScatteredBrdf(LobeSampledBrdf):
         if (self.spectra is None) != (self.wavelengths is None):
             raise ValueError("spectra and wavelengths come together")
         if self.spectra is not None and self.wavelengths is not None:
-            expected = (len(colour), *self.wavelengths.shape)
+            expected = (len(color), *self.wavelengths.shape)
             if self.wavelengths.ndim != 1 or self.spectra.shape != expected:
                 raise ValueError(f"spectra of shape {self.spectra.shape}, expected (n, bands)")
-        self._samples = DirectionSamples(light, view, colour)
+        self._samples = DirectionSamples(light, view, color)
         self._facts = dict(facts or {})
 
     @property
@@ -126,8 +126,8 @@ class ScatteredBrdf(LobeSampledBrdf):
     @property
     def footprint(self) -> int:
         """See :class:`nacre.brdf.Brdf`; float64, and directions of three numbers."""
-        colours = self.samples.rgb if self.spectra is None else self.spectra
-        return self.samples.wi.nbytes + self.samples.wo.nbytes + colours.nbytes
+        colors = self.samples.rgb if self.spectra is None else self.spectra
+        return self.samples.wi.nbytes + self.samples.wo.nbytes + colors.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`.
@@ -139,7 +139,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         """
         dtype = _require_numpy(self.name, *wi, *wo)
         wi, wo, shape = _flat(wi, wo)
-        f = interpolate(self._tree.near(wi, wo, NEIGHBOURS), self._logs)
+        f = interpolate(self._tree.near(wi, wo, NEIGHBORS), self._logs)
         f = f.astype(dtype).reshape(*shape, 3)
         return f[..., 0], f[..., 1], f[..., 2]
 
@@ -147,7 +147,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         """See :class:`nacre.brdf.Brdf`."""
         if self.spectra is None:
             return super().eval_bands(wi, wo)
-        near = self._tree.near(split(wi), split(wo), NEIGHBOURS)
+        near = self._tree.near(split(wi), split(wo), NEIGHBORS)
         return interpolate(near, logarithms(self.spectra))
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
@@ -162,7 +162,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         facts = {
             "samples": len(samples),
             "mirrored": self.mirrored,
-            "interpolation": f"moving least squares of log f_r, {NEIGHBOURS} neighbours",
+            "interpolation": f"moving least squares of log f_r, {NEIGHBORS} neighbors",
             "steepest light": f"{math.degrees(math.acos(samples.wi[:, 2].min())):.1f} degrees",
             "steepest view": f"{math.degrees(math.acos(samples.wo[:, 2].min())):.1f} degrees",
             "value range": [float(samples.rgb.min()), float(samples.rgb.max())],

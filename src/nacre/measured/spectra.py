@@ -14,9 +14,9 @@ _Array = npt.NDArray[np.float64]
 
 
 def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
-    """Colour of reflecting surfaces, relative to a perfect white.
+    """Color of reflecting surfaces, relative to a perfect white.
 
-    Seen by the CIE 1931 2-degree observer under illuminant D65, whose colour is the white of Rec.
+    Seen by the CIE 1931 2-degree observer under illuminant D65, whose color is the white of Rec.
     709: a flat spectrum of value f gives (f, f, f), to a thousandth. Spectra are linear between
     bands and constant beyond the first and last.
 
@@ -30,7 +30,7 @@ def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
     Returns
     -------
     array of shape (..., 3)
-        In the units of `spectra`; a channel of a saturated colour may be negative.
+        In the units of `spectra`; a channel of a saturated color may be negative.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
 
 
 def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
-    """The matrix of :func:`to_rgb`, shape (bands, 3): colour is linear in the spectrum.
+    """The matrix of :func:`to_rgb`, shape (bands, 3): color is linear in the spectrum.
 
     Raises
     ------

@@ -6,7 +6,7 @@ theta_i is slowest, then phi_i, theta_v and phi_v. Polar angles are 0, 15, ..., 
 0, 7.5, ..., 352.5 degrees: an image of 288 x 288, a row a light, a column a view.
 
 The order is that of Filip's code, as ALTA's plugin, dj_brdf.h and
-Sztrajman's UTIA-brdf have it. Values are taken as linear colour, as by the last.
+Sztrajman's UTIA-brdf have it. Values are taken as linear color, as by the last.
 """
 
 from __future__ import annotations

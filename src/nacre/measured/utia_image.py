@@ -68,7 +68,7 @@ def load_exr(path: PathLike) -> UtiaBrdf:
 
 
 def load_png(path: PathLike) -> UtiaBrdf:
-    """Read a ``.png`` image: a preview, clipped and quantised.
+    """Read a ``.png`` image: a preview, clipped and quantized.
 
     Parameters
     ----------

@@ -121,8 +121,8 @@ def compare(
     Examples
     --------
     >>> from nacre.neural import Layer, NeuralBrdf
-    >>> grey = NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
-    >>> comparison = compare(grey, grey, size=8, directions=8)
+    >>> gray = NeuralBrdf([Layer(np.zeros((6, 3), np.float32), np.full(3, 0.2, np.float32))])
+    >>> comparison = compare(gray, gray, size=8, directions=8)
     >>> comparison.lights[0].errors.ssim
     1.0
     """

@@ -31,7 +31,7 @@ class ImageErrors:
     psnr
         -20 log10(rmse) in dB; infinite for equal pictures.
     ssim
-        Structural similarity (Wang et al. 2004) over the frame, colour channels averaged; 1 for
+        Structural similarity (Wang et al. 2004) over the frame, color channels averaged; 1 for
         equal pictures.
     flip
         Mean of the LDR-FLIP map (Andersson et al. 2020) over the covered pixels; 0 for equal
@@ -129,7 +129,7 @@ def similarity_map(truth: Floats, other: Floats) -> Floats:
     Returns
     -------
     array of shape (height, width)
-        SSIM (Wang et al. 2004) of a 7 x 7 window, colour channels averaged; 1 where equal.
+        SSIM (Wang et al. 2004) of a 7 x 7 window, color channels averaged; 1 where equal.
 
     Raises
     ------

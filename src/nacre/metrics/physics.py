@@ -74,10 +74,10 @@ def albedo(
 
     Examples
     --------
-    >>> class Grey(Brdf):
+    >>> class Gray(Brdf):
     ...     def eval_components(self, wi, wo):
     ...         return (0.5 / math.pi + 0.0 * wi[2],) * 3
-    >>> albedo(Grey(), [0.0, 1.0]).value.round(9).tolist()
+    >>> albedo(Gray(), [0.0, 1.0]).value.round(9).tolist()
     [[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]]
     """
     proposal = proposal or Proposal(brdf)

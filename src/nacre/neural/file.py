@@ -108,7 +108,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
     known = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
     if not known:
-        raise ValueError(f"unknown parametrisation {header['parametrisation']!r}; update nacre")
+        raise ValueError(f"unknown parametrization {header['parametrization']!r}; update nacre")
     inputs, isotropic = known[0]
     metadata = {key: value for key, value in header.items() if key not in _FIXED}
     for key in ("source", "fit", "quality"):
@@ -138,14 +138,14 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     return network
 
 
-def _recognise(head: bytes) -> bool:
+def _recognize(head: bytes) -> bool:
     return len(head) > 9 and head[8:9] == b"{" and int.from_bytes(head[:8], "little") < _LIMIT
 
 
 FORMAT = Format(
     "nacre neural material",
     (".safetensors",),
-    _recognise,
+    _recognize,
     lambda path: load(Path(path)),
     save,
     holds="neural",

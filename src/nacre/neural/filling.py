@@ -1,6 +1,6 @@
 """Samples between and beyond those of a scan, from the interpolation of the scan.
 
-Without them a network is free to do as it likes where nothing was measured, towards the horizon
+Without them a network is free to do as it likes where nothing was measured, toward the horizon
 above all, where a highlight is still rising at the last angle that was measured. Interpolation is
 kept within the range of the nearest samples, so filling with it says: go on as the last samples
 were, and no higher.

@@ -52,8 +52,8 @@ def fit(
     Notes
     -----
     The loss is equation 1 of the NBRDF paper; that of scans differs, see
-    :mod:`nacre.neural.scattered`, which also says how they are kept from rising towards the
-    horizon. The output is not clamped while training: a ReLU there kills colour channels for good.
+    :mod:`nacre.neural.scattered`, which also says how they are kept from rising toward the
+    horizon. The output is not clamped while training: a ReLU there kills color channels for good.
     """
     if device is not None:
         ((_, network),) = fit_many([brdf], recipe, device=device, progress=progress)

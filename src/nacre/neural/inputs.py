@@ -8,7 +8,7 @@ from nacre.geometry import half_difference, isotropic, stereographic
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
 INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC)
-"""Names of the parametrisations of a network's inputs."""
+"""Names of the parametrizations of a network's inputs."""
 
 LARGEST_INPUT = 1.01
 """Bound of the magnitude of every input."""
@@ -25,7 +25,7 @@ def input_count(inputs: str, turn_half_vector: bool) -> int:
     Raises
     ------
     NacreError
-        If there is no parametrisation of this name.
+        If there is no parametrization of this name.
     """
     if inputs not in INPUTS:
         raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
@@ -61,7 +61,7 @@ def network_inputs(
     turn_half_vector
         Turn h to phi_h = 0, as isotropic networks see it; nothing to stereographic inputs.
     inputs
-        Name of the parametrisation, one of :data:`INPUTS`.
+        Name of the parametrization, one of :data:`INPUTS`.
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)

@@ -43,7 +43,7 @@ Vector = npt.NDArray[np.float32]
 
 @numba.njit(inline="always", error_model="numpy")  # type: ignore[untyped-decorator]
 def _exp(x: Any) -> Any:
-    """e^x to 2 ulp, coefficients from Cephes; vectorises, unlike the library's."""
+    """e^x to 2 ulp, coefficients from Cephes; vectorizes, unlike the library's."""
     x = min(max(x, np.float32(-87.0)), np.float32(88.0))
     n = np.floor(x * np.float32(1.4426950408889634) + np.float32(0.5))
     r = (x - n * np.float32(0.693359375)) + n * np.float32(2.12194440e-4)
@@ -318,7 +318,7 @@ def _round_up(n: int, multiple: int) -> int:
 
 
 class KernelTrainer:
-    """Weights and optimiser state of one network on the CPU kernel.
+    """Weights and optimizer state of one network on the CPU kernel.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
 
 @dataclass(eq=False)
 class NeuralBrdf(Brdf):
-    """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per colour channel.
+    """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class NeuralBrdf(Brdf):
     metadata
         JSON-able facts about the fit and its source, kept in the file.
     inputs
-        Name of the parametrisation of the inputs; "paper" is (h, d).
+        Name of the parametrization of the inputs; "paper" is (h, d).
     precision
         How a file stores the weights, one of :data:`PRECISIONS`, which must hold them exactly.
     """

@@ -45,7 +45,7 @@ class Recipe:
     sample_share
         How many of those are drawn where `samples` is None.
     batch
-        Samples an optimiser step, a multiple of 16; a scan takes half as many.
+        Samples an optimizer step, a multiple of 16; a scan takes half as many.
     learning_rate
         Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
         half of it for a scan.

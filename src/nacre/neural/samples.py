@@ -97,7 +97,7 @@ def draw(
     brdf, count, seed, progress, distribution
         As for :func:`nacre.sampling.draw_samples`, which also has the errors.
     inputs
-        Name of the parametrisation; see :func:`nacre.neural.inputs.network_inputs`.
+        Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`.
     gain
         Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|.
     """

@@ -5,7 +5,7 @@ samples, far from each other and none near the horizon, so half of the training 
 repeated, and half are *filling* from their interpolation (:mod:`nacre.neural.filling`).
 
 The loss differs from that of tables, |log(1 + f cos) - log(1 + f' cos)|, in its weight: k = 100
-takes the place of the cosine. Above 1 / k it is relative error, so dark colours count; and the
+takes the place of the cosine. Above 1 / k it is relative error, so dark colors count; and the
 horizon counts like any other direction, where a cosine of 0 would leave it free.
 
 Held-out samples are the scan's own, and neither trained on nor interpolated from.
@@ -61,7 +61,7 @@ def scattered_samples(
     progress
         Called with the number of samples drawn and how many there will be.
     inputs
-        Name of the parametrisation; see :func:`nacre.neural.inputs.network_inputs`.
+        Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Vector building blocks for the fit kernel, as LLVM IR inside Numba functions.
 
-Numba's loop vectoriser cannot keep a tile of a matrix product in registers, so the three inner
+Numba's loop vectorizer cannot keep a tile of a matrix product in registers, so the three inner
 loops that hold nearly all of the arithmetic are emitted here with explicit vector types. LLVM
 lowers them to AVX-512, AVX2 or NEON; only the tile sizes depend on the machine.
 

@@ -40,7 +40,7 @@ _recording = threading.Lock()
 
 
 class TorchTrainer:
-    """Weights and optimiser state of a stack of networks on a PyTorch device.
+    """Weights and optimizer state of a stack of networks on a PyTorch device.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ _LossOut = TypeVar("_LossOut", float, npt.NDArray[np.float32], covariant=True)
 
 
 class Trainer(Protocol[_SamplesIn, _LossOut]):
-    """Weights and optimiser state on some device: of one network, or a stack with a loss each."""
+    """Weights and optimizer state on some device: of one network, or a stack with a loss each."""
 
     def epoch(
         self, samples: _SamplesIn, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]

@@ -20,7 +20,7 @@ class DirectionSamples:
     wi, wo
         Unit directions to the light and to the viewer, above the horizon, shapes (n, 3).
     rgb
-        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a colour outside the
+        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a color outside the
         gamut.
     """
 

@@ -22,7 +22,7 @@ _HOPELESS = 1e8
 """Damping at which no step helps any more."""
 
 
-def minimise(
+def minimize(
     residuals: Callable[[Vector], Floats],
     jacobian: Callable[[Vector, Any], Floats],
     start: Vector,

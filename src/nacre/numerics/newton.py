@@ -18,7 +18,7 @@ _HOPELESS = 1e8
 """Damping at which no step helps any more."""
 
 
-def minimise(
+def minimize(
     function: Callable[[Floats], Terms], start: Floats, iterations: int, enough: float = 1e-5
 ) -> tuple[float, Floats]:
     """Least value of a function near where it starts, and its parameters.

@@ -48,14 +48,14 @@ def glossy_sample(mi: Any, wo: Components, density: Array, active: Any) -> Any:
 
 
 def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
-    """What the variant of `mi` carries of a linear Rec. 709 colour.
+    """What the variant of `mi` carries of a linear Rec. 709 color.
 
     Parameters
     ----------
     mi
         The `mitsuba` module.
     rgb
-        Colour components.
+        Color components.
     wavelengths
         The wavelengths of the interaction, nm; used in spectral variants.
     active
@@ -65,7 +65,7 @@ def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
     -------
     mi.Spectrum
         RGB, luminance, or the values of :func:`nacre.render.upsample.upsample`; a depolarising
-        Mueller matrix of these in a polarised variant.
+        Mueller matrix of these in a polarized variant.
     """
     if mi.is_spectral:
         values = [upsample(rgb, w) for w in components(*wavelengths)]

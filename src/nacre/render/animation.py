@@ -53,7 +53,7 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
     frames
         Two or more of shape (height, width, 3), all of one size.
     path
-        `.gif` has 256 colours, the same in all frames; `.png` has all; `.webp` is lossy.
+        `.gif` has 256 colors, the same in all frames; `.png` has all; `.webp` is lossy.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
 
 
 def _palette(pillow: Any, images: list[Any]) -> Any:
-    """An image of the 256 colours that stand for some pixels of all frames."""
+    """An image of the 256 colors that stand for some pixels of all frames."""
     # Of Pillow's ways this is among those that err and flicker least; dithering flickers more.
     step = max(1, round((sum(i.width * i.height for i in images) / _SAMPLED) ** 0.5))
     sampled = np.concatenate([np.array(i)[::step, ::step].reshape(-1, 3) for i in images])

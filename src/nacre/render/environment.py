@@ -4,7 +4,7 @@ Orientation is that of Mitsuba's `envmap` emitter without `to_world`: +y is up, 
 looks along -z has +x at the right. Column u in [0, 1) and row v in [0, 1] of a map show the
 direction with azimuth 2 pi u = atan2(x, -z) and polar angle pi v = acos(y). The middle column is
 therefore +z: what lies *behind* a viewer who looks along -z, and what a mirror ball shows at its
-centre. Columns are centred at (i + 1/2) / width; rows lie at j / (height - 1), poles included.
+center. Columns are centered at (i + 1/2) / width; rows lie at j / (height - 1), poles included.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def sphere_mean(pixels: Floats) -> Floats:
 
 
 def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
-    """Directions of the pixel centres of a map, and the solid angles of the pixels.
+    """Directions of the pixel centers of a map, and the solid angles of the pixels.
 
     Returns
     -------

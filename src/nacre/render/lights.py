@@ -68,7 +68,7 @@ class DirectionalLight:
     name = "directional"
     count = 1
     direction = (-0.5, 0.5, math.sqrt(0.5))
-    """Towards the light; +x is right, +y up, +z towards the viewer."""
+    """Toward the light; +x is right, +y up, +z toward the viewer."""
 
     def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
         """See :class:`Light`."""

@@ -66,7 +66,7 @@ def bsdf(brdf: Brdf, weights: str = "literals", precision: str = "single") -> An
         How a network's weights enter the renderer. `"literals"` compiles them into the kernel: the
         fastest rendering of small networks, recompiled for every material. `"cooperative"` keeps
         them in a buffer on Dr.Jit's cooperative vectors, which :func:`mitsuba.traverse` shows as
-        the differentiable parameter `weights`: for optimisation and for large networks.
+        the differentiable parameter `weights`: for optimization and for large networks.
     precision
         `"single"` or, for cooperative weights, `"half"`.
 

@@ -46,7 +46,7 @@ def quadrature(environment: Environment, count: int) -> tuple[Floats, Floats]:
     Returns
     -------
     directions
-        Unit vectors towards the light, shape (count, 3), float32.
+        Unit vectors toward the light, shape (count, 3), float32.
     weights
         Radiance times solid angle, linear RGB, shape (count, 3), float32.
     """

@@ -1,7 +1,7 @@
 """Mitsuba scenes that show a material: what stands in them, how it is lit and seen.
 
 Scenes share the orientation of :mod:`nacre.render.environment`: +y is up and the camera looks
-towards -z, so the lamps of the environment are behind it.
+toward -z, so the lamps of the environment are behind it.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def camera(
     size: tuple[int, int],
     fov_axis: str = "x",
 ) -> dict[str, Any]:
-    """A perspective camera with a film for linear colours; +y is up.
+    """A perspective camera with a film for linear colors; +y is up.
 
     Parameters
     ----------

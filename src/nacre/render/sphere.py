@@ -1,7 +1,7 @@
 """The deterministic sphere: the picture on which reflectances are compared.
 
 Protocol: an orthographic view along -z of a unit sphere, 128 x 128 pixels, one ray through the
-centre of each. Two lights: an environment, exposed so that a white Lambertian sphere has mean
+center of each. Two lights: an environment, exposed so that a white Lambertian sphere has mean
 luminance 0.8 (:meth:`nacre.render.environment.Environment.exposed`), as 512 fixed directions at
 each pixel; and one directional light 45 degrees off the view, from the upper left, of irradiance
 pi. No shadows, no interreflection, nothing random: two reflectances see the very same pairs of
@@ -62,7 +62,7 @@ def standard_lights(
 
 
 def sphere_normals(size: int = SIZE) -> tuple[Floats, Mask]:
-    """Normals of the sphere at the pixel centres.
+    """Normals of the sphere at the pixel centers.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def render_sphere(
 
 
 def _shade(brdf: Brdf, local: Floats, light: Light) -> Floats:
-    """Radiance towards +z at points with given frames, shape (n, 3)."""
+    """Radiance toward +z at points with given frames, shape (n, 3)."""
     wi, weights, points = light.incident(local)
     reflected = brdf.eval(wi, local[:, :, 2][points]) * (wi[:, 2:] * weights)
     return np.stack(

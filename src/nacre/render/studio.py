@@ -35,11 +35,11 @@ class _SoftBox:
     Parameters
     ----------
     azimuth, elevation
-        Of the centre in degrees; azimuth 0 is +z, 90 is +x.
+        Of the center in degrees; azimuth 0 is +z, 90 is +x.
     width, height
         Angles that it subtends, in degrees.
     tilt
-        Turn about its centre in degrees.
+        Turn about its center in degrees.
     radiance
         Linear RGB in its middle.
     """
@@ -103,12 +103,12 @@ def studio() -> Environment:
     Its parts, as a viewer who looks along -z with the lamps at the back would place them:
 
     - a sky from blue at the zenith to near white at the horizon, with a warm glow below the sun;
-    - a darker ground, lighter towards the horizon;
+    - a darker ground, lighter toward the horizon;
     - a small warm sun (2 degrees of radius, soft edge) behind the viewer's left shoulder;
     - a large soft box high at the right, an upright strip at the left, a rim lamp far behind the
       object.
 
-    Its colours are balanced so that a white Lambertian sphere seen from +z is white on average.
+    Its colors are balanced so that a white Lambertian sphere seen from +z is white on average.
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]

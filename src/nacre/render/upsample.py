@@ -1,6 +1,6 @@
 """From RGB to spectra, linearly.
 
-A colour becomes red * r + green * g + blue * b with three smooth spectra that lie in [0, 1], sum
+A color becomes red * r + green * g + blue * b with three smooth spectra that lie in [0, 1], sum
 to 1 at every wavelength and reproduce linear Rec. 709 RGB under D65 and the CIE 1931 2-degree
 observer to 1e-4 (Mallett and Yuksel 2019, "Spectral Primary Decomposition for Rendering with sRGB
 Reflectance"). Being linear it holds for values above 1, which a reflectance in 1/sr has.
@@ -58,6 +58,6 @@ def primaries(wavelength: Array) -> Components:
 
 
 def upsample(rgb: Components, wavelength: Array) -> Array:
-    """Value at a wavelength in nm of the spectrum of a linear Rec. 709 colour."""
+    """Value at a wavelength in nm of the spectrum of a linear Rec. 709 color."""
     red, green, blue = primaries(wavelength)
     return rgb[0] * red + rgb[1] * green + rgb[2] * blue

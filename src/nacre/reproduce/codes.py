@@ -37,7 +37,7 @@ FEWEST = 5
 
 
 class Code(NamedTuple):
-    """One way to give a material a code: in words, the model of its basis, whether optimised."""
+    """One way to give a material a code: in words, the model of its basis, whether optimized."""
 
     about: str
     model: str
@@ -46,11 +46,11 @@ class Code(NamedTuple):
 
 CODES: Mapping[str, Code] = {
     "pca-projected": Code("principal components, projected", "pca", False),
-    "pca-optimised": Code("principal components, optimised for pictures", "pca"),
+    "pca-optimised": Code("principal components, optimized for pictures", "pca"),
     "autoencoder-projected": Code("the paper's autoencoder, encoder only", "autoencoder", False),
-    "autoencoder-optimised": Code("the paper's autoencoder, optimised for pictures", "autoencoder"),
-    "hypernetwork": Code("weights of a network, optimised for pictures", "hypernetwork"),
-    "neural": Code("functions that a network gives, optimised for pictures", "neural"),
+    "autoencoder-optimised": Code("the paper's autoencoder, optimized for pictures", "autoencoder"),
+    "hypernetwork": Code("weights of a network, optimized for pictures", "hypernetwork"),
+    "neural": Code("functions that a network gives, optimized for pictures", "neural"),
 }
 """What Table 2 compares, by name."""
 

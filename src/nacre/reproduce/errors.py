@@ -11,11 +11,11 @@ from nacre.errors import require
 from nacre.figures.plot import COLORS
 from nacre.figures.polar import FAINT, INK
 from nacre.reproduce.study import Study
-from nacre.reproduce.summary import summarise
+from nacre.reproduce.summary import summarize
 from nacre.reproduce.trial import LIGHTS
 
 FAMILIES = {"network": COLORS[0], "analytic": COLORS[1], "table": COLORS[2]}
-"""Colours of the families of methods; any other is ink."""
+"""Colors of the families of methods; any other is ink."""
 
 FLOOR = 1e-5
 """Least 1 - SSIM that is drawn; what is below lies there."""
@@ -47,7 +47,7 @@ def error_strips(study: Study, methods: Sequence[str]) -> Any:
         If Matplotlib is not installed.
     """
     found = [method for method in methods if study.of(method)]
-    found.sort(key=lambda method: summarise(study.of(method), f"{LIGHTS[0]} SSIM").mean)
+    found.sort(key=lambda method: summarize(study.of(method), f"{LIGHTS[0]} SSIM").mean)
     width = _NAMES + len(LIGHTS) * (_PANEL + _SPACE)
     height = len(found) * _ROW + 0.9
     figure = require("matplotlib.figure", "plot").Figure((width, height), facecolor="white")
@@ -68,11 +68,11 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], light: str) -> None:
     name = f"{light} SSIM"
     for row, method in enumerate(methods):
         trials = study.of(method)
-        colour = FAMILIES.get(study.methods[method].family, INK)
+        color = FAMILIES.get(study.methods[method].family, INK)
         errors = np.maximum(1.0 - np.array([t.figures[name] for t in trials]), FLOOR)
-        axes.plot(errors, np.full(len(errors), row), "o", markersize=3.5, color=colour, alpha=0.5,
+        axes.plot(errors, np.full(len(errors), row), "o", markersize=3.5, color=color, alpha=0.5,
                   markeredgewidth=0.0)  # fmt: skip
-        item = summarise(trials, name)
+        item = summarize(trials, name)
         axes.plot([max(1.0 - item.mean, FLOOR)] * 2, [row - 0.35, row + 0.35], color=INK,
                   linewidth=1.2)  # fmt: skip
         text = {"va": "center", "fontsize": 6, "color": FAINT, "parse_math": False}

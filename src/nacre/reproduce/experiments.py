@@ -29,7 +29,7 @@ _PROTOCOL = (
     "spheres of `nacre compare` (fixed directions of light, no path tracing) in place of the "
     "paper's scene; the materials named below in place of the 100 of MERL; networks by nacre's "
     "recipe (other training directions unless the name says adaptive or uniform, another "
-    "initialisation and learning rate, no ReLU on the output while training); "
+    "initialization and learning rate, no ReLU on the output while training); "
     "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise, in "
     "place of published parameters"
 )

@@ -12,7 +12,7 @@ from nacre.figures.polar import FAINT, INK
 from nacre.reproduce.errors import FAMILIES, FLOOR, prepare
 from nacre.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre.reproduce.study import Study
-from nacre.reproduce.summary import Summary, summarise
+from nacre.reproduce.summary import Summary, summarize
 from nacre.reproduce.trial import HIGHER_IS_BETTER
 
 _SIZE = 10.5, 5.2
@@ -61,19 +61,19 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
     for method in methods:
         trials = study.of(method)
         x = study.mean_size(method)
-        item = summarise(trials, name)
+        item = summarize(trials, name)
         y, low, high, worst = _heights(item, structural)
-        colour = FAMILIES.get(study.methods[method].family, INK)
-        axes.plot([x, x], [low, high], color=colour, linewidth=0.7, alpha=0.35)
-        axes.plot(x, worst, "_", color=colour, markersize=5, alpha=0.6)
-        axes.plot(x, y, "o", color=colour, markersize=4, zorder=3)
+        color = FAMILIES.get(study.methods[method].family, INK)
+        axes.plot([x, x], [low, high], color=color, linewidth=0.7, alpha=0.35)
+        axes.plot(x, worst, "_", color=color, markersize=5, alpha=0.6)
+        axes.plot(x, y, "o", color=color, markersize=4, zorder=3)
         places[method] = x, y
     for series in _SERIES:
         line = sorted(places[method] for method in methods if method in series)
         across, up = ([point[k] for point in line] for k in (0, 1))
         axes.plot(across, up, color=FAMILIES["network"], linewidth=1.2)
     axes.set_xscale("log")
-    inner = [summarise(study.of(method), name) for method in methods]
+    inner = [summarize(study.of(method), name) for method in methods]
     shown = [v for item in inner for v in _heights(item, structural)[::3]]  # means and worst
     axes.set_ylim(min(shown) / 3.0 if structural else min(shown) - 1.0, None)
     prepare(axes, "y" if structural else "x", "")

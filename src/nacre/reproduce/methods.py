@@ -194,7 +194,7 @@ def _codes(path: Path | None) -> Method:
         return basis.decode(optimised(basis, brdf), brdf.name)
 
     values = f"{len(basis)} values" if basis else "values"
-    about = f"code of {values} in a basis of principal components, optimised for pictures"
+    about = f"code of {values} in a basis of principal components, optimized for pictures"
     return Method(about, encode, "table", {"basis": fingerprint(basis) if basis else None})
 
 

@@ -13,7 +13,7 @@ from nacre.figures.page import Page, broken
 from nacre.figures.polar import FAINT
 from nacre.reproduce.methods import TRUTH
 from nacre.reproduce.study import Study
-from nacre.reproduce.summary import readable, summarise
+from nacre.reproduce.summary import readable, summarize
 from nacre.reproduce.trial import Picture
 
 Floats = npt.NDArray[np.floating]
@@ -24,9 +24,9 @@ ROWS = 8
 _SIDE, _STRIP, _GAP = 1.1, 0.42, 0.08
 """Inches: edge of a sphere, height of what is below it, and between cells."""
 _NAMES, _HEAD, _FOOT = 1.35, 0.5, 0.5
-"""Inches: width of the materials' names, height of the methods' names and of the colour scale."""
+"""Inches: width of the materials' names, height of the methods' names and of the color scale."""
 _LEAST = -4.0
-"""Decimal logarithm of 1 - SSIM at the dark end of the colour scale."""
+"""Decimal logarithm of 1 - SSIM at the dark end of the color scale."""
 
 
 def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
@@ -81,7 +81,7 @@ def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light:
             page.image(x, y, _SIDE, _disc(picture.shown / 255.0, picture.mask))
             if method == TRUTH:
                 continue
-            page.image(x + 0.08, y + _SIDE, _STRIP, _disc(_error_colours(picture), picture.mask))
+            page.image(x + 0.08, y + _SIDE, _STRIP, _disc(_error_colors(picture), picture.mask))
             value = trials[method].figures[figure]
             weight = "bold" if value == best else "normal"
             where = x + _STRIP + 0.14, y + _SIDE + 0.5 * _STRIP
@@ -111,7 +111,7 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
         If Matplotlib is not installed.
     """
     figure = f"{light} SSIM"
-    found = {m: summarise(study.of(m), figure) for m in methods if study.of(m)}
+    found = {m: summarize(study.of(m), figure) for m in methods if study.of(m)}
     order = sorted(found, key=lambda method: -found[method].mean)
     columns = min(columns, len(order))
     cell = _SIDE + 3 * _GAP, _SIDE + 0.85
@@ -122,7 +122,7 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
         pictures = [study.pictures(t.material, method)[light] for t in study.of(method)]
         mean = np.mean([p.similarity.astype(np.float32) for p in pictures], axis=0)
         mapped = Picture(pictures[0].shown, mean, pictures[0].mask)
-        page.image(x, y, _SIDE, _disc(_error_colours(mapped), mapped.mask))
+        page.image(x, y, _SIDE, _disc(_error_colors(mapped), mapped.mask))
         page.text(x + 0.5 * _SIDE, y - 0.05, broken(method), ha="center", va="bottom", fontsize=8)
         item = found[method]
         text = f"{readable(item.mean, figure)} ± {readable(item.deviation, figure)}"
@@ -134,7 +134,7 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
 
 
 def _scale(page: Page, x: float, y: float) -> None:
-    """The colour scale of 1 - SSIM."""
+    """The color scale of 1 - SSIM."""
     axes = page.axes(x, y, 1.6, 0.1)
     axes.imshow(magma(np.linspace(0.0, 1.0, 256))[None], aspect="auto")
     exponents = range(round(_LEAST), 1)
@@ -144,12 +144,12 @@ def _scale(page: Page, x: float, y: float) -> None:
     page.text(x + 1.75, y + 0.05, "1 − SSIM", va="center", color=FAINT)
 
 
-def _disc(colours: Floats, mask: npt.NDArray[np.bool_]) -> Floats:
-    """Colours and an opacity that leaves the frame about the sphere free."""
-    return np.concatenate([colours, mask[..., None].astype(colours.dtype)], axis=-1)
+def _disc(colors: Floats, mask: npt.NDArray[np.bool_]) -> Floats:
+    """Colors and an opacity that leaves the frame about the sphere free."""
+    return np.concatenate([colors, mask[..., None].astype(colors.dtype)], axis=-1)
 
 
-def _error_colours(picture: Picture) -> Floats:
-    """Colours of 1 - SSIM on the logarithmic scale."""
+def _error_colors(picture: Picture) -> Floats:
+    """Colors of 1 - SSIM on the logarithmic scale."""
     error = 1.0 - picture.similarity.astype(np.float32)
     return magma(1.0 - np.log10(np.clip(error, 10.0**_LEAST, 1.0)) / _LEAST)

@@ -37,7 +37,7 @@ class Summary:
     material: str
 
 
-def summarise(trials: Sequence[Trial], figure: str) -> Summary:
+def summarize(trials: Sequence[Trial], figure: str) -> Summary:
     """Mean, standard deviation and worst of a figure; `trials` has at least one."""
     values = np.array([trial.figures[figure] for trial in trials])
     order = np.argsort(values)
@@ -58,7 +58,7 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
     found = [(study.mean_size(method), method) for method in methods if study.of(method)]
     for size, method in sorted(found, key=lambda item: item[0]):
         trials = study.of(method)
-        cells = (_cell(summarise(trials, figure), figure) for figure in figures)
+        cells = (_cell(summarize(trials, figure), figure) for figure in figures)
         lines.append(table_row((method, f"{size:,.0f}", str(len(trials)), *cells)))
     return "\n".join(lines) + "\n"
 

@@ -7,7 +7,7 @@ import math
 from nacre.array import Floats
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.geometry import half_vector, split
-from nacre.numerics.newton import minimise
+from nacre.numerics.newton import minimize
 from nacre.sampling.mixture import GgxMixture
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import Moment, second_moment
@@ -66,8 +66,8 @@ def _fit(moment: Moment, angle: float | None) -> tuple[float, GgxMixture]:
 
 def _best(function: MixtureMoment, starts: list[Floats]) -> tuple[float, Floats]:
     """The least value found from some starts, the best of which goes on."""
-    found = [minimise(function, start, _FIRST) for start in starts]
-    return minimise(function, min(found, key=lambda pair: pair[0])[1], _MORE)
+    found = [minimize(function, start, _FIRST) for start in starts]
+    return minimize(function, min(found, key=lambda pair: pair[0])[1], _MORE)
 
 
 def _main_axis(moment: Moment) -> float:

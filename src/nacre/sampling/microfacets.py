@@ -104,7 +104,7 @@ class NormalGrid:
         return density / total
 
     def density(self, brdf: Brdf, correlated: bool = False) -> _Floats:
-        """Density of microfacet normals D of a reflectance, in 1/sr, normalised.
+        """Density of microfacet normals D of a reflectance, in 1/sr, normalized.
 
         The eigenvector of f_r(o, o) cos(o) sigma(o) for the largest eigenvalue. Where f_r is not
         known it is interpolated along the polar angle.
@@ -137,7 +137,7 @@ class NormalGrid:
         Parameters
         ----------
         density
-            D in 1/sr at the nodes, normalised.
+            D in 1/sr at the nodes, normalized.
         """
         sine = np.sqrt(1.0 - self.normals[..., 2] ** 2)
         return 2.0 / math.pi * float(np.sum(self._weights * density * sine))
@@ -158,7 +158,7 @@ class NormalGrid:
         return math.sqrt(float(np.sum(self._weights * density * square)))
 
     def highlight(self, brdf: Brdf, theta_d: float) -> _Floats:
-        """Mean of f_r over pairs of directions at an angle from their half vector, normalised.
+        """Mean of f_r over pairs of directions at an angle from their half vector, normalized.
 
         At grazing angles it shows the normals of a coat that sends hardly anything straight back.
 

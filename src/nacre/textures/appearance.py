@@ -126,6 +126,6 @@ def nearest_texels(
             for texel in closest
             if np.isfinite(distances[texel])
         ]
-        found = sorted(found, key=lambda neighbour: neighbour.distance)[:count]
+        found = sorted(found, key=lambda neighbor: neighbor.distance)[:count]
         progress("searching", index + 1, len(textures), "")
     return found

@@ -22,7 +22,7 @@ FORMATS: tuple[Format, ...] = (
     latent_file.FORMAT,
     *_FOLDERS,
 )
-"""Every format of textures, the most recognisable first."""
+"""Every format of textures, the most recognizable first."""
 
 
 def load(path: PathLike, quantity: Quantity | None = None) -> Btf:
@@ -31,7 +31,7 @@ def load(path: PathLike, quantity: Quantity | None = None) -> Btf:
     Parameters
     ----------
     path
-        A file, recognised by its content; a folder of images; or a list of photographs (`.csv`).
+        A file, recognized by its content; a folder of images; or a list of photographs (`.csv`).
     quantity
         What the pixels of a folder of images hold, where its files do not say; see
         :data:`nacre.measured.textures.image_folder.Quantity`.
@@ -43,7 +43,7 @@ def load(path: PathLike, quantity: Quantity | None = None) -> Btf:
         that is no folder of images.
     """
     path = Path(path)
-    entry = recognised(path)
+    entry = recognized(path)
     if quantity is None:
         btf: Btf = entry.load(path)
         return btf
@@ -102,7 +102,7 @@ def target(path: PathLike) -> Format:
     raise FormatError(f"{path}: no format of textures ends in {suffix!r} (known: {endings})")
 
 
-def recognised(path: PathLike) -> Format:
+def recognized(path: PathLike) -> Format:
     """The format of what lies at a path.
 
     Raises
@@ -121,10 +121,10 @@ def recognised(path: PathLike) -> Format:
         )
     head = read_head(path)
     for entry in FORMATS:
-        if entry.recognise is not None and entry.recognise(head):
+        if entry.recognize is not None and entry.recognize(head):
             return entry
     for entry in FORMATS:
-        if entry.recognise is None and path.suffix.lower() in entry.extensions:
+        if entry.recognize is None and path.suffix.lower() in entry.extensions:
             return entry
     endings = ", ".join(e for entry in FORMATS for e in entry.extensions)
     raise FormatError(f"{path}: is no texture of a known format (known: {endings}, folders)")
@@ -138,7 +138,7 @@ def lies_in_images(path: PathLike) -> bool:
     FormatError
         If there is nothing, or it is of no known format.
     """
-    return recognised(path) in _FOLDERS
+    return recognized(path) in _FOLDERS
 
 
 def is_btf(path: PathLike) -> bool:
@@ -148,7 +148,7 @@ def is_btf(path: PathLike) -> bool:
         return any(entry.claims is not None and entry.claims(path) for entry in _FOLDERS)
     head = first_bytes(path)
     return any(
-        entry.recognise(head) and (entry.claims is None or entry.claims(path))
+        entry.recognize(head) and (entry.claims is None or entry.claims(path))
         for entry in FORMATS
-        if entry.recognise is not None
+        if entry.recognize is not None
     )

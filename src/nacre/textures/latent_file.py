@@ -218,7 +218,7 @@ def _unpack_pairs(where: str, tensors: Tensors) -> tuple[Floats, Floats]:
     return lights[index[:, 0]], views[index[:, 1]]
 
 
-def _recognise(head: bytes) -> bool:
+def _recognize(head: bytes) -> bool:
     return len(head) > 9 and head[8:9] == b"{"
 
 
@@ -229,7 +229,7 @@ def _load(path: PathLike) -> NeuralBtf:
 FORMAT = Format(
     "nacre encoded texture",
     (".safetensors",),
-    _recognise,
+    _recognize,
     _load,
     claims=lambda path: has_header(path, KEY),
 )

@@ -90,7 +90,7 @@ def informative(
     here, target = codec.functions(wi, wo), codec.functions(*BONN.pairs())
     greys = codec.functions.greys
     variances = codec.prior.deviations.astype(np.float64) ** 2
-    # Both values of a pair of colours have the same functions, hence the same variances.
+    # Both values of a pair of colors have the same functions, hence the same variances.
     parts = [
         _Unknown(here.grey, target.grey, variances[:greys], codec.prior.noise, 1.0),
         _Unknown(

@@ -26,7 +26,7 @@ KEY = "nacre map of texels"
 _LIMIT = 1 << 28
 _LARGEST = 1e9
 _SHOWN = 64
-"""Pairs of directions whose mean reflectance is the colour of a texel."""
+"""Pairs of directions whose mean reflectance is the color of a texel."""
 
 
 @dataclass(frozen=True, eq=False)

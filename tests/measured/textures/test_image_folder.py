@@ -1,4 +1,4 @@
-"""Folders of images: colours against Mitsuba's, directions from names, and what is bad."""
+"""Folders of images: colors against Mitsuba's, directions from names, and what is bad."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def folder(tmp_path: Path) -> Path:
     return path
 
 
-def test_directions_come_from_names_and_colours_from_srgb(folder: Path) -> None:
+def test_directions_come_from_names_and_colors_from_srgb(folder: Path) -> None:
     found = textures.load(folder)
     assert (found.name, found.width, found.height, found.pair_count) == ("cloth", 7, 5, 16)
     expected = from_degrees(*np.array(RINGS).T)
@@ -153,7 +153,7 @@ def test_images_of_another_kind_are_refused(folder: Path) -> None:
     for content, words in (
         (b"", "is not an OpenEXR, PNG or JPEG image"),
         (png_bytes(np.zeros((6, 7, 3), np.uint8), 7, 6), "7 x 6 pixels"),
-        (png_bytes(np.zeros((5, 7, 1), np.uint8), 7, 5), "is not of three colours"),
+        (png_bytes(np.zeros((5, 7, 1), np.uint8), 7, 5), "is not of three colors"),
     ):
         path.write_bytes(content)
         assert_refused(lambda: load(folder), str(path), words)

@@ -17,12 +17,12 @@ FLIP = np.array([1.0, -1.0, 1.0], np.float32)
 
 
 class FlatCodec(TexelCodec):
-    """Three values a texel, which are its diffuse colour."""
+    """Three values a texel, which are its diffuse color."""
 
     values = 3
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """The mean colour."""
+        """The mean color."""
         return lambda texels: texels.mean(1)
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:

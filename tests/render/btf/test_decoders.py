@@ -120,11 +120,11 @@ def test_a_texel_is_rendered_as_the_material_that_it_is(rgb: Any) -> None:
 
 
 def test_white_furnace(rgb: Any) -> None:
-    colour = np.array([1.0, 0.5, 0.25], np.float32)
-    source = latent(np.broadcast_to(colour, (2, 3, 3)), FlatCodec())
+    color = np.array([1.0, 0.5, 0.25], np.float32)
+    source = latent(np.broadcast_to(color, (2, 3, 3)), FlatCodec())
     bsdf = texture_bsdf(source, resolution=4)
     image = np.array(rgb.render(rgb.load_dict(sphere_scene(rgb, bsdf, size=8)), spp=2048, seed=3))
-    np.testing.assert_allclose(image.mean((0, 1)), colour, rtol=5e-3)
+    np.testing.assert_allclose(image.mean((0, 1)), color, rtol=5e-3)
 
 
 def test_nothing_below_the_horizon(rgb: Any) -> None:

@@ -70,7 +70,7 @@ def test_a_texture_meets_itself_without_a_seam(rgb: Any) -> None:
         uv = np.full((200, 2), 0.3)
         uv[:, axis] = np.linspace(0.9, 1.1, 200)
         row = factors_at(rgb, bsdf, uv, *[np.tile(UP, (200, 1))] * 2)
-        # Between texel centres it changes by at most 4 units of value per unit of uv.
+        # Between texel centers it changes by at most 4 units of value per unit of uv.
         assert np.abs(np.diff(row, axis=0)).max() < 4.5 * 0.2 / 199
 
 

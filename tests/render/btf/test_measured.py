@@ -28,7 +28,7 @@ def test_weights_are_barycentric_on_the_sphere(rgb: Any) -> None:
     mean = (weight[..., None] * directions[index]).sum(0)
     mean /= np.linalg.norm(mean, axis=1, keepdims=True)
     np.testing.assert_allclose(mean, w, atol=1e-4)
-    # Delaunay: no direction is nearer to the centre of a triangle than its corners are.
+    # Delaunay: no direction is nearer to the center of a triangle than its corners are.
     a, b, c = directions[index].astype(np.float64)
     centre = np.cross(b - a, c - a)
     centre *= np.sign((centre * a).sum(1, keepdims=True))

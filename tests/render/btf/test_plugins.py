@@ -32,7 +32,7 @@ def test_scenes_in_xml_find_files_beside_them(rgb: Any, tmp_path: Path) -> None:
             <transform name="to_uv"><scale x="4" y="2"/></transform>
         </bsdf></shape>
         <shape type="sphere"><bsdf type="measuredbtf">
-            <string name="filename" value="grey.npz"/>
+            <string name="filename" value="gray.npz"/>
         </bsdf></shape></scene>"""
     )
     scene = rgb.load_file(str(tmp_path / "scene.xml"))

@@ -14,7 +14,7 @@ from .made import factors_at, hemisphere, picture
 
 
 def write_heights(mi: Any, path: Path, heights: Any) -> str:
-    """A grey image of values from 0 to 1."""
+    """A gray image of values from 0 to 1."""
     mi.Bitmap(np.asarray(heights, np.float32)[:, :, None]).write(str(path))
     return str(path)
 

@@ -26,7 +26,7 @@ from tests.textures.codecs.networks.made import COARSE, texture
 
 
 class Means(TexelCodec):
-    """Codes are the mean colour of what is seen; decoded the same everywhere."""
+    """Codes are the mean color of what is seen; decoded the same everywhere."""
 
     values = 3
 

@@ -18,7 +18,7 @@ def bumps(
     specular: Any = 0.0,
     roughness: tuple[float, float] = (0.3, 0.3),
 ) -> Mesostructure:
-    """An egg carton with slanting ridges, twice a period, of one colour or of one a cell."""
+    """An egg carton with slanting ridges, twice a period, of one color or of one a cell."""
     y, x = np.mgrid[:CELLS, :CELLS] * (4.0 * np.pi / CELLS)
     height = amplitude * (np.sin(x) * np.sin(y) + 0.4 * np.sin(2.0 * x + y))
     shape = (CELLS, CELLS)

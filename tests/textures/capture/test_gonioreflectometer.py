@@ -108,7 +108,7 @@ def test_height_displaces_what_is_seen() -> None:
     surface = Mesostructure(
         flat.height + raised, flat.albedo, flat.specular, flat.roughness, flat.direction
     )
-    view = directions((45.0, 0.0))  # towards +x: a texel shows what lies at x + .25
+    view = directions((45.0, 0.0))  # toward +x: a texel shows what lies at x + .25
     seen = capture(surface, directions((0.0, 0.0)), view, 4, samples=1).values[..., 0, 0]
     assert np.array_equal(seen, [[0, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 1], [1, 0, 0, 1]])
 

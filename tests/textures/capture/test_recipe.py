@@ -39,8 +39,8 @@ def test_a_surface_tiles_and_is_made_again_alike(name: str) -> None:
         assert steps[0] <= 1.5 * steps[1:].max()
 
 
-def test_materials_differ_in_colour() -> None:
-    """No two of a family have nearly the same mean albedo, specular colour and roughness."""
+def test_materials_differ_in_color() -> None:
+    """No two of a family have nearly the same mean albedo, specular color and roughness."""
     for first in range(0, 84, 12):
         surfaces = [recipe.build(48) for recipe in built_in()[first : first + 12]]
         means = np.array(
@@ -129,7 +129,7 @@ def test_a_file_is_a_recipe(tmp_path: Path) -> None:
         ({"family": "fabric", "parameters": {"warp": []}}, "warp"),
         ({"family": "fabric", "parameters": {"warp": ["red"]}}, "warp"),
         ({"family": "fabric", "parameters": {"warp": ["#00000g"]}}, "warp"),
-        ({"family": "stone", "parameters": {"vein_colour": ["#000000"] * 2}}, "list of 1 colour"),
+        ({"family": "stone", "parameters": {"vein_color": ["#000000"] * 2}}, "list of 1 color"),
         ({"family": "leather", "parameters": {"roughness": 0.1}}, "roughness"),
         ({"family": "leather", "parameters": {"roughness": "rough"}}, "roughness"),
         ('{"family": "leather", "parameters": {"depth": NaN}}', "depth"),
@@ -165,9 +165,9 @@ def test_the_docs_have_every_parameter(tmp_path: Path) -> None:
             assert name == f"`{field.name}`"
             if "options" in rule:
                 wanted = f"`{standard}`", ", ".join(f"`{word}`" for word in rule["options"])
-            elif "colours" in rule:
-                most = rule["colours"]
-                count = f"1 to {most} colours" if most > 1 else "1 colour"
+            elif "colors" in rule:
+                most = rule["colors"]
+                count = f"1 to {most} colors" if most > 1 else "1 color"
                 wanted = " ".join(f"`{c}`" for c in standard), count
             else:
                 whole = ", whole" if rule.get("whole") else ""

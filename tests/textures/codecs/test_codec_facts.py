@@ -33,8 +33,8 @@ def test_the_default_codec(path):
         "model": "basis",
         "values a code": 2,
         "directions": "any",
-        "functions of grey values": 3,
-        "functions of colours": 2,
+        "functions of gray values": 3,
+        "functions of colors": 2,
         "layers, functions": [12, 6, 6, 8, 6],
         "layers, completion": [14, 7, 7, 7],
         "layers, encoder": [7, 5, 5, 2],
@@ -78,6 +78,6 @@ def test_networks(path):
 def test_damage_is_an_error_that_names_the_field(path):
     save_codec(codec(), path)
     rewrite_field(path, ("numbers", "functions.greys"), 0)
-    with pytest.raises(FormatError, match="functions: 0 of 5 functions are grey") as caught:
+    with pytest.raises(FormatError, match="functions: 0 of 5 functions are gray") as caught:
         codec_facts(path)
     assert str(caught.value).startswith(f"{path}: ")

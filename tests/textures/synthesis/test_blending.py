@@ -90,19 +90,19 @@ def test_images_as_masks(tmp_path):
     np.testing.assert_allclose(read_mask(written("grey.png", greys)), expected, atol=1e-6)
     wide = (greys.astype(np.uint16) * 257).astype(np.uint16)
     np.testing.assert_allclose(read_mask(written("wide.png", wide)), expected, atol=1e-6)
-    colours = np.stack([greys] * 3, -1)
-    np.testing.assert_allclose(read_mask(written("rgb.png", colours)), expected, atol=1e-6)
-    opaque = np.dstack([colours, np.full((2, 3), 255, np.uint8)])
+    colors = np.stack([greys] * 3, -1)
+    np.testing.assert_allclose(read_mask(written("rgb.png", colors)), expected, atol=1e-6)
+    opaque = np.dstack([colors, np.full((2, 3), 255, np.uint8)])
     np.testing.assert_allclose(read_mask(written("rgba.png", opaque)), expected, atol=1e-6)
     np.testing.assert_array_equal(read_mask(written("bits.png", greys > 99)), greys > 99)
     stretched = named_mask(tmp_path / "grey.png", 4, 6)
     np.testing.assert_allclose(stretched[0, [0, -1]], [0.0, 0.2], atol=1e-6)
     assert stretched.shape == (4, 6)
 
-    colours[0, 0, 0] = 9
+    colors[0, 0, 0] = 9
     opaque[0, 0, 3] = 9
     for name, pixels, message in (
-        ("colour.png", colours, "is coloured, and a mask is grey"),
+        ("colour.png", colors, "is colored, and a mask is gray"),
         ("clear.png", opaque, "is transparent in places"),
     ):
         with pytest.raises(FormatError, match=message):
@@ -112,8 +112,8 @@ def test_images_as_masks(tmp_path):
     (tmp_path / "text.png").write_text("no image")
     (tmp_path / "cut.png").write_bytes((tmp_path / "rgb.png").read_bytes()[:50])
     for name, message in (
-        ("palette.png", "is of kind P; save it as a grey image"),
-        ("text.png", "a mask is a PNG or JPEG image of greys"),
+        ("palette.png", "is of kind P; save it as a gray image"),
+        ("text.png", "a mask is a PNG or JPEG image of grays"),
         ("cut.png", "cut.png: cannot be decoded"),
         ("none.png", r"is no file, nor a named mask \(right, down, noise\)"),
     ):

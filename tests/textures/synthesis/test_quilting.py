@@ -12,7 +12,7 @@ from nacre.errors import FormatError, NacreError
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
 from nacre.textures.appearance import appearance
-from nacre.textures.synthesis import synthesise
+from nacre.textures.synthesis import synthesize
 from nacre.textures.synthesis.cuts import inside_cuts, minimum_error_cut
 from nacre.textures.synthesis.features import texel_features
 from nacre.textures.synthesis.patch_search import PatchSearch
@@ -176,7 +176,7 @@ def test_a_texture_tells_how_it_should_be_laid():
 
 def test_codes_are_copied_bit_by_bit():
     made = latent()
-    found = synthesise(made, 40, 33, tile=True, seed=3)
+    found = synthesize(made, 40, 33, tile=True, seed=3)
     codes = made.codes.reshape(-1, 2)
     np.testing.assert_array_equal(found.latent.codes, codes[found.sources])
     assert found.latent.codes.dtype == np.float16
@@ -184,8 +184,8 @@ def test_codes_are_copied_bit_by_bit():
     assert facts["output tiles"]
     assert facts["input tiles"]
     assert facts["share of the input used"] == len(np.unique(found.sources)) / len(codes)
-    assert 0.0 < facts["share of neighbours with a seam between"] < 0.5
-    assert synthesise(made, 40, 33, periodic=False).settings.periodic is False
+    assert 0.0 < facts["share of neighbors with a seam between"] < 0.5
+    assert synthesize(made, 40, 33, periodic=False).settings.periodic is False
 
 
 @pytest.mark.parametrize(
@@ -203,13 +203,13 @@ def test_codes_are_copied_bit_by_bit():
 )
 def test_what_cannot_be_is_named(size, options, message):
     with pytest.raises(NacreError, match=message):
-        synthesise(latent(), *size, **options)
+        synthesize(latent(), *size, **options)
 
 
 def test_bad_maps_are_named():
     with pytest.raises(NacreError, match="28 x 1 texels are too few to lay patches of"):
-        synthesise(latent(1), 8, 8)
+        synthesize(latent(1), 8, 8)
     made = latent()
     made.codes[3, 4] = np.nan
     with pytest.raises(FormatError, match="felt: some codes decode to values that are not finite"):
-        synthesise(made, 40, 40)
+        synthesize(made, 40, 40)

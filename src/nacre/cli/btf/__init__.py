@@ -22,7 +22,7 @@ _COMMANDS: dict[str, str] = {
     "plan": "List directions to photograph where few photographs can be taken.",
     "render": "Path trace a texture on a cylinder, a sphere or the ground.",
     "spread": "Make a texture of one material.",
-    "synthesise": "Make an encoded texture larger, of patches of it.",
+    "synthesize": "Make an encoded texture larger, of patches of it.",
     "train": "Train a model that encodes textures.",
 }
 

@@ -22,7 +22,7 @@ from nacre.cli.ranges import SEED
     default="right",
     show_default=True,
     metavar="right|down|noise|PATH",
-    help="Where SECOND is: white in an image (.png, .jpg) of greys, which is stretched.",
+    help="Where SECOND is: white in an image (.png, .jpg) of grays, which is stretched.",
 )
 @click.option(
     "--size",
@@ -49,7 +49,7 @@ def command(
     """Mix the encoded textures FIRST and SECOND by a mask, as means of their codes.
 
     Both must have been encoded by the same model. One that is smaller than the output repeats: if
-    it does not tile, make it larger by nacre btf synthesise first.
+    it does not tile, make it larger by nacre btf synthesize first.
     """
     from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
     from nacre.textures.synthesis import blend

@@ -53,7 +53,7 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
 
 
 def _texture_facts(path: Path, pixels: Quantity | None) -> dict[str, Any]:
-    from nacre.textures.formats import load, recognised
+    from nacre.textures.formats import load, recognized
     from nacre.textures.selection import some_values
 
     btf = load(path, pixels)
@@ -61,7 +61,7 @@ def _texture_facts(path: Path, pixels: Quantity | None) -> dict[str, Any]:
     facts = btf.describe() | {
         "value range": [float(values.min()), float(values.max())],
         "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
-        "format": recognised(path).name,
+        "format": recognized(path).name,
         "file": str(path),
     }
     if path.is_file():

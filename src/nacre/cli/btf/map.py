@@ -24,7 +24,7 @@ from nacre.cli.ranges import SEED
 @click.option(
     "--texels", default=40, type=click.IntRange(1, 1 << 16), help="Of each texture, at random."
 )
-@click.option("--swatches", is_flag=True, help="Show texels in their own colours.")
+@click.option("--swatches", is_flag=True, help="Show texels in their own colors.")
 @click.option("--seed", default=0, type=SEED, help="Same seed, same map.")
 def command(
     codes: tuple[Path, ...],

@@ -70,10 +70,10 @@ def command(
             progress=stages.add(codes.stem),
         )
     rows, shown = [], [code]
-    for neighbour in found:
-        of = textures[neighbour.texture].codes
-        row, column = divmod(neighbour.texel, of.shape[1])
-        rows.append((str(paths[1 + neighbour.texture]), column, row, neighbour.distance))
+    for neighbor in found:
+        of = textures[neighbor.texture].codes
+        row, column = divmod(neighbor.texel, of.shape[1])
+        rows.append((str(paths[1 + neighbor.texture]), column, row, neighbor.distance))
         shown.append(of[row, column].astype(np.float32))
     if picture is not None:
         captions = [

@@ -81,7 +81,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Show what pixels see of an encoded texture from afar with fewer samples, by a pyramid.",
 )
-@click.option("--height-field", type=file_path(), help="Grey image for parallax.")
+@click.option("--height-field", type=file_path(), help="Gray image for parallax.")
 @click.option(
     "--depth",
     type=click.FloatRange(0.0),

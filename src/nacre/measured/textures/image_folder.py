@@ -38,7 +38,7 @@ class ImageFolderBtf(Btf):
     """Pictures that are decoded when they are asked for; the last few are kept.
 
     PNG and JPEG images follow the sRGB curve, whatever they say; OpenEXR images hold linear Rec.
-    709 in R, G, B or CIE 1931 colours in X, Y, Z, where white is D65. :meth:`texels` decodes all of
+    709 in R, G, B or CIE 1931 colors in X, Y, Z, where white is D65. :meth:`texels` decodes all of
     them at each call, which is slow: convert the folder first, or work on what
     :func:`nacre.measured.textures.transposition.by_texel` gives.
 

@@ -210,7 +210,7 @@ def _silu(state: Any) -> Any:
 def _joined(
     texels: Weighed, functions: list[Any], greys: int, chromas: int, mean: Any = 0.0
 ) -> Components:
-    """Reflectance between texels, of functions of grey values, then of both values of pairs.
+    """Reflectance between texels, of functions of gray values, then of both values of pairs.
 
     Functions stand for roots of it, whose means between unlike texels would be too dark.
     """

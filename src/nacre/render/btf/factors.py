@@ -1,7 +1,7 @@
 """A texture as sums of a few functions of light and view that are its own.
 
 What a codec decodes for one texture varies far less than what it can decode for all. So roots of
-values at some pairs of directions, as grey values and pairs of colours
+values at some pairs of directions, as gray values and pairs of colors
 (:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions
 (singular value decomposition); some texels, decoded at all nodes of a grid of directions, then give
 the functions there by least squares. Any codec that decodes at any directions will do; what a hit
@@ -27,7 +27,7 @@ from nacre.textures.latent_map import LatentMap
 from nacre.textures.mipmap import fill_levels, recorded
 
 GREYS, CHROMAS = 96, 16
-"""Functions of grey values, and of both values of pairs of colours."""
+"""Functions of gray values, and of both values of pairs of colors."""
 _PAIRS = 2048
 """Pairs of directions that weights are found from."""
 _TEXELS = 2048
@@ -43,15 +43,15 @@ _RIDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Factors:
-    """Weights and functions; grey value and pair, of roots, are sums of their products.
+    """Weights and functions; gray value and pair, of roots, are sums of their products.
 
     Parameters
     ----------
     weights
-        Of texels, row by row, then of those of coarser levels; shape (t, :data:`GREYS` + 2
-        :data:`CHROMAS`): of the grey value, then of the first and of the second value of the pair.
+        Of texels, row by row, then of those of coarser levels; shape (t, :data:`GRAYS` + 2
+        :data:`CHROMAS`): of the gray value, then of the first and of the second value of the pair.
     functions
-        Shape (nodes, :data:`GREYS` + :data:`CHROMAS`), nodes as
+        Shape (nodes, :data:`GRAYS` + :data:`CHROMAS`), nodes as
         :class:`nacre.render.btf.angle_grid.AngleGrid` has them.
     resolution
         Of the grid.
@@ -131,7 +131,7 @@ def _decoded(latent: LatentMap, wi: Floats, wo: Floats) -> TexelMap:
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:
-    """Grey values and chroma of roots of reflectance."""
+    """Gray values and chroma of roots of reflectance."""
     return split_reflectance(values, np.zeros(values.shape[1], np.float32))
 
 

@@ -46,7 +46,7 @@ def footprint(
     placement
         Of the texture on the surface.
     angle
-        Between neighbouring pixels, in radians.
+        Between neighboring pixels, in radians.
     height, width
         Of the texture in texels.
     """

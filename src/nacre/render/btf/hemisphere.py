@@ -101,7 +101,7 @@ class Hemisphere:
         return [(index, mi.Float(1.0))]
 
     def _triangle(self, triangle: Any, w: Components) -> tuple[list[Any], list[Any], list[Any]]:
-        """Weights of the corners of triangles, the corners, and the neighbours across from them."""
+        """Weights of the corners of triangles, the corners, and the neighbors across from them."""
         m, links = self._inverses[triangle], self._links[triangle]
         weights = [m[3 * k] * w[0] + m[3 * k + 1] * w[1] + m[3 * k + 2] * w[2] for k in range(3)]
         return weights, [self._mi.UInt32(link) for link in links[:3]], links[3:6]

@@ -23,7 +23,7 @@ _LOWEST = 80.0
 
 
 def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") -> Floats:
-    """Directions towards a light on its way.
+    """Directions toward a light on its way.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def render_moving(
     scene
         Of :func:`nacre.render.btf.scene.describe_texture_scene`, with a directional or point light.
     directions
-        Towards the light, shape (n, 3).
+        Toward the light, shape (n, 3).
     spp
         Samples per pixel, at least 1.
     seed

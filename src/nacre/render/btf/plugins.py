@@ -59,12 +59,12 @@ def texture_bsdf(source: LatentMap | Btf, progress: Progress = silent, **options
 
         - `interpolation`: see :data:`nacre.render.btf.texels.Interpolation`; of directions too,
           where "nearest" is "linear".
-        - `pixel_angle`: degrees between neighbouring pixels of the camera. Given, a hit shows
+        - `pixel_angle`: degrees between neighboring pixels of the camera. Given, a hit shows
           what a pixel sees of an encoded texture, from afar and at grazing angles: means of
           reflectance, of a pyramid of levels that takes a third more memory. Mitsuba's paths
           carry no ray differentials that would tell it.
         - `to_uv`: as Mitsuba's `bitmap` has it.
-        - `height_field`: a grey image for parallax, and `depth`: widths of the texture from black
+        - `height_field`: a gray image for parallax, and `depth`: widths of the texture from black
           to white.
         - `memory`: MiB that the data may take, :data:`MEMORY` unless given.
 

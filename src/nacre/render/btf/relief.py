@@ -72,7 +72,7 @@ class Relief:
 
 
 def read_heights(path: PathLike) -> Any:
-    """A grey image as heights, of bytes from 0 to 1 as they are, shape (height, width).
+    """A gray image as heights, of bytes from 0 to 1 as they are, shape (height, width).
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Scenes that show a texture: on a cylinder, as the papers do, a sphere, a plane, or the ground.
 
-+y is up and the camera looks towards -z, as in :mod:`nacre.render.scene`.
++y is up and the camera looks toward -z, as in :mod:`nacre.render.scene`.
 """
 
 from __future__ import annotations
@@ -115,12 +115,12 @@ def describe_texture_scene(
 
 
 def pixel_angle(size: tuple[int, int]) -> float:
-    """Degrees between neighbouring pixels of a picture of some width and height."""
+    """Degrees between neighboring pixels of a picture of some width and height."""
     return _FIELD / min(size)
 
 
 def light_direction(angle: float) -> list[float]:
-    """From the object towards a light some degrees from the view, to the upper left."""
+    """From the object toward a light some degrees from the view, to the upper left."""
     aside = math.sqrt(0.5) * math.sin(math.radians(angle))
     return [-aside, aside, math.cos(math.radians(angle))]
 

@@ -83,12 +83,12 @@ def _plot(curves: Mapping[str, Sequence[_Point]]) -> Any:
     )
     left, right = figure.subplots(1, 2)
     for index, (name, points) in enumerate(curves.items()):
-        colour = COLORS[index % len(COLORS)]
+        color = COLORS[index % len(COLORS)]
         x = [100.0 * sampling.share for sampling in SHARES]
         mean = np.array([loss.mean() for loss, _ in points])
         deviation = np.array([loss.std() for loss, _ in points])
-        left.fill_between(x, mean - deviation, mean + deviation, color=colour, alpha=0.15, lw=0)
-        style = {"color": colour, "marker": "o", "markersize": 3, "linewidth": 1.2}
+        left.fill_between(x, mean - deviation, mean + deviation, color=color, alpha=0.15, lw=0)
+        style = {"color": color, "marker": "o", "markersize": 3, "linewidth": 1.2}
         left.plot(x, mean, label=name, **style)
         right.plot(x, [1e4 * mse for _, mse in points], label=name, **style)
     left.set_title("loss of whitened logarithms, mean ± deviation", fontsize=9, color=INK)

@@ -20,7 +20,7 @@ from nacre.reproduce.btf.study import Study
 
 TEXELS = 40
 """Of each material, at random."""
-_NEIGHBOURS = 10
+_NEIGHBORS = 10
 _PANEL = 5.0
 """Inches."""
 _DOT = 7.0
@@ -28,7 +28,7 @@ _DOT = 7.0
 
 
 def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Places of codes by t-SNE, and how many of their neighbours are of the same material.
+    """Places of codes by t-SNE, and how many of their neighbors are of the same material.
 
     Codes are scaled to equal spread of all their values, which no codec promises.
 
@@ -65,7 +65,7 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
             rows.append((method.name, material.name, material.family, float(x), float(y)))
         shares = [_alike(codes, [getattr(m, what) for m in of]) for what in ("name", "family")]
         lines.append([method.name, str(len(codes)), *(f"{100.0 * s:.1f} %" for s in shares)])
-    head = ["codes", "texels", f"of {_NEIGHBOURS} nearest, same material", "same family"]
+    head = ["codes", "texels", f"of {_NEIGHBORS} nearest, same material", "same family"]
     columns = ("method", "material", "family", "x", "y")
     unseen = {material.name for material in study.unseen}
     pages = {"": _page(panels, unseen)} if panels else {}
@@ -74,7 +74,7 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
 
 def _alike(codes: npt.NDArray[np.float64], labels: Sequence[str]) -> float:
     """Share of the nearest codes of each code that have its label."""
-    count = min(_NEIGHBOURS, len(codes) - 1)
+    count = min(_NEIGHBORS, len(codes) - 1)
     _, nearest = KDTree(codes).query(codes, count + 1)
     names = np.unique(labels, return_inverse=True)[1].reshape(-1)
     others = nearest[:, 1:] if count else nearest
@@ -84,7 +84,7 @@ def _alike(codes: npt.NDArray[np.float64], labels: Sequence[str]) -> float:
 def _page(
     panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]], unseen: set[str]
 ) -> Any:
-    """A map for each method, coloured by family; texels of unseen materials are ringed."""
+    """A map for each method, colored by family; texels of unseen materials are ringed."""
     figure = require("matplotlib.figure", "plot").Figure(
         (_PANEL * len(panels) + 1.2, _PANEL + 0.3), facecolor="white", layout="constrained"
     )

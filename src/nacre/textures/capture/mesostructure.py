@@ -46,9 +46,9 @@ class Mesostructure:
         for array, shape in zip(arrays, shapes, strict=True):
             if array.shape != (size, size, *shape) or not np.isfinite(array).all():
                 raise ValueError(f"expected finite values of shape {(size, size, *shape)}")
-        for colour in (self.albedo, self.specular):
-            if colour.min() < 0.0 or colour.max() > 1.0:
-                raise ValueError("colours must lie within [0, 1]")
+        for color in (self.albedo, self.specular):
+            if color.min() < 0.0 or color.max() > 1.0:
+                raise ValueError("colors must lie within [0, 1]")
         if self.roughness.min() < SMOOTHEST - 1e-6:
             raise ValueError(f"roughness must be at least {SMOOTHEST}")
 

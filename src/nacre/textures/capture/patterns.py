@@ -73,9 +73,9 @@ class Cells:
     index
         Whose cell each point of the grid lies in.
     distance, margin
-        To its centre, and how much farther the next centre is, in mean spacings of centres.
+        To its center, and how much farther the next center is, in mean spacings of centers.
     offset
-        From the centre, in spacings, shape (size, size, 2).
+        From the center, in spacings, shape (size, size, 2).
     """
 
     index: Indices
@@ -146,17 +146,17 @@ def lay_fibres(
     return heights.reshape(size, size), owner.reshape(size, size)
 
 
-def linear(colours: tuple[str, ...]) -> Floats:
-    """Linear RGB of sRGB colours like "#a0522d", shape (k, 3)."""
-    encoded = [[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in colours]
+def linear(colors: tuple[str, ...]) -> Floats:
+    """Linear RGB of sRGB colors like "#a0522d", shape (k, 3)."""
+    encoded = [[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in colors]
     return srgb_to_linear(np.array(encoded) / 255.0)
 
 
-def blend(colours: Floats, place: Floats) -> Floats:
-    """Colours between those of a palette, shape (k, 3), at `place` from 0 (first) to 1 (last)."""
-    at = np.clip(place, 0.0, 1.0) * (len(colours) - 1)
-    stops = np.arange(len(colours))
-    return np.stack([np.interp(at, stops, colours[:, c]) for c in range(3)], -1)
+def blend(colors: Floats, place: Floats) -> Floats:
+    """Colors between those of a palette, shape (k, 3), at `place` from 0 (first) to 1 (last)."""
+    at = np.clip(place, 0.0, 1.0) * (len(colors) - 1)
+    stops = np.arange(len(colors))
+    return np.stack([np.interp(at, stops, colors[:, c]) for c in range(3)], -1)
 
 
 def smooth_step(low: float, high: float, x: Floats) -> Floats:

@@ -5,7 +5,7 @@ With Fresnel reflectances F after Schlick (1994), normal n, half vector h,
     f = albedo / pi (1 - F(n.l)) (1 - F(n.v)) + D(h) G1(l) G1(v) F(h.v) / (4 n.l n.v),
 
 D and G1 of Trowbridge-Reitz with Smith's separable shadowing (Walter et al. 2007; Heitz 2014). F
-rises from the specular colour to :func:`grazing_edge` at grazing angles, so that a specular colour
+rises from the specular color to :func:`grazing_edge` at grazing angles, so that a specular color
 of zero is a purely diffuse surface. Directions are in the frame of the surface: t along strands, b
 across, n the normal. Reflectances and densities here are pi times their usual values.
 """
@@ -66,7 +66,7 @@ def lobe(
 def channel(
     albedo: Any, specular: Any, edge: Any, shine: Any, half: Any, light: Any, view: Any
 ) -> Any:
-    """One colour channel of the reflectance.
+    """One color channel of the reflectance.
 
     Parameters
     ----------

@@ -54,8 +54,8 @@ def _sizes(codec: BasisCodec) -> dict[str, Any]:
         "decoder": codec.decode.layers,
     }
     return {
-        "functions of grey values": functions.greys,
-        "functions of colours": functions.chromas,
+        "functions of gray values": functions.greys,
+        "functions of colors": functions.chromas,
         **{f"layers, {name}": _widths(layers) for name, layers in networks.items()},
     }
 

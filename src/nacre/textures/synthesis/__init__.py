@@ -6,6 +6,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "blending": ["blend"],
-        "quilted_map": ["QuiltedMap", "synthesise"],
+        "quilted_map": ["QuiltedMap", "synthesize"],
     },
 )

@@ -24,7 +24,7 @@ def blend(
     """A texture that goes from one material to another.
 
     Codes are weighed means (Rainer et al. 2020, section 5.2, on the stability of the space). Maps
-    that are smaller than the mask repeat; synthesise a larger one first where that would show.
+    that are smaller than the mask repeat; synthesize a larger one first where that would show.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Boundary cuts of least error through the overlaps of a patch with its neighbours."""
+"""Boundary cuts of least error through the overlaps of a patch with its neighbors."""
 
 from __future__ import annotations
 

@@ -67,12 +67,12 @@ def read_mask(path: PathLike) -> Floats:
     Parameters
     ----------
     path
-        PNG or JPEG, of greys with 1, 8 or 16 bits or of colours that are grey.
+        PNG or JPEG, of grays with 1, 8 or 16 bits or of colors that are gray.
 
     Raises
     ------
     FormatError
-        If it cannot be read, is no such image, is coloured or not opaque, or has too many pixels.
+        If it cannot be read, is no such image, is colored or not opaque, or has too many pixels.
     MissingExtraError
         If Pillow is not installed.
     """
@@ -80,7 +80,7 @@ def read_mask(path: PathLike) -> Floats:
     if not path.exists():
         raise FormatError(f"{path}: is no file, nor a named mask ({', '.join(NAMED)})")
     if not first_bytes(path).startswith((PNG_MAGIC, JPEG_MAGIC)):
-        raise FormatError(f"{path}: a mask is a PNG or JPEG image of greys")
+        raise FormatError(f"{path}: a mask is a PNG or JPEG image of grays")
     pillow = require("PIL.Image", "render")
     try:
         with pillow.open(path, formats=["PNG", "JPEG"]) as image:
@@ -98,22 +98,22 @@ def read_mask(path: PathLike) -> Floats:
     if mode in _GREY:
         return pixels.astype(np.float32) / np.float32(_GREY[mode])
     if mode not in _COLOURS:
-        raise FormatError(f"{path}: is of kind {mode}; save it as a grey image of 8 or 16 bits")
+        raise FormatError(f"{path}: is of kind {mode}; save it as a gray image of 8 or 16 bits")
     return _grey(path, pixels, mode)
 
 
 def _grey(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
     """Pixels of three equal channels, or of one and opacity, as shares."""
-    colours = pixels[..., :3] if mode.startswith("RGB") else pixels[..., :1]
+    colors = pixels[..., :3] if mode.startswith("RGB") else pixels[..., :1]
     if mode.endswith("A") and (pixels[..., -1] < 255).any():
         raise FormatError(f"{path}: is transparent in places; save the mask as an opaque image")
-    if (np.ptp(colours, axis=-1) > 2).any():  # JPEG of grey colours is grey to a rounding
-        raise FormatError(f"{path}: is coloured, and a mask is grey; save it as one")
-    return colours[..., 0].astype(np.float32) / np.float32(255.0)
+    if (np.ptp(colors, axis=-1) > 2).any():  # JPEG of gray colors is gray to a rounding
+        raise FormatError(f"{path}: is colored, and a mask is gray; save it as one")
+    return colors[..., 0].astype(np.float32) / np.float32(255.0)
 
 
 def _stretched(mask: Floats, height: int, width: int) -> Floats:
-    """The mask at the centres of that many texels, linear between its own."""
+    """The mask at the centers of that many texels, linear between its own."""
     rows, columns = (
         (np.arange(n) + 0.5) * size / n - 0.5
         for n, size in zip((height, width), mask.shape, strict=True)

@@ -21,7 +21,7 @@ TEXEL_LIMIT = 1 << 24
 
 @dataclass(frozen=True, eq=False)
 class QuiltedMap:
-    """What :func:`synthesise` made.
+    """What :func:`synthesize` made.
 
     Parameters
     ----------
@@ -53,12 +53,12 @@ class QuiltedMap:
             "output tiles": self.settings.tile,
             "seed": self.settings.seed,
             "contrast of seams": self.contrast.ratio,
-            "share of neighbours with a seam between": self.contrast.share,
+            "share of neighbors with a seam between": self.contrast.share,
             "share of the input used": self.used,
         }
 
 
-def synthesise(
+def synthesize(
     latent: LatentMap,
     height: int,
     width: int,

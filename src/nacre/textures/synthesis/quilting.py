@@ -17,7 +17,7 @@ from nacre.textures.synthesis.patch_search import PatchSearch
 _REPETITION = 0.3
 """How much errors of patches count more where the input has been used as often as on average."""
 _APART = 0.1
-"""Share of a patch by which patches are kept away from where a neighbour would go on."""
+"""Share of a patch by which patches are kept away from where a neighbor would go on."""
 
 Sources = npt.NDArray[np.intp]
 """Which texel of the input every texel of the output is, y * width + x, shape (height, width)."""
@@ -32,7 +32,7 @@ class Quilting:
     patch
         Edge of a patch in texels, at least 2.
     overlap
-        Texels by which neighbours overlap, from 1 to half a patch.
+        Texels by which neighbors overlap, from 1 to half a patch.
     tolerance
         A patch is drawn from all whose error is at most this share above the least.
     periodic
@@ -77,14 +77,14 @@ def quilt(
     """Lay patches in rows, each where it fits best over those before, and cut the overlaps.
 
     Two things go beyond the paper, so that the output is not the input over again. A patch that
-    would only go on where a neighbour ends in the input, or nearly, is not taken, unless there is
+    would only go on where a neighbor ends in the input, or nearly, is not taken, unless there is
     no other. And the more often texels have been used, the more errors of patches of them count:
     else what fits anywhere, which is what is flat, comes to prevail.
 
     Parameters
     ----------
     features
-        Of the input, distances of which are what cuts minimise, shape (rows, columns, k).
+        Of the input, distances of which are what cuts minimize, shape (rows, columns, k).
     height, width
         Of the output.
     settings
@@ -184,7 +184,7 @@ class _Canvas:
     def _apart(
         self, before: Sources, known: npt.NDArray[np.bool_], shape: tuple[int, int]
     ) -> npt.NDArray[np.bool_]:
-        """Which patches do not go on, or nearly, where a neighbour ends."""
+        """Which patches do not go on, or nearly, where a neighbor ends."""
         rows, columns = np.nonzero(known)
         y, x = np.divmod(before[known], self._input[1])
         apart = np.ones(self._input, np.bool_)

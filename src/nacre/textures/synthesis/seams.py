@@ -16,7 +16,7 @@ Edges = tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]
 
 
 def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bool) -> Edges:
-    """Where neighbours of the output are no neighbours in the input.
+    """Where neighbors of the output are no neighbors in the input.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bo
     height, width
         Of the input.
     periodic
-        Whether the input tiles, so that texels of opposite edges are neighbours.
+        Whether the input tiles, so that texels of opposite edges are neighbors.
     tile
         Whether the output does; where it does not, nothing lies beyond its last row and column.
     """
@@ -46,7 +46,7 @@ def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bo
 
 @dataclass(frozen=True)
 class SeamContrast:
-    """Differences across seams against those between all other neighbours.
+    """Differences across seams against those between all other neighbors.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class SeamContrast:
         Of root mean squares; 1 where seams are no stronger than what is in the texture anyway, None
         where there is no seam or the inside is even.
     share
-        Of all pairs of neighbours, how many have a seam between them.
+        Of all pairs of neighbors, how many have a seam between them.
     """
 
     ratio: float | None

@@ -40,11 +40,11 @@ def random_network(inputs: int, outputs: int, seen: int = 0) -> SkipNetwork:
 
 
 def joined(grey: Floats, chroma: Floats) -> Floats:
-    """Colours of grey values and pairs."""
+    """Colors of gray values and pairs."""
     return np.float32(GREY) * grey[..., None] + np.moveaxis(chroma, 0, -1) @ CHROMA
 
 
-def test_colours_are_split_and_joined() -> None:
+def test_colors_are_split_and_joined() -> None:
     rgb = np.random.default_rng(0).random((4, 5, 3)).astype(np.float32)
     grey, chroma = split_colors(rgb)
     np.testing.assert_allclose(joined(grey, chroma), rgb, atol=1e-6)
@@ -201,7 +201,7 @@ def test_without_observation_a_guess_stands() -> None:
 
 
 def made_texture(seed: int, wi: Floats, wo: Floats) -> TableBtf:
-    """8 x 8 texels: coloured diffuse surfaces in various directions, with a soft highlight."""
+    """8 x 8 texels: colored diffuse surfaces in various directions, with a soft highlight."""
     random = np.random.default_rng(seed)
     normals = np.concatenate([random.normal(0, 0.2, (64, 2)), np.ones((64, 1))], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -313,7 +313,7 @@ def test_one_texture_is_enough_to_learn_from() -> None:
     assert codec.functions.greys == 6
 
 
-def test_cards_of_one_colour_come_back(codec) -> None:
+def test_cards_of_one_color_come_back(codec) -> None:
     wi, wo = SMALL.pairs()
     texels = swatches(wi, wo, 50, 12345).texels(slice(None))
     for some in (slice(None), slice(None, None, 9)):

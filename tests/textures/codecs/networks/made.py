@@ -20,15 +20,15 @@ OTHER = pairs(*[UTIA.directions[below(UTIA.directions, 40.0)][::2]] * 2)
 
 
 def texture(seed: int, size: int = 6, directions: Any = COARSE) -> TableBtf:
-    """Diffuse colour and a glossy lobe that change from texel to texel."""
+    """Diffuse color and a glossy lobe that change from texel to texel."""
     random = np.random.default_rng(seed)
     wi, wo = directions
     half = wi + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
     shape = (size, size, 1, 1)
-    colour = random.uniform(0.05, 0.8, 3) * random.uniform(0.5, 1.0, shape)
+    color = random.uniform(0.05, 0.8, 3) * random.uniform(0.5, 1.0, shape)
     lobe = half[:, 2:] ** random.uniform(5.0, 60.0, shape) * random.uniform(0.0, 1.0, shape)
-    return TableBtf((colour + lobe).astype(np.float32), wi, wo, f"made {seed}")
+    return TableBtf((color + lobe).astype(np.float32), wi, wo, f"made {seed}")
 
 
 def write(folder: Path, count: int, size: int = 6, directions: Any = COARSE) -> list[Path]:

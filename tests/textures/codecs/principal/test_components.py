@@ -22,12 +22,12 @@ VALUES = 9
 
 
 def texture(seed: int, size: int = 5) -> TableBtf:
-    """Texels of a few random patterns in colours of their own, and noise."""
+    """Texels of a few random patterns in colors of their own, and noise."""
     random = np.random.default_rng(seed)
     wi, wo = RING
     patterns = random.random((4, len(wi)))
-    colours = random.random((size * size, 4, 1, 3))
-    values = (colours * patterns[:, :, None]).sum(1) * random.uniform(0.05, 1.0, (size**2, 1, 1))
+    colors = random.random((size * size, 4, 1, 3))
+    values = (colors * patterns[:, :, None]).sum(1) * random.uniform(0.05, 1.0, (size**2, 1, 1))
     values += 0.01 * random.random(values.shape)
     return TableBtf(values.reshape(size, size, -1, 3).astype(np.float32), wi, wo, f"made {seed}")
 

@@ -1,7 +1,7 @@
 """The `.btf` files of the database UBO2014 of the University of Bonn, read and written.
 
 A file holds a texture as three channels, each a matrix of pairs of directions times texels factored
-as U . SxV^T: "decorrelated full matrix factorisation" (DFMF). Pair `light + lights * view` and
+as U . SxV^T: "decorrelated full matrix factorization" (DFMF). Pair `light + lights * view` and
 texel `y * width + x` number its rows and columns, or columns and rows.
 
 Layout, little-endian, no padding:

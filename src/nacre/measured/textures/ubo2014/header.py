@@ -18,7 +18,7 @@ from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation
 
 MAGIC = b"!DFMF08FCR"
-"""First bytes of every file: decorrelated full matrix factorisation."""
+"""First bytes of every file: decorrelated full matrix factorization."""
 TEXEL_LIMIT = 1 << 26
 COMPONENT_LIMIT = 1 << 12
 
@@ -50,7 +50,7 @@ class Header:
     lights
         The same of the lights of each view, shape (views, lights, 2).
     colors
-        How the three channels that are factored become colours.
+        How the three channels that are factored become colors.
     cosine
         Whether values were multiplied by the cosine of the light's polar angle.
     setup, sensor, light_source

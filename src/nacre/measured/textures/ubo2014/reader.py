@@ -35,7 +35,7 @@ class Ubo2014Btf(Btf):
 
     Values are those that the file holds after its color model was undone, divided by the cosine of
     the light's polar angle where the file says that they were multiplied by it. They are clamped to
-    be non-negative: what is below 0 is an artefact of leaving out components.
+    be non-negative: what is below 0 is an artifact of leaving out components.
     """
 
     def __init__(self, header: Header, channels: list[tuple[_Matrix, _Matrix]], name: str) -> None:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from nacre.array import Floats
-from nacre.textures.capture.generators.family import Family, choice, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, choice, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import Cells, Indices, cells, linear, noise, scattered
 
@@ -26,7 +26,7 @@ class Carpet(Family):
     fibres: float = number(0.08, 0.0, 0.3)
     elongation: float = number(1.5, 1.0, 3.0)
     layout: str = choice("mixed", "stripes", "checks", "rings")
-    palette: tuple[str, ...] = colours("#7a6a58", "#93836f")
+    palette: tuple[str, ...] = colors("#7a6a58", "#93836f")
     variation: float = number(0.15, 0.0, 1.0)
     specular: float = number(0.04, 0.0, 0.4)
     tint: float = number(0.3, 0.0, 1.0)
@@ -44,7 +44,7 @@ class Carpet(Family):
         heights = self.height * level[found.index] * heights
         frequency = 5.0 * self.tufts
         heights = heights + self.fibres * noise(random, size, frequency)
-        albedo = linear(self.palette)[self._colour_of(centres, random)]
+        albedo = linear(self.palette)[self._color_of(centres, random)]
         albedo = albedo * (1.0 + self.variation * random.uniform(-1, 1, (count, 1)))
         shade = 1.0 + 0.2 * noise(random, size, frequency) * self.variation
         shade = shade * (0.55 + 0.45 * np.clip(heights / self.height, 0.0, 1.0))
@@ -75,8 +75,8 @@ class Carpet(Family):
         edge = np.clip(found.margin / 0.25, 0.0, 1.0) ** 0.5
         return falling * (0.3 + 0.7 * edge) + 0.4 * tilt, np.arctan2(slope[..., 1], slope[..., 0])
 
-    def _colour_of(self, centres: Floats, random: np.random.Generator) -> Indices:
-        """Index of each tuft's colour."""
+    def _color_of(self, centres: Floats, random: np.random.Generator) -> Indices:
+        """Index of each tuft's color."""
         kinds = len(self.palette)
         if self.layout == "mixed":
             return random.integers(kinds, size=len(centres))

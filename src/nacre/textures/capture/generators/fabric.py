@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.textures.capture.generators.family import Family, choice, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, choice, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import linear, noise, positions
 
@@ -28,14 +28,14 @@ _WEAVES: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
 class Fabric(Family):
     """Strands along y (warp) and along x (weft), one over the other, of twisted fibres.
 
-    Lengths are in distances between strands; colours repeat from strand to strand.
+    Lengths are in distances between strands; colors repeat from strand to strand.
     """
 
     name: ClassVar[str] = "fabric"
     weave: str = choice(*_WEAVES)
     strands: int = whole(16, 2, 64)
-    warp: tuple[str, ...] = colours("#3a4a6b")
-    weft: tuple[str, ...] = colours("#b8b4a8")
+    warp: tuple[str, ...] = colors("#3a4a6b")
+    weft: tuple[str, ...] = colors("#b8b4a8")
     thickness: float = number(0.95, 0.4, 1.0)
     crimp: float = number(0.25, 0.0, 0.8)
     roundness: float = number(0.5, 0.05, 1.0)
@@ -52,8 +52,8 @@ class Fabric(Family):
         repeat = _WEAVES[self.weave][0]
         for count, what in (
             (repeat, f"the {self.weave} weave repeats"),
-            (len(self.warp), "colours of warp"),
-            (len(self.weft), "colours of weft"),
+            (len(self.warp), "colors of warp"),
+            (len(self.weft), "colors of weft"),
         ):
             if self.strands % count:
                 raise ValueError(f"strands: {self.strands} is no multiple of {count} ({what})")

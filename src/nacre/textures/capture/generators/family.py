@@ -31,9 +31,9 @@ def choice(*options: str) -> Any:
     return dataclasses.field(default=options[0], metadata={"options": options})
 
 
-def colours(*default: str, most: int = 16) -> Any:
-    """A parameter of sRGB colours, up to `most`, like "#a0522d"."""
-    return dataclasses.field(default=default, metadata={"colours": most})
+def colors(*default: str, most: int = 16) -> Any:
+    """A parameter of sRGB colors, up to `most`, like "#a0522d"."""
+    return dataclasses.field(default=default, metadata={"colors": most})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,14 +72,14 @@ def _checked(key: str, value: Any, rule: Mapping[str, Any]) -> Any:
         if value not in rule["options"]:
             raise ValueError(f"{key}: expected one of {', '.join(rule['options'])}, got {value!r}")
         return value
-    if "colours" in rule:
-        most = rule["colours"]
+    if "colors" in rule:
+        most = rule["colors"]
         if not isinstance(value, list) or not 1 <= len(value) <= most:
-            count = f"1 to {most} colours" if most > 1 else "1 colour"
+            count = f"1 to {most} colors" if most > 1 else "1 color"
             raise ValueError(f"{key}: expected a list of {count}")
-        for colour in value:
-            if not isinstance(colour, str) or not _COLOUR.fullmatch(colour):
-                raise ValueError(f'{key}: expected colours like "#a0522d", got {colour!r}')
+        for color in value:
+            if not isinstance(color, str) or not _COLOUR.fullmatch(color):
+                raise ValueError(f'{key}: expected colors like "#a0522d", got {color!r}')
         return tuple(value)
     kind = "a whole number" if rule.get("whole") else "a number"
     low, high = rule["low"], rule["high"]
@@ -99,7 +99,7 @@ def cover(
     direction: Floats | float = 0.0,
     tint: Floats | float = 0.0,
 ) -> Mesostructure:
-    """A surface about z = 0, with the specular colour between grey and the hue of the albedo.
+    """A surface about z = 0, with the specular color between gray and the hue of the albedo.
 
     Parameters
     ----------

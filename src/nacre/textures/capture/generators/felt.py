@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import fractal, lay_fibres, linear
 
@@ -24,7 +24,7 @@ class Felt(Family):
     loft: float = number(0.02, 0.0, 0.1)
     alignment: float = number(0.0, 0.0, 1.0)
     unevenness: float = number(0.3, 0.0, 2.0)
-    palette: tuple[str, ...] = colours("#8c2f39")
+    palette: tuple[str, ...] = colors("#8c2f39")
     variation: float = number(0.15, 0.0, 1.0)
     specular: float = number(0.04, 0.0, 0.4)
     tint: float = number(0.3, 0.0, 1.0)
@@ -52,9 +52,9 @@ class Felt(Family):
         height = np.where(gap, 0.0, top) + 0.5 * self.loft * self.unevenness * fractal(
             random, size, 3.0, 3
         )
-        colour = linear(self.palette)[random.integers(len(self.palette), size=self.fibres)]
-        colour = colour * (1.0 + self.variation * random.uniform(-1, 1, (self.fibres, 1)))
-        albedo = colour[owner] * np.where(gap, 0.6, 1.0)[..., None]
+        color = linear(self.palette)[random.integers(len(self.palette), size=self.fibres)]
+        color = color * (1.0 + self.variation * random.uniform(-1, 1, (self.fibres, 1)))
+        albedo = color[owner] * np.where(gap, 0.6, 1.0)[..., None]
         return cover(
             height,
             albedo,

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import (
     blend,
@@ -32,7 +32,7 @@ class Leather(Family):
     wrinkles: float = number(0.1, 0.0, 1.0)
     grain: float = number(0.015, 0.0, 0.1)
     pores: float = number(0.0, 0.0, 1.0)
-    palette: tuple[str, ...] = colours("#5b3420", "#7b4a2c")
+    palette: tuple[str, ...] = colors("#5b3420", "#7b4a2c")
     darkening: float = number(0.5, 0.0, 1.0)
     wear: float = number(0.0, 0.0, 1.0)
     specular: float = number(0.05, 0.0, 0.6)

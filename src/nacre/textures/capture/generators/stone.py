@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import (
     blend,
@@ -31,10 +31,10 @@ class Stone(Family):
     layers: float = number(0.0, 0.0, 1.0)
     grains: int = whole(30, 4, 60)
     grain_height: float = number(0.002, 0.0, 0.03)
-    palette: tuple[str, ...] = colours("#8f8a80", "#6b665e", "#b0aa9c")
+    palette: tuple[str, ...] = colors("#8f8a80", "#6b665e", "#b0aa9c")
     mixing: float = number(0.5, 0.0, 1.0)
     veins: float = number(0.0, 0.0, 1.0)
-    vein_colour: tuple[str, ...] = colours("#e8e4da", most=1)
+    vein_color: tuple[str, ...] = colors("#e8e4da", most=1)
     pits: float = number(0.0, 0.0, 1.0)
     specular: float = number(0.04, 0.0, 0.4)
     roughness: float = number(0.45, 0.15, 1.0)
@@ -56,7 +56,7 @@ class Stone(Family):
         albedo = blend(linear(self.palette), place)
         ridge = abs(fractal(random, size, 2.0, 4, 0.5))
         vein = smooth_step(0.12, 0.02, ridge) * self.veins
-        albedo = albedo * (1.0 - vein[..., None]) + vein[..., None] * linear(self.vein_colour)
+        albedo = albedo * (1.0 - vein[..., None]) + vein[..., None] * linear(self.vein_color)
         hollow = smooth_step(1.0, 1.6, noise(random, size, 10.0) + self.pits - 0.5)
         hollow = hollow * (self.pits > 0.0)
         height = height - 0.03 * hollow

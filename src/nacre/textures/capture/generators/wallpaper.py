@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from nacre.array import Floats
-from nacre.textures.capture.generators.family import Family, choice, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, choice, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import (
     Indices,
@@ -24,7 +24,7 @@ from nacre.textures.capture.patterns import (
 
 @dataclass(frozen=True)
 class Wallpaper(Family):
-    """Paper with a printed and embossed motif; the first colour is the ground's, then the inks'."""
+    """Paper with a printed and embossed motif; the first color is the ground's, then the inks'."""
 
     name: ClassVar[str] = "wallpaper"
     motif: str = choice("stripes", "dots", "diamonds", "damask", "waves", "chips", "linen")
@@ -33,7 +33,7 @@ class Wallpaper(Family):
     emboss: float = number(0.01, -0.04, 0.04)
     softness: float = number(0.15, 0.02, 1.0)
     grain: float = number(0.002, 0.0, 0.02)
-    palette: tuple[str, ...] = colours("#e6dfcf", "#a8b79a")
+    palette: tuple[str, ...] = colors("#e6dfcf", "#a8b79a")
     fading: float = number(0.05, 0.0, 0.5)
     specular: float = number(0.03, 0.0, 0.3)
     roughness: float = number(0.6, 0.15, 1.0)

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colours, cover, number, whole
+from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import blend, fractal, linear, noise, positions, smooth_step
 
@@ -22,7 +22,7 @@ class Wood(Family):
     rings: int = whole(9, 1, 40)
     waviness: float = number(0.12, 0.0, 0.6)
     contrast: float = number(0.8, 0.0, 1.0)
-    palette: tuple[str, ...] = colours("#c79a63", "#8a5a2e")
+    palette: tuple[str, ...] = colors("#c79a63", "#8a5a2e")
     pores: float = number(0.3, 0.0, 1.0)
     pore_depth: float = number(0.006, 0.0, 0.03)
     relief: float = number(0.003, 0.0, 0.03)

@@ -27,7 +27,7 @@ _MIXED = 0.5
 """Share of texels that are mixed with another."""
 _CAUTION = 20.0
 """Times that noise counts where measurements override what is completed: unlike noise, what the
-functions cannot express is alike at neighbouring directions."""
+functions cannot express is alike at neighboring directions."""
 
 
 class Networks(NamedTuple):

@@ -1,4 +1,4 @@
-"""Reflectance to grey values and chroma of the default codec, and back, in one pass each.
+"""Reflectance to gray values and chroma of the default codec, and back, in one pass each.
 
 They are those of square roots of reflectance, in the coordinates of :mod:`nacre.numerics.channels`.
 Errors of a root count less where reflectance is small, so dark places keep their tone and hue; and
@@ -21,7 +21,7 @@ _NONE, _ALL = np.float32(0.0), np.float32(1.0)
 
 
 def split_reflectance(rgb: Floats, mean: Floats) -> tuple[Floats, Floats]:
-    """Grey values less their mean, (b, n), and chroma, (2, b, n), of reflectance (b, n, 3).
+    """Gray values less their mean, (b, n), and chroma, (2, b, n), of reflectance (b, n, 3).
 
     The mean has shape (n,). Reflectance below 0, which noise of a measurement may leave, counts as
     0.
@@ -47,9 +47,9 @@ def _split(rgb: Any, mean: Any, grey: Any, chroma: Any) -> None:
 
 @compiled
 def join_reflectance(grey: Any, chroma: Any, rgb: Any) -> None:
-    """Write reflectance (b, n, 3) of grey values (b, n) and chroma (2, b, n).
+    """Write reflectance (b, n, 3) of gray values (b, n) and chroma (2, b, n).
 
-    Where the root of a channel would be below 0, chroma is made smaller: the grey value stays, and
+    Where the root of a channel would be below 0, chroma is made smaller: the gray value stays, and
     dark places are not tinted as they would be if only that channel were changed.
     """
     for texel in range(grey.shape[0]):
@@ -66,7 +66,7 @@ def join_reflectance(grey: Any, chroma: Any, rgb: Any) -> None:
 
 
 def join_components(grey: Array, first: Array, second: Array) -> Components:
-    """What :func:`join_reflectance` does, on arrays of any library: a grey value and a pair."""
+    """What :func:`join_reflectance` does, on arrays of any library: a gray value and a pair."""
     xp = namespace(grey, first, second)
     level = xp.maximum(GREY * grey, 0.0)
     difference, total = float(_DIFFERENCE) * first, float(_SUM) * second

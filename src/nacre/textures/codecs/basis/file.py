@@ -42,7 +42,7 @@ def pack_basis(codec: BasisCodec, precision: str | None) -> tuple[dict[str, Any]
         "version": VERSION,
         "model": MODEL,
         "numbers": numbers,
-        "values": "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours",
+        "values": "roots of pi f_r, linear Rec. 709, as gray values and pairs of colors",
         "metadata": metadata,
     }
     return header, written
@@ -147,7 +147,7 @@ def _unpacked(kind: Any, numbers: dict[str, Any], tensors: Tensors, name: str) -
 
 
 def _try(codec: BasisCodec) -> None:
-    """Refuse a codec that cannot encode and decode a grey texel at a few directions."""
+    """Refuse a codec that cannot encode and decode a gray texel at a few directions."""
     directions: Floats = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], np.float32)
     wi, wo = pairs(directions, directions)
     with np.errstate(all="ignore"):
@@ -156,4 +156,4 @@ def _try(codec: BasisCodec) -> None:
     if codes.shape != (1, codec.values) or values.shape != (1, len(wi), 3):
         raise ValueError(f"gives codes {codes.shape} and values {values.shape} of one texel")
     if not (np.isfinite(codes).all() and np.isfinite(values).all()):
-        raise ValueError("encodes a grey texel as numbers that are not finite")
+        raise ValueError("encodes a gray texel as numbers that are not finite")

@@ -22,7 +22,7 @@ from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 1024
 _BLOCK = 64
-"""Texels at a time whose colours are split."""
+"""Texels at a time whose colors are split."""
 _RIDGE = 1e-8
 _LEAST = 1e-9
 """Of the mean square of texels: what varies less is rounding."""
@@ -37,10 +37,10 @@ class Components:
     wi, wo
         Unit directions, shape (n, 3).
     table
-        The mean, then components of grey values, then those of pairs, each of the size that it has
-        in texels, shape (n, 1 + greys + chromas).
-    greys
-        How many are of grey values.
+        The mean, then components of gray values, then those of pairs, each of the size that it has
+        in texels, shape (n, 1 + grays + chromas).
+    grays
+        How many are of gray values.
     """
 
     wi: Floats

@@ -27,7 +27,7 @@ class FunctionValues(NamedTuple):
     mean: Floats
     """What all texels have, shape (n,)."""
     grey: Floats
-    """Shape (n, greys)."""
+    """Shape (n, grays)."""
     chroma: Floats
     """Shape (n, chromas)."""
 
@@ -41,7 +41,7 @@ class AngularFunctions:
     """Functions that a network gives for a pair of directions.
 
     All layers but the last are followed by x / (1 + exp(-x)); of the hidden ones, all but the first
-    add to what came before them. Roots of reflectance are sums of the functions, as grey values and
+    add to what came before them. Roots of reflectance are sums of the functions, as gray values and
     pairs, see :mod:`nacre.textures.codecs.basis.colors`.
 
     Parameters
@@ -51,14 +51,14 @@ class AngularFunctions:
     wide
         A layer after those: the more units, the better the last one can combine them.
     last
-        Gives the mean, then functions of grey values, then those of pairs.
-    greys
-        How many of the functions are for grey values.
+        Gives the mean, then functions of gray values, then those of pairs.
+    grays
+        How many of the functions are for gray values.
 
     Raises
     ------
     ValueError
-        If layers do not chain, or `greys` is out of range.
+        If layers do not chain, or `grays` is out of range.
     """
 
     hidden: Sequence[Layer]
@@ -73,7 +73,7 @@ class AngularFunctions:
                 raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
             width = len(layer.biases)
         if not 0 < self.greys < width or len({len(h.biases) for h in self.hidden}) != 1:
-            raise ValueError(f"{self.greys} of {width - 1} functions are grey")
+            raise ValueError(f"{self.greys} of {width - 1} functions are gray")
 
     @property
     def chromas(self) -> int:

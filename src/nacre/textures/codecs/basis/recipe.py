@@ -17,8 +17,8 @@ class BasisRecipe:
     ----------
     values
         Of a code.
-    greys, chromas
-        Functions of grey values, and of pairs of colours: greys + 2 chromas coefficients a texel.
+    grays, chromas
+        Functions of gray values, and of pairs of colors: grays + 2 chromas coefficients a texel.
     texels
         Of each material, from which the functions are found; more where there are few materials.
     coded_texels
@@ -31,7 +31,7 @@ class BasisRecipe:
     completing
         Units of each of the two layers of the network that completes coefficients.
     function_steps, code_steps
-        Of the optimiser.
+        Of the optimizer.
     memory
         Bytes of training texels at a time: fewer of each material are taken if need be.
     seed

@@ -21,7 +21,7 @@ _Result = TypeVar("_Result")
 
 
 class Stages:
-    """Keeps results of stages, and how far steps of an optimiser are.
+    """Keeps results of stages, and how far steps of an optimizer are.
 
     What a stage gives is written once, when it is done; steps by time.
 
@@ -96,7 +96,7 @@ class Stages:
         ----------
         name, count
             Of the stage, and its steps.
-        tensors, optimisers, generator
+        tensors, optimizers, generator
             What a step changes; brought to where an earlier process left them.
 
         Raises

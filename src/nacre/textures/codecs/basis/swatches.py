@@ -1,4 +1,4 @@
-"""Uniform diffuse texels, so that a codec knows cards of one colour among its textures."""
+"""Uniform diffuse texels, so that a codec knows cards of one color among its textures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nacre.btf import TableBtf
 def swatches(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
     """A row of texels, each of one reflectance factor at all pairs of directions.
 
-    Their colours lie anywhere between black and white, dark ones as often as bright ones.
+    Their colors lie anywhere between black and white, dark ones as often as bright ones.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def swatches(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
     count
         Of texels.
     seed
-        Of the colours.
+        Of the colors.
     """
     random = np.random.default_rng([seed, count])
     colors = random.random((count, 1, 3), np.float32) * random.random((count, 1, 1), np.float32)

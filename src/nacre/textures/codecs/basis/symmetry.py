@@ -21,7 +21,7 @@ def symmetric_turns(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
 
     Values v of a texel become v[order] when it is turned. The first order changes nothing. They are
     the multiples of the smallest angle 2 pi / k, k up to 24, that the set of pairs allows: six for
-    the domes of Bonn and UTIA's neighbour, one for scattered directions.
+    the domes of Bonn and UTIA's neighbor, one for scattered directions.
     """
     pairs = np.concatenate([wi, wo], axis=1)
     tree = KDTree(pairs)

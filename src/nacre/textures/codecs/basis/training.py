@@ -34,7 +34,7 @@ from nacre.textures.codecs.basis.symmetry import symmetric_turns
 from nacre.textures.selection import random_texels
 
 _VALUE_BYTES = 3 * (2 + 4)
-"""Of a pair of directions of a texel: as half floats, and as grey values and chroma."""
+"""Of a pair of directions of a texel: as half floats, and as gray values and chroma."""
 
 
 def train_basis(
@@ -46,7 +46,7 @@ def train_basis(
     """The default codec, learned from textures of the same pairs of directions.
 
     Takes minutes. Texels count with their turns about the normal that the directions allow, and
-    with every order of the channels; uniform diffuse texels of all colours are learned with them.
+    with every order of the channels; uniform diffuse texels of all colors are learned with them.
 
     Parameters
     ----------

@@ -54,11 +54,11 @@ class TrainingRecipe:
     loss
         "l1" or "l2", on whitened logarithms.
     permute
-        Whether the colour channels of every texel are permuted at random.
+        Whether the color channels of every texel are permuted at random.
     variance
         Of the weights before training, "he" or "pytorch"; see
         :func:`nacre.textures.codecs.networks.mlp.initial`.
-    optimiser
+    optimizer
         "sgd", "adam", or "muon" (Jordan et al. 2024) on matrices and Adam on the rest.
     learning_rate
         Its peak.

@@ -147,7 +147,7 @@ def _new_network(
 
 
 class _Training:
-    """A network, its optimisers, and how far they are."""
+    """A network, its optimizers, and how far they are."""
 
     def __init__(
         self,

@@ -41,7 +41,7 @@ class PcaRecipe:
         Of each texture, chosen at random.
     permute
         Whether a texel counts with all six orders of its channels, see
-        :mod:`nacre.numerics.channels`. Components are then of grey values or of one value of the
+        :mod:`nacre.numerics.channels`. Components are then of gray values or of one value of the
         pairs, and of the latter each serves both values.
     turn
         Whether it counts with its turns about the normal that the directions allow.
@@ -137,10 +137,10 @@ def find_components(
 def _of_pairs(
     rows: Sequence[Floats], weights: Floats, orders: _Orders, recipe: PcaRecipe
 ) -> tuple[Floats, Floats, Floats]:
-    """Mean, components and variances of grey values (t, n) and values of pairs (2 t, n).
+    """Mean, components and variances of gray values (t, n) and values of pairs (2 t, n).
 
     These are the eigenvectors of the covariance of all six orders of the channels: it has one block
-    for grey values and two that are alike, so that a component of pairs comes twice.
+    for gray values and two that are alike, so that a component of pairs comes twice.
     """
     grey, chroma = rows
     mean = _centred(grey, weights, orders)
@@ -148,12 +148,12 @@ def _of_pairs(
     greys, grey_variances = principal_functions(grey, orders, recipe.values, recipe.seed)
     half = -(-recipe.values // 2)
     chromas, chroma_variances = principal_functions(chroma, orders, half, recipe.seed)
-    colour = np.stack([np.full(3, GREY, np.float32), *CHROMA])
+    color = np.stack([np.full(3, GREY, np.float32), *CHROMA])
     functions = np.concatenate([greys, np.repeat(chromas, 2, axis=1)], axis=1)
     variances = np.concatenate([grey_variances, np.repeat(chroma_variances, 2)])
     which = np.concatenate([np.zeros(greys.shape[1], int), np.tile([1, 2], chromas.shape[1])])
     best = np.argsort(-variances, kind="stable")[: recipe.values]
-    components = functions.T[best, :, None] * colour[which[best], None, :]
+    components = functions.T[best, :, None] * color[which[best], None, :]
     return np.repeat(GREY * mean[:, None], 3, axis=1), components, np.maximum(variances[best], 0.0)
 
 
@@ -182,7 +182,7 @@ def _gathered(
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
-    Rows are of grey values, shape (t, n), and of values of pairs, (2 t, n); or of all channels
+    Rows are of gray values, shape (t, n), and of values of pairs, (2 t, n); or of all channels
     together, (t, 3 n).
     """
     random = np.random.default_rng(recipe.seed)

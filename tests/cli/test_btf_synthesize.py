@@ -1,4 +1,4 @@
-"""`nacre btf synthesise`, `blend` and `mipmap`."""
+"""`nacre btf synthesize`, `blend` and `mipmap`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-SYNTHESISE = "btf", "synthesise", "felt.safetensors", "-o", "big.safetensors"
+SYNTHESISE = "btf", "synthesize", "felt.safetensors", "-o", "big.safetensors"
 
 
 def test_a_larger_texture_is_an_encoded_texture(capsys):
@@ -119,12 +119,12 @@ def test_levels(capsys):
         ((*SYNTHESISE, "--tolerance", "nan"), "nan is not a finite number"),
         ((*SYNTHESISE[:3], "-o", "big.npz"), "an encoded texture is a .safetensors file"),
         ((*SYNTHESISE[:3], "-o", "felt.safetensors"), "is the input as well"),
-        (("btf", "synthesise", "text.npz", "-o", "x.safetensors"), "text.npz"),
+        (("btf", "synthesize", "text.npz", "-o", "x.safetensors"), "text.npz"),
         (("btf", "blend", "felt.safetensors", "other.safetensors"), "by different models"),
         (("btf", "blend", "felt.safetensors", "model.safetensors"), "is a model of textures"),
         (
             ("btf", "blend", "felt.safetensors", "silk.safetensors", "--mask", "text.npz"),
-            "a mask is a PNG or JPEG image of greys",
+            "a mask is a PNG or JPEG image of grays",
         ),
         (("btf", "mipmap", "felt.safetensors", "-o", "x.gif"), "a picture ends in one of"),
         (("btf", "mipmap", "model.safetensors"), "expected an encoded texture"),

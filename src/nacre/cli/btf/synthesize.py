@@ -1,4 +1,4 @@
-"""`nacre btf synthesise`."""
+"""`nacre btf synthesize`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nacre.cli.console import Stages, check_outputs, file_path, print_facts, pri
 from nacre.cli.ranges import SEED, FiniteRange
 
 
-@click.command("synthesise")
+@click.command("synthesize")
 @click.argument("source", type=file_path())
 @click.option("-o", "--output", required=True, type=file_path(), help="File (.safetensors).")
 @click.option(
@@ -56,10 +56,10 @@ def command(
     """Make a larger texture like the encoded one at SOURCE, of patches of it.
 
     Every texel has the code of one of SOURCE, so that it looks from everywhere as that does. Seams
-    are told by differences of neighbours across them, over those of all others: 1 is best.
+    are told by differences of neighbors across them, over those of all others: 1 is best.
     """
     from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
-    from nacre.textures.synthesis import synthesise
+    from nacre.textures.synthesis import synthesize
 
     if size is not None and scale is not None:
         raise click.UsageError("expected either --size or --scale")
@@ -72,7 +72,7 @@ def command(
     width, height = size or (round(factor * columns), round(factor * rows))
     began = time.monotonic()
     with Stages() as stages:
-        made = synthesise(
+        made = synthesize(
             latent,
             height,
             width,
