@@ -108,7 +108,7 @@ class Brdf(abc.ABC):
         raise NacreError(f"{self.name or 'this material'}: is known in RGB only, not by wavelength")
 
     @property
-    def footprint(self) -> int | None:
+    def nbytes(self) -> int | None:
         """Bytes of the numbers that f_r comes from; None where it comes from no stored numbers.
 
         Each number counts once, with the bytes it takes in memory: float32 as a rule. Not counted
@@ -119,8 +119,8 @@ class Brdf(abc.ABC):
     def describe(self) -> dict[str, Any]:
         """Facts about this reflectance in the order they should be shown."""
         facts = {"name": self.name, "model": type(self).__name__, "isotropic": self.isotropic}
-        if self.footprint is not None:
-            facts["memory bytes"] = self.footprint
+        if self.nbytes is not None:
+            facts["memory bytes"] = self.nbytes
         if self.wavelengths is None:
             return facts
         span = [float(self.wavelengths[0]), float(self.wavelengths[-1])]

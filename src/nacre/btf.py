@@ -31,7 +31,7 @@ class Btf(abc.ABC):
     """Unit directions to the viewer, shape (n, 3)."""
     by_image: bool = False
     """Whether :meth:`texels` has to read every picture;
-    :func:`nacre.measured.textures.transposition.by_texel` then gives the same texture with texels
+    :func:`nacre.measured.textures.transposition.transposed` then gives the same texture with texels
     that come at once."""
 
     @abc.abstractmethod

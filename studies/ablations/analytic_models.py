@@ -51,7 +51,7 @@ def main() -> None:
         losses = [angular_errors(*pair).log_cosine for pair in pairs]
         cells = [
             name,
-            str(fits[0].footprint),
+            str(fits[0].nbytes),
             f"{np.mean(losses):.4f}",
             f"{max(losses):.4f}",
             f"{seconds:.1f}",

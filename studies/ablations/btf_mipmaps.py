@@ -30,8 +30,8 @@ from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import TexelMap
 from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
+from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.selection import nearest_pair
-from nacre.textures.shipped import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.speed.table import markdown
 

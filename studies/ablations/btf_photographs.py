@@ -31,8 +31,8 @@ from nacre.textures.codecs.codec import TexelMap, on_all_cores
 from nacre.textures.codecs.codec_file import load_codec
 from nacre.textures.formats import load
 from nacre.textures.plan import CANDIDATES, informative, write_plan
+from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.selection import random_texels
-from nacre.textures.shipped import PUBLISHED
 from studies.speed.table import markdown
 
 COUNTS = 25, 50, 100, 200, 500, 1000, 2000

@@ -24,7 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from nacre import Recipe
-from nacre.neural.prepared import SAMPLES
+from nacre.neural.fit_data import SAMPLES
 from nacre.neural.recipe import PRESETS
 from nacre.neural.samples import draw
 from studies.speed.fit import attempt

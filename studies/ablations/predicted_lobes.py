@@ -51,10 +51,10 @@ from nacre.numerics.newton import minimize
 from nacre.reproduce.codes import split as split_files
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_blinn_phong, fit_lobes
-from nacre.sampling.families import MixtureFamily
 from nacre.sampling.lobes import MAX_EXPONENT
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import Moment, second_moment
+from nacre.sampling.parametrizations import MixtureFamily
 from studies.ablations.sampling import fit_plain_ggx
 from studies.speed.table import markdown
 from tests.data import data_folder, require_data

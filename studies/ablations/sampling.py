@@ -43,7 +43,7 @@ from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.latent import NeuralBasis
-from nacre.latent.shipped import find_basis
+from nacre.latent.pretrained import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.render.environment import load_environment
 from nacre.reproduce.samplers import PREDICTED, sampler

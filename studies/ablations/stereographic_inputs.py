@@ -29,7 +29,7 @@ import numpy as np
 import nacre
 from nacre.color import tone_map
 from nacre.metrics import compare
-from nacre.neural.prepared import SAMPLES
+from nacre.neural.fit_data import SAMPLES
 from nacre.render.environment import load_environment
 from nacre.render.preview import write_bytes
 from studies.speed.fidelity import row

@@ -2,7 +2,7 @@
 
 Random texels of all captures are encoded. Of some of them the ten nearest others are found by what
 was measured, as square roots of reflectance or reflectance itself, and by codes, by codes scaled to
-equal spread, by coefficients, by what codes decode to and by `nacre.textures.appearance`. The table
+equal spread, by coefficients, by what codes decode to and by `nacre.textures.embedding`. The table
 has the share of the ten that both find, the share of nearest texels that are the same, and how much
 farther off than the truly nearest one that texel is which was found, by measured distance.
 
@@ -19,13 +19,13 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.measured.textures import BONN
-from nacre.textures.appearance import appearance
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.codecs.codec_file import load_codec
+from nacre.textures.embedding import appearance
 from nacre.textures.formats import load
+from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.selection import random_texels
-from nacre.textures.shipped import PUBLISHED
 from studies.speed.table import markdown
 
 TEXELS, PAIRS, EVERY, NEAREST = 24, 2000, 5, 10
@@ -76,7 +76,7 @@ def main() -> None:
         "coefficients": codec.decode(codes),
         "decoded, 2000 pairs": decoded,
         "decoded, roots": np.sqrt(decoded),
-        "nacre.textures.appearance": appearance(codec)(codes),
+        "nacre.textures.embedding": appearance(codec)(codes),
     }
     truths = {"roots": distances(np.sqrt(measured)), "reflectance": distances(measured)}
     rows = []

@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 
 import nacre.render
-from nacre.render.btf.plugins import texture_bsdf
-from nacre.render.btf.scene import describe_texture_scene, texture_scale
 from nacre.render.preview import render_scene
+from nacre.render.textures.plugins import texture_bsdf
+from nacre.render.textures.scene import describe_texture_scene, texture_scale
 from nacre.textures.formats import load
 from nacre.textures.latent_map import NeuralBtf
 from studies.speed.table import markdown
@@ -48,7 +48,7 @@ class Way:
     path
         Of the texture; the baseline's bitmaps where empty.
     options
-        Of :func:`nacre.render.btf.plugins.texture_bsdf`.
+        Of :func:`nacre.render.textures.plugins.texture_bsdf`.
     """
 
     name: str

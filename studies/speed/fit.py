@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 
 from nacre import Brdf
+from nacre.neural.fit_data import SAMPLES
 from nacre.neural.kernel import KernelTrainer
-from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.training import epochs as run_epochs

@@ -19,8 +19,8 @@ import numpy as np
 from nacre import load
 from nacre.errors import require
 from nacre.neural.device import SampleStack
+from nacre.neural.fit_data import SAMPLES
 from nacre.neural.kernel import KernelTrainer
-from nacre.neural.prepared import SAMPLES
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.torch import TorchTrainer

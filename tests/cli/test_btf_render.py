@@ -9,7 +9,7 @@ import pytest
 
 from nacre import textures
 from tests.cli.support import run
-from tests.render.btf.made import latent, picture
+from tests.render.textures.made import latent, picture
 from tests.textures.codecs.basis.made import codec
 from tests.variants import require_mitsuba
 

@@ -75,8 +75,8 @@ def test_fit_takes_bytes_and_a_precision(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     material = nacre.load(tmp_path / "table.safetensors")
     assert material.precision == "half"
-    assert 800 < material.footprint <= 900
-    assert f"{material.weight_count} weights ({material.footprint} bytes)" in done.stdout
+    assert 800 < material.nbytes <= 900
+    assert f"{material.weight_count} weights ({material.nbytes} bytes)" in done.stdout
 
 
 def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):

@@ -17,7 +17,7 @@ from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
 from nacre.runtime.progress import Progress
-from nacre.sampling.families import FAMILIES
+from nacre.sampling.parametrizations import FAMILIES
 
 GRID = Resolution(24, 12, 12)
 

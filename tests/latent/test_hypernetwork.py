@@ -39,7 +39,7 @@ def test_weights_become_layers_and_come_back():
 def test_a_code_is_a_material_like_any_other(tmp_path: Path):
     material = random_hypernetwork().decode(CODE, "Farbe")
     assert isinstance(material, NeuralBrdf)
-    assert (material.sizes, material.weight_count, material.footprint) == (
+    assert (material.sizes, material.weight_count, material.nbytes) == (
         (6, 21, 21, 3),
         675,
         2700,

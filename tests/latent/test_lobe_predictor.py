@@ -12,7 +12,7 @@ from nacre.errors import FormatError
 from nacre.latent import LobePredictor, NeuralBasis
 from nacre.latent.file import fingerprint, load_basis, load_code, save_basis, save_code
 from nacre.sampling import BlinnPhongMixture, GgxMixture
-from nacre.sampling.families import FAMILIES
+from nacre.sampling.parametrizations import FAMILIES
 from tests.latent.made import predictor, random_basis
 
 KINDS = {"blinn-phong": BlinnPhongMixture, "ggx": GgxMixture, "mixture": GgxMixture}

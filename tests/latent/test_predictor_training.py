@@ -13,8 +13,8 @@ from nacre.errors import NacreError
 from nacre.geometry import split
 from nacre.latent import LobePredictor, PredictorRecipe
 from nacre.sampling import fit_blinn_phong, fit_lobes
-from nacre.sampling.families import FAMILIES
 from nacre.sampling.moment import second_moment
+from nacre.sampling.parametrizations import FAMILIES
 from tests.latent.made import random_basis
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")

@@ -11,7 +11,7 @@ import pytest
 import nacre
 from nacre.brdf import Brdf
 from nacre.metrics.facts import UNITS, physical_facts
-from nacre.metrics.physics import albedo, anisotropy, known_share, reciprocity_error
+from nacre.metrics.physics import albedo, anisotropy, known_fraction, reciprocity_error
 from tests.data import require_data
 from tests.reflectances import Brushed
 from tests.render.reflectances import Constant, Lobe, Tilted
@@ -150,8 +150,8 @@ def test_anisotropy_sees_a_brushed_material_and_not_its_isotropic_copy():
 
 
 def test_the_known_share_is_over_solid_angle():
-    assert known_share(Constant(0.3)) == 1.0
-    assert known_share(Partial(0.3)) == pytest.approx(0.25, abs=2e-3)
+    assert known_fraction(Constant(0.3)) == 1.0
+    assert known_fraction(Partial(0.3)) == pytest.approx(0.25, abs=2e-3)
 
 
 def test_the_same_call_gives_the_same_figures():

@@ -170,7 +170,7 @@ def test_enhanced_networks_are_stored_in_half_precision_unless_told_otherwise():
     options = {"epochs": 1, "samples": 4000, "size": 300}
     half = fit(Glossy(0.3, 0.05, 0.3), Recipe(inputs="enhanced", **options))
     assert half.precision == half.metadata["fit"]["precision"] == "half"
-    assert half.footprint <= 300
+    assert half.nbytes <= 300
     single = fit(Glossy(0.3, 0.05, 0.3), Recipe(inputs="enhanced", precision="single", **options))
     assert single.precision == "single"
     assert single.weight_count < half.weight_count

@@ -9,8 +9,8 @@ import nacre
 from nacre.errors import NacreError
 from nacre.measured import ScatteredBrdf
 from nacre.neural import Recipe, fit
-from nacre.neural.bound import bounded
-from nacre.neural.filling import filling
+from nacre.neural.augmentation import filling
+from nacre.neural.clamp_layer import bounded
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.scattered import hold_out, relative_errors, scattered_samples
 from nacre.neural.training import initial_layers

@@ -10,9 +10,9 @@ import pytest
 
 from nacre.errors import NacreError
 from nacre.render import texture_bsdf
-from nacre.render.btf.scene import describe_texture_scene
 from nacre.render.passes import PASS, accumulate, needs_wavefronts, pass_sizes, wavefront_pass
 from nacre.render.preview import render_scene
+from nacre.render.textures.scene import describe_texture_scene
 from tests.textures.codecs.basis.made import codec as basis_codec
 
 from .btf.made import latent, picture

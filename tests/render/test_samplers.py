@@ -11,7 +11,7 @@ import pytest
 import nacre.render
 from nacre.brdf import Brdf
 from nacre.measured.microfacet_warp import microfacet_sampler
-from nacre.sampling.families import FAMILIES
+from nacre.sampling.parametrizations import FAMILIES
 from tests.latent.made import predictor, random_basis
 from tests.reflectances import Glossy
 

@@ -33,11 +33,11 @@ def test_networks_have_the_weights_that_their_names_say():
 def test_methods_have_the_memory_that_their_names_say():
     truth, known = Glossy(0.3, 0.05, 0.3), methods(SETTINGS)
     sizes = {
-        name: known[name].fit(truth).footprint
+        name: known[name].fit(truth).nbytes
         for name in ("lambert", "npf", "nbrdf-105", "enhanced-298", "stereographic-685")
     }
     assert list(sizes.values()) == [12, 3264, 420, 596, 2740]
-    assert 47 * 1024 < known["rgl-48k"].fit(truth).footprint <= 48 * 1024
+    assert 47 * 1024 < known["rgl-48k"].fit(truth).nbytes <= 48 * 1024
 
 
 def test_published_networks_are_found_by_the_name_of_the_material(tmp_path):
@@ -69,7 +69,7 @@ def test_codes_are_of_the_basis_given(tmp_path):
     save_basis(basis, tmp_path / "basis.safetensors")
     known = methods(SETTINGS, basis=tmp_path / "basis.safetensors")["pca"]
     assert "3 values" in known.about
-    assert known.fit(Glossy(0.15, 0.05, 0.35)).footprint == 12
+    assert known.fit(Glossy(0.15, 0.05, 0.35)).nbytes == 12
     none = methods(SETTINGS)["pca"]
     assert none.settings != known.settings
     with pytest.raises(NacreError, match="needs --basis"):

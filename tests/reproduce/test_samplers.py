@@ -12,7 +12,7 @@ from nacre.latent import encode_neural
 from nacre.measured.rgl import tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.reproduce.samplers import FITTED, PREDICTED, SAMPLERS, sampler
-from nacre.sampling.families import FAMILIES
+from nacre.sampling.parametrizations import FAMILIES
 from tests.latent.made import predictor, random_basis
 from tests.reflectances import Brushed, Glossy
 

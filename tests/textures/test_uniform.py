@@ -48,7 +48,7 @@ def test_an_encoded_texel_is_a_material(tmp_path) -> None:
     save_latent_map(LatentMap(codes, made_codec, WI, WO, "made"), tmp_path / "one.safetensors")
     brdf = nacre.load(tmp_path / "one.safetensors")
     assert isinstance(brdf, TexelBrdf)
-    assert (brdf.name, brdf.footprint, brdf.isotropic) == ("made", 8, False)
+    assert (brdf.name, brdf.nbytes, brdf.isotropic) == ("made", 8, False)
     wanted = made_codec.decoder(WI, WO)(codes[0]) / np.pi
     np.testing.assert_allclose(brdf.eval(WI, WO), wanted[0], rtol=1e-5, atol=1e-7)
     assert not brdf.eval([0.6, 0.0, -0.8], [0.0, 0.0, 1.0]).any()

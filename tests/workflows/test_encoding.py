@@ -13,7 +13,7 @@ import pytest
 
 from nacre.btf import TableBtf
 from nacre.errors import NacreError
-from nacre.measured.textures import BONN, UTIA, by_texel
+from nacre.measured.textures import BONN, UTIA, transposed
 from nacre.measured.textures.domes import below, pairs
 from nacre.metrics.texture_comparison import compare_textures
 from nacre.metrics.texture_errors import ErrorSums
@@ -216,6 +216,6 @@ def test_equal_and_black_textures_have_figures():
 
 def test_a_picture_folder_is_encoded_by_texel(tmp_path):
     made = texture()
-    with by_texel(ByImage(made), tmp_path, np.float32) as source:
+    with transposed(ByImage(made), tmp_path, np.float32) as source:
         found = encode(source, codec())
     np.testing.assert_array_equal(found.codes, encode(made, codec()).codes)

@@ -207,7 +207,7 @@ class AnalyticBrdf(LobeSampledBrdf):
         return {k: Table(v) if k in tables else v for k, v in self.values.items()}
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`; float32 numbers."""
         return 4 * sum(parameter.size for parameter in self.numbers())
 

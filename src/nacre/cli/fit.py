@@ -260,7 +260,7 @@ def command(
             seconds = time.perf_counter() - start
             save(network, targets[path])
             quality = network.metadata["quality"]
-            memory = f"{network.weight_count} weights ({network.footprint:,} bytes)"
+            memory = f"{network.weight_count} weights ({network.nbytes:,} bytes)"
             line = f"{targets[path]}: {memory}, held-out loss {quality['held_out_loss']:.5f}"
             return f"{line}, {seconds:.1f} s{_validation(quality)}"
 

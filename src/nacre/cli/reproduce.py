@@ -236,7 +236,7 @@ def _of_codes(
 
 def _basis(path: Path | None) -> AnyBasis:
     """The basis that codes are of: that in a file, or the one that comes with nacre."""
-    from nacre.latent.shipped import find_basis
+    from nacre.latent.pretrained import find_basis
 
     return find_basis(str(path or "neural"))
 

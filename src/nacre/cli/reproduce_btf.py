@@ -18,8 +18,8 @@ _QUICK_TEXELS = 48
 
 def _print_names() -> None:
     """Print every experiment and method."""
-    from nacre.reproduce.btf.experiments import EXPERIMENTS as KNOWN
-    from nacre.reproduce.btf.methods import KINDS
+    from nacre.reproduce.textures.experiments import EXPERIMENTS as KNOWN
+    from nacre.reproduce.textures.methods import KINDS
 
     print_facts("experiments", [(name, kind.title) for name, kind in KNOWN.items()])
     print_facts("methods", [(f"{name}-VALUES", kind.about) for name, kind in KINDS.items()])
@@ -83,10 +83,10 @@ def command(
     goes on, and other experiments on the same textures find what they need.
     """
     from nacre.errors import require
-    from nacre.reproduce.btf.experiments import EXPERIMENTS as KNOWN
-    from nacre.reproduce.btf.materials import collect, separate
-    from nacre.reproduce.btf.methods import TrainingSettings, find
-    from nacre.reproduce.btf.study import Study
+    from nacre.reproduce.textures.experiments import EXPERIMENTS as KNOWN
+    from nacre.reproduce.textures.materials import collect, separate
+    from nacre.reproduce.textures.methods import TrainingSettings, find
+    from nacre.reproduce.textures.study import Study
 
     require("matplotlib.figure", "plot")
     if other and experiment != "btf-fig6":

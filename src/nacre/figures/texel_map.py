@@ -13,7 +13,7 @@ from nacre.errors import require
 from nacre.figures.polar import INK
 from nacre.io.files import PathLike
 from nacre.io.text_file import write_rows
-from nacre.textures.texel_places import TexelPlaces
+from nacre.textures.embedding_map import EmbeddingMap
 
 Places = npt.NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def _bare(axes: Any) -> None:
     axes.set_aspect("equal", "datalim")
 
 
-def texel_map_figure(chart: TexelPlaces, *, new: int = 0, swatches: bool = False) -> Any:
+def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, swatches: bool = False) -> Any:
     """A map of texels, each texture named where most of its texels lie.
 
     Parameters
@@ -122,7 +122,7 @@ def texel_map_figure(chart: TexelPlaces, *, new: int = 0, swatches: bool = False
     return figure
 
 
-def write_table(chart: TexelPlaces, path: PathLike) -> None:
+def write_table(chart: EmbeddingMap, path: PathLike) -> None:
     """Write texels with their textures, places and colors as comma-separated values.
 
     Raises
@@ -141,7 +141,7 @@ def write_table(chart: TexelPlaces, path: PathLike) -> None:
     write_rows(rows, path)
 
 
-def _scatter_swatches(axes: Any, chart: TexelPlaces, ringed: npt.NDArray[np.bool_]) -> None:
+def _scatter_swatches(axes: Any, chart: EmbeddingMap, ringed: npt.NDArray[np.bool_]) -> None:
     colors = tone_map(chart.colors)
     for ring in (False, True):
         style = {"edgecolors": INK, "linewidths": 0.6} if ring else {"linewidths": 0.0}
@@ -164,7 +164,7 @@ def middle(places: Places) -> Places:
     return found
 
 
-def _name(figure: Any, axes: Any, chart: TexelPlaces, new: int) -> None:
+def _name(figure: Any, axes: Any, chart: EmbeddingMap, new: int) -> None:
     """Write names of textures at their texels, apart from one another."""
     effects = require("matplotlib.patheffects", "plot")
     halo = [effects.withStroke(linewidth=2.0, foreground="white")]

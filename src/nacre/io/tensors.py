@@ -176,7 +176,7 @@ def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
 
 
 @contextmanager
-def damage_named(path: PathLike) -> Iterator[None]:
+def format_errors(path: PathLike) -> Iterator[None]:
     """A block that makes sense of the header and tensors of a file.
 
     Raises

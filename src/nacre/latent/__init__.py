@@ -23,7 +23,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "PredictorRecipe",
         ],
         "refine": ["optimised"],
-        "shipped": ["find_basis", "shipped_basis", "shipped_hypernetwork"],
+        "pretrained": ["find_basis", "pretrained_basis", "pretrained_hypernetwork"],
         "training": ["train"],
         "weights": ["CodedNetwork"],
     },

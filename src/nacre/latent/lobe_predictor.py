@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Sampler
 from nacre.numerics.layer import Layer
-from nacre.sampling.families import FAMILIES
+from nacre.sampling.parametrizations import FAMILIES
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class LobePredictor:
     Parameters
     ----------
     family
-        One of :data:`nacre.sampling.families.FAMILIES`.
+        One of :data:`nacre.sampling.parametrizations.FAMILIES`.
     layers
         Of the network.
 

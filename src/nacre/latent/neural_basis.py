@@ -32,7 +32,7 @@ from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.numerics.channels import CHROMA, TURNS
 from nacre.numerics.layer import Layer
 from nacre.sampling import fit_lobes
-from nacre.sampling.families import BEST_FAMILY
+from nacre.sampling.parametrizations import BEST_FAMILY
 
 Double = npt.NDArray[np.float64]
 
@@ -187,7 +187,7 @@ class NeuralBasisBrdf(Brdf):
         check_weights(self.layers)
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """Bytes of the code: all materials share the basis."""
         return self.code.nbytes
 

@@ -192,7 +192,7 @@ class PcaBrdf(MerlBrdf):
         super().__init__(np.moveaxis(stored, -1, 0), name)
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """Bytes of the code: all materials share the basis."""
         return 4 * len(self.code)
 

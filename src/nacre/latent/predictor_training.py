@@ -27,8 +27,8 @@ from nacre.numerics.layer import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
-from nacre.sampling.families import FAMILIES, LobeFamily
 from nacre.sampling.moment import Pairs, propose, view_pairs
+from nacre.sampling.parametrizations import FAMILIES, LobeFamily
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any

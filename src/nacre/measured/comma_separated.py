@@ -23,7 +23,7 @@ from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.io.files import PathLike, atomic_path, first_bytes
 from nacre.io.format import Format
 from nacre.io.text_file import read_lines
-from nacre.measured.cleaning import from_measurement
+from nacre.measured.deduplication import from_measurement
 from nacre.measured.sample_columns import ANGLES, Columns, read_header, read_table
 from nacre.measured.sample_grid import tabulate
 from nacre.measured.scattered import ScatteredBrdf

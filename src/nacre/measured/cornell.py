@@ -23,7 +23,7 @@ from nacre.errors import FormatError, reason
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, read_bytes
 from nacre.io.format import Format
-from nacre.measured.cleaning import from_measurement
+from nacre.measured.deduplication import from_measurement
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
 

@@ -83,7 +83,7 @@ class MerlBrdf(LobeSampledBrdf):
         return valid
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`."""
         return self._nodes.values.nbytes
 

@@ -61,9 +61,9 @@ class RglBrdf(Brdf):
         ]
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`; the luminance serves sampling only."""
-        return self.tables.footprint
+        return self.tables.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`."""

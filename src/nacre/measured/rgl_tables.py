@@ -83,7 +83,7 @@ class RglTables:
         return len(self.phi_i) <= 2
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """Bytes of the numbers that f_r comes from: all but the luminance."""
         colors = self.rgb if self.spectra is None else self.spectra
         used = (self.phi_i, self.theta_i, self.ndf, self.sigma, self.vndf, colors)

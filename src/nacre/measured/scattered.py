@@ -53,7 +53,7 @@ class ScatteredBrdf(LobeSampledBrdf):
     ------
     ValueError
         If shapes do not match, there is no sample, a value is not finite, or a direction is not
-        above the horizon. :func:`nacre.measured.cleaning.from_measurement` sorts them out.
+        above the horizon. :func:`nacre.measured.deduplication.from_measurement` sorts them out.
     """
 
     traceable = False
@@ -124,7 +124,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         return self._tree.near(split(wi), split(wo), 1).sample[:, 0]
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`; float64, and directions of three numbers."""
         colors = self.samples.rgb if self.spectra is None else self.spectra
         return self.samples.wi.nbytes + self.samples.wo.nbytes + colors.nbytes

@@ -68,7 +68,7 @@ class UtiaBrdf(LobeSampledBrdf):
         return valid
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`."""
         return self.stored.nbytes
 

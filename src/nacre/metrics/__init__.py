@@ -20,7 +20,13 @@ if TYPE_CHECKING:
         image_errors,
         similarity_map,
     )
-    from nacre.metrics.physics import Estimate, albedo, anisotropy, known_share, reciprocity_error
+    from nacre.metrics.physics import (
+        Estimate,
+        albedo,
+        anisotropy,
+        known_fraction,
+        reciprocity_error,
+    )
 
 __all__ = [
     "AngularErrors",
@@ -34,7 +40,7 @@ __all__ = [
     "compare",
     "flip",
     "image_errors",
-    "known_share",
+    "known_fraction",
     "physical_facts",
     "reciprocity_error",
     "similarity_map",
@@ -53,6 +59,6 @@ __getattr__, __dir__, _ = lazy_loader.attach(
             "image_errors",
             "similarity_map",
         ],
-        "physics": ["Estimate", "albedo", "anisotropy", "known_share", "reciprocity_error"],
+        "physics": ["Estimate", "albedo", "anisotropy", "known_fraction", "reciprocity_error"],
     },
 )

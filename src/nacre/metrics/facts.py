@@ -9,7 +9,7 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.metrics.draws import Proposal, draw_pairs
-from nacre.metrics.physics import Estimate, albedo, anisotropy, known_share, reciprocity_error
+from nacre.metrics.physics import Estimate, albedo, anisotropy, known_fraction, reciprocity_error
 from nacre.runtime.parallel import one_blas_thread
 
 VIEWS = tuple(range(0, 90, 5))
@@ -54,7 +54,7 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
         values = brdf.eval(wi[known], wo[known]) * cosine
         reciprocity = reciprocity_error(brdf, proposal=proposal)
         facts: dict[str, Any] = {
-            "unknown pairs": 1.0 - known_share(brdf),
+            "unknown pairs": 1.0 - known_fraction(brdf),
             "f cos range": [_number(values.min()), _number(values.max())] if values.size else None,
             **_energy(brdf, proposal),
             "reciprocity error": _number(reciprocity.value),

@@ -159,7 +159,7 @@ def anisotropy(
         )
 
 
-def known_share(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
+def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
     """Share of pairs of directions at which f_r is known, both uniform over solid angle, in [0, 1].
 
     Parameters

@@ -81,7 +81,7 @@ def compare_textures(
     ----------
     truth, other
         Textures that :func:`matched` takes. Both are read by runs of texels; see
-        :func:`nacre.measured.textures.by_texel` for one that lies in images.
+        :func:`nacre.measured.textures.transposed` for one that lies in images.
     pairs
         Random pairs of directions that are compared; all where None.
     seed

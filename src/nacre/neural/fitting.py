@@ -6,8 +6,8 @@ from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 
 from nacre.brdf import Brdf
+from nacre.neural.fit_data import Prepared, prepare
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.neural.prepared import Prepared, prepare
 from nacre.neural.recipe import Recipe
 from nacre.neural.training import train
 from nacre.runtime.parallel import thread_map

@@ -128,7 +128,7 @@ class NeuralBrdf(Brdf):
         return sum(layer.weights.size + layer.biases.size for layer in self.layers)
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`."""
         return PRECISIONS[self.precision].itemsize * self.weight_count
 

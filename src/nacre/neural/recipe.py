@@ -32,7 +32,7 @@ class Recipe:
     ----------
     hidden
         Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
-        of a scan has one more, of three units: see :func:`nacre.neural.bound.bounded`.
+        of a scan has one more, of three units: see :func:`nacre.neural.clamp_layer.bounded`.
     size
         Bytes that the weights may take: two hidden layers as wide as they allow, in place of
         `hidden`. The extra layer of a scan is not counted.

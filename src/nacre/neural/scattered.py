@@ -2,7 +2,7 @@
 
 A network can be trained on any sampling of a reflectance (NBRDF paper, section 3.1). A scan has few
 samples, far from each other and none near the horizon, so half of the training samples are its own,
-repeated, and half are *filling* from their interpolation (:mod:`nacre.neural.filling`).
+repeated, and half are *filling* from their interpolation (:mod:`nacre.neural.augmentation`).
 
 The loss differs from that of tables, |log(1 + f cos) - log(1 + f' cos)|, in its weight: k = 100
 takes the place of the cosine. Above 1 / k it is relative error, so dark colors count; and the
@@ -21,7 +21,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.neural.filling import filling
+from nacre.neural.augmentation import filling
 from nacre.neural.inputs import PAPER
 from nacre.neural.samples import Samples, direction_inputs
 from nacre.numerics.direction_samples import DirectionSamples, Scattered

@@ -18,10 +18,10 @@ from nacre.errors import FormatError, NacreError, require
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
-from nacre.render.btf.plugins import plugins as btf_plugins
-from nacre.render.btf.plugins import texture_bsdf
 from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import CooperativeNetwork
+from nacre.render.textures.plugins import plugins as btf_plugins
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.textures.uniform import TexelBrdf
 
 
@@ -31,7 +31,7 @@ def register() -> None:
     For the current variant, if one is set, and for every variant set from now on. Calling it again
     is harmless. The first two take `filename`, a file that :func:`nacre.load` reads; `nbrdf` wants
     a network in it and has two more properties: see :func:`bsdf`. The others take a texture, that
-    of `neuralbtf` encoded: see :func:`nacre.render.btf.plugins.texture_bsdf`.
+    of `neuralbtf` encoded: see :func:`nacre.render.textures.plugins.texture_bsdf`.
 
     Raises
     ------

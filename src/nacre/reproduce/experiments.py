@@ -10,10 +10,10 @@ from typing import Any
 from nacre.figures.plot import write_plot
 from nacre.io.files import atomic_path
 from nacre.reproduce.errors import error_strips
-from nacre.reproduce.footprint import footprint_plot
 from nacre.reproduce.lobes import FIGURES as LOBE_FIGURES
 from nacre.reproduce.lobes import lobe_pages, with_lobe_errors
 from nacre.reproduce.methods import ENHANCED_SIZES, SIZES, TRUTH
+from nacre.reproduce.sizes import footprint_plot
 from nacre.reproduce.speed import FIGURES as SPEED_FIGURES
 from nacre.reproduce.speed import with_times
 from nacre.reproduce.spheres import mean_maps, sphere_pages

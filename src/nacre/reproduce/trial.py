@@ -199,4 +199,4 @@ def attempt(
     angles = angular_errors(truth, fitted, seed=reference.settings.seed)
     values = angles.relative_median, angles.log_cosine
     figures |= dict(zip(ANGLES, values, strict=True))
-    return Trial(reference.name, name, fitted.footprint or 0, seconds, figures), pictures, fitted
+    return Trial(reference.name, name, fitted.nbytes or 0, seconds, figures), pictures, fitted

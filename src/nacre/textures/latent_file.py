@@ -19,7 +19,7 @@ from nacre.io.tensors import (
     Tensors,
     check_header,
     check_numbers,
-    damage_named,
+    format_errors,
     from_file,
     has_header,
     to_bytes,
@@ -27,9 +27,9 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import codec_mark, load_codec, pack_codec, unpack_codec
+from nacre.textures.codecs.codec_file import codec_fingerprint, load_codec, pack_codec, unpack_codec
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
-from nacre.textures.shipped import PUBLISHED
+from nacre.textures.pretrained import PUBLISHED
 
 VERSION = 1
 KEY = "nacre latent map"
@@ -80,7 +80,7 @@ def load_latent_map(path: PathLike) -> LatentMap:
     """
     path = Path(path)
     header, tensors = from_file(path, KEY, _LIMIT, "a texture encoded by nacre")
-    with damage_named(path):
+    with format_errors(path):
         return _decode(path, header, tensors)
 
 
@@ -98,7 +98,7 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     first = ""
     for path in paths:
         latent = load_latent_map(path)
-        mark = codec_mark(latent.codec)
+        mark = codec_fingerprint(latent.codec)
         first = first or mark
         if mark != first:
             raise FormatError(

@@ -91,7 +91,7 @@ class TexelBrdf(Brdf):
         self.code, self.codec, self.name = np.asarray(code, np.float32), codec, name
 
     @property
-    def footprint(self) -> int:
+    def nbytes(self) -> int:
         """Bytes of the code; its codec serves many materials."""
         return int(self.code.nbytes)
 

@@ -68,7 +68,7 @@ def encode(
     Parameters
     ----------
     btf
-        Read by runs of texels; see :func:`nacre.measured.textures.by_texel` for one that lies in
+        Read by runs of texels; see :func:`nacre.measured.textures.transposed` for one that lies in
         images.
     codec
         For its directions.

@@ -14,7 +14,7 @@ import pytest
 from nacre import textures
 from nacre.measured.textures import UTIA, image_folder
 from nacre.measured.textures.directions import from_degrees
-from nacre.measured.textures.transposition import by_texel
+from nacre.measured.textures.transposition import transposed
 from nacre.measured.textures.ubo2014 import ColorModel, save
 from nacre.measured.textures.utia_folder import load
 from tests.cli.support import run
@@ -63,13 +63,13 @@ def test_texels_are_the_same_by_any_way(folder: Path, tmp_path: Path) -> None:
     chosen = np.array([9, 30, 2])
     np.testing.assert_array_equal(found.texels(chosen), expected[chosen])
     np.testing.assert_array_equal(found.texels(slice(4, 8)), expected[4:8])
-    with by_texel(found, tmp_path, np.float32, size_limit=3 * 24 * WIDTH * HEIGHT) as turned:
+    with transposed(found, tmp_path, np.float32, size_limit=3 * 24 * WIDTH * HEIGHT) as turned:
         assert not turned.by_image
         assert len(turned._parts) == 6
         np.testing.assert_array_equal(turned.texels(chosen), expected[chosen])
         np.testing.assert_array_equal(turned.texels(slice(4, 8)), expected[4:8])
         np.testing.assert_array_equal(turned.images(chosen[1:] % 16), found.images(chosen[1:] % 16))
-        with by_texel(turned) as same:
+        with transposed(turned) as same:
             assert same is turned
     assert sorted(p.name for p in tmp_path.iterdir()) == ["cloth"]
 
@@ -230,14 +230,14 @@ def test_a_temporary_file_that_cannot_be_written_is_refused(folder: Path, tmp_pa
     for size, step in ((100, bytes_of_all), (100, 1), (bytes_of_all - 1, 1)):
         with full_disk(size):
             assert_refused(
-                lambda step=step: by_texel(found, tmp_path, size_limit=step).__enter__(),
+                lambda step=step: transposed(found, tmp_path, size_limit=step).__enter__(),
                 f"{tmp_path}: temporary file cannot be written: File too large",
             )
     with full_disk(100):
         assert_refused(lambda: textures.save(found, tmp_path / "x.npz"), "cannot be written")
     absent = tmp_path / "absent"
     assert_refused(
-        lambda: by_texel(found, absent).__enter__(), f"{absent}: temporary", "No such file"
+        lambda: transposed(found, absent).__enter__(), f"{absent}: temporary", "No such file"
     )
     assert list(tmp_path.iterdir()) == [folder]
 
@@ -258,7 +258,7 @@ def bright(tmp_path: Path) -> tuple[Path, npt.NDArray[np.float32]]:
 
 def test_images_that_need_single_precision_get_it(bright, tmp_path: Path) -> None:
     path, expected = bright
-    with by_texel(load(path), tmp_path, size_limit=1) as turned:
+    with transposed(load(path), tmp_path, size_limit=1) as turned:
         np.testing.assert_array_equal(turned.texels(slice(None)), expected)
     stages: list[tuple[str, int, int]] = []
     textures.save(load(path), tmp_path / "x.npz", progress=lambda *a: stages.append(a[:3]))

@@ -11,7 +11,7 @@ import pytest
 from nacre.errors import FormatError, NacreError
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
-from nacre.textures.appearance import appearance
+from nacre.textures.embedding import appearance
 from nacre.textures.synthesis import synthesize
 from nacre.textures.synthesis.cuts import inside_cuts, minimum_error_cut
 from nacre.textures.synthesis.features import texel_features

@@ -56,7 +56,7 @@ def command(
     a temporary file of the system's.
     """
     from nacre.figures.texture_sheet import texture_sheet
-    from nacre.measured.textures.transposition import by_texel
+    from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_comparison import compare_textures
     from nacre.metrics.texture_errors import UNITS
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
@@ -79,7 +79,7 @@ def command(
         check_outputs([picture], [*paths, *(file for some in files for file in some)])
     with Stages() as stages, ExitStack() as stack:
         progress = stages.add(other.stem)
-        readable = [stack.enter_context(by_texel(btf, progress=progress)) for btf in textures]
+        readable = [stack.enter_context(transposed(btf, progress=progress)) for btf in textures]
         found = compare_textures(*readable, pairs=pairs, seed=seed, progress=progress)
     if picture is not None:
         write_bytes(texture_sheet(textures[0], textures[1], (truth.name, other.name)), picture)

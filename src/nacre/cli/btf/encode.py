@@ -68,14 +68,14 @@ def command(
     temporary file; that much is done again.
     """
     from nacre.measured.textures.photographs import load_photographs
-    from nacre.measured.textures.transposition import by_texel
+    from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import load_codec
     from nacre.textures.formats import load
     from nacre.textures.identity import source_files, source_mark
     from nacre.textures.latent_file import check_latent_path, save_latent_map
     from nacre.textures.latent_map import LatentMap
-    from nacre.textures.shipped import PUBLISHED
+    from nacre.textures.pretrained import PUBLISHED
     from nacre.workflows.encoding import encode
 
     model = model or PUBLISHED
@@ -100,7 +100,7 @@ def command(
     began = time.monotonic()
     with Stages() as stages:
         progress = stages.add(output.stem)
-        with by_texel(btf, output.parent, progress=progress) as texels:
+        with transposed(btf, output.parent, progress=progress) as texels:
             found = encode(
                 texels,
                 codec,
@@ -137,7 +137,7 @@ def command(
 
 def _reference(model: Path, output: Path) -> CodecFile:
     from nacre.textures.latent_map import CodecFile
-    from nacre.textures.shipped import PUBLISHED
+    from nacre.textures.pretrained import PUBLISHED
 
     if model != PUBLISHED and model.resolve().parent != output.resolve().parent:
         raise FormatError(

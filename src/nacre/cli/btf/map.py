@@ -43,8 +43,8 @@ def command(
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_map import texel_map_figure, write_table
+    from nacre.textures.embedding_map import embed_texels, load_embedding_map, save_embedding_map
     from nacre.textures.latent_file import load_latent_maps
-    from nacre.textures.texel_places import load_places, place_texels, save_places
 
     check_plot_path(output)
     if save is not None and save.suffix.lower() != ".safetensors":
@@ -53,14 +53,14 @@ def command(
     check_outputs([path for path in (output, table, save) if path], inputs)
     for path in codes:
         expect(path, "an encoded texture")
-    onto = load_places(into) if into is not None else None
+    onto = load_embedding_map(into) if into is not None else None
     names = [path.stem for path in codes]
-    chart = place_texels(load_latent_maps(codes), names, texels, seed, onto)
+    chart = embed_texels(load_latent_maps(codes), names, texels, seed, onto)
     new = len(codes) if into is not None else 0
     write_plot(texel_map_figure(chart, new=new, swatches=swatches), output)
     if table is not None:
         write_table(chart, table)
     if save is not None:
-        save_places(chart, save)
+        save_embedding_map(chart, save)
     textures = counted(len(chart.names), "texture", "textures")
     console.print(f"{output}: {len(chart.texture):,} texels of {textures}", markup=False)

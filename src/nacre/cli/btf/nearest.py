@@ -41,7 +41,7 @@ def command(
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_spheres import spheres_figure, texel_spheres
-    from nacre.textures.appearance import nearest_texels
+    from nacre.textures.embedding import nearest_texels
     from nacre.textures.latent_file import load_latent_maps
 
     paths = [codes, *(among or [codes])]

@@ -43,7 +43,7 @@ def command(
     from nacre.textures.codecs.basis.codec import BasisCodec
     from nacre.textures.codecs.codec_file import load_codec
     from nacre.textures.plan import CANDIDATES, candidate_pairs, informative, write_plan
-    from nacre.textures.shipped import PUBLISHED
+    from nacre.textures.pretrained import PUBLISHED
 
     if output.suffix.lower() != ".csv":
         raise click.BadParameter(f"{output}: a list of directions is a .csv file")

@@ -17,11 +17,11 @@ from nacre.cli.console import (
     file_path,
     print_facts,
 )
-from nacre.render.btf.moving_light import PATHS
-from nacre.render.btf.plugins import DECODERS
-from nacre.render.btf.scene import GEOMETRIES, LIGHTS
-from nacre.render.btf.texels import INTERPOLATIONS
 from nacre.render.preview import MAX_SIZE
+from nacre.render.textures.moving_light import PATHS
+from nacre.render.textures.plugins import DECODERS
+from nacre.render.textures.scene import GEOMETRIES, LIGHTS
+from nacre.render.textures.texels import INTERPOLATIONS
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -123,11 +123,11 @@ def command(
     from nacre.figures.rendering_panels import panels_size, rendering_panels
     from nacre.metrics.temporal import temporal_errors
     from nacre.render.animation import check_animation, write_animation
-    from nacre.render.btf.moving_light import light_path, render_moving
-    from nacre.render.btf.plugins import texture_bsdf
-    from nacre.render.btf.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.render.environment import load_environment
     from nacre.render.preview import check_image_path, render_scene, write_bytes, write_image
+    from nacre.render.textures.moving_light import light_path, render_moving
+    from nacre.render.textures.plugins import texture_bsdf
+    from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
     from nacre.textures.formats import load
     from nacre.textures.latent_map import NeuralBtf
 

@@ -57,7 +57,7 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
     from nacre.textures.formats import save
     from nacre.textures.latent_file import save_latent_map
     from nacre.textures.latent_map import LatentMap
-    from nacre.textures.shipped import PUBLISHED
+    from nacre.textures.pretrained import PUBLISHED
     from nacre.workflows.encoding import encode
 
     width, height = size

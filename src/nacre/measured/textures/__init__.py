@@ -7,6 +7,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "domes": ["BONN", "UTIA", "Dome"],
         "photographs": ["load_photographs"],
-        "transposition": ["by_texel"],
+        "transposition": ["transposed"],
     },
 )

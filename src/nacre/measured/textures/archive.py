@@ -29,7 +29,7 @@ from nacre.io.files import PathLike, atomic_path, read_head
 from nacre.io.format import Format
 from nacre.io.npy import TEXT_LIMIT, map_npy, parse_npy, parse_text, unpack_member
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
-from nacre.measured.textures.transposition import by_texel, in_narrowest, narrowed
+from nacre.measured.textures.transposition import narrowed, narrowest_precision, transposed
 from nacre.runtime.progress import Progress
 
 Precision: TypeAlias = Literal["half", "single"]
@@ -153,9 +153,9 @@ def save(
     dtype = precision and _DTYPES[precision]
     with (
         atomic_path(path) as temporary,
-        by_texel(btf, path.parent, dtype, progress=progress) as source,
+        transposed(btf, path.parent, dtype, progress=progress) as source,
     ):
-        in_narrowest(partial(_write, source, path, temporary, progress), dtype)
+        narrowest_precision(partial(_write, source, path, temporary, progress), dtype)
 
 
 def _write(

@@ -40,7 +40,7 @@ class ImageFolderBtf(Btf):
     PNG and JPEG images follow the sRGB curve, whatever they say; OpenEXR images hold linear Rec.
     709 in R, G, B or CIE 1931 colors in X, Y, Z, where white is D65. :meth:`texels` decodes all of
     them at each call, which is slow: convert the folder first, or work on what
-    :func:`nacre.measured.textures.transposition.by_texel` gives.
+    :func:`nacre.measured.textures.transposition.transposed` gives.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class TooLargeError(FormatError):
 
 
 @contextmanager
-def by_texel(
+def transposed(
     btf: Btf,
     folder: PathLike | None = None,
     dtype: npt.DTypeLike | None = None,
@@ -96,7 +96,7 @@ def by_texel(
             offset += size
         return _TransposedBtf(btf, parts)
 
-    yield in_narrowest(transposed, dtype)
+    yield narrowest_precision(transposed, dtype)
 
 
 def _table(
@@ -114,7 +114,7 @@ def _table(
         return np.memmap(file, dtype, "r")
 
 
-def in_narrowest(attempt: Callable[[np.dtype[Any]], _T], dtype: npt.DTypeLike | None) -> _T:
+def narrowest_precision(attempt: Callable[[np.dtype[Any]], _T], dtype: npt.DTypeLike | None) -> _T:
     """What is made in a type or, where that is None, in half or, if a value needs it, single."""
     if dtype is not None:
         return attempt(np.dtype(dtype))

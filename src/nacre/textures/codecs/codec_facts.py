@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from nacre.io.files import PathLike
-from nacre.io.tensors import damage_named, from_file
+from nacre.io.tensors import format_errors, from_file
 from nacre.numerics.layer import Layer
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.codec_file import KEY, LIMIT, unpack_codec
@@ -27,7 +27,7 @@ def codec_facts(path: PathLike) -> dict[str, Any]:
         See :func:`nacre.textures.codecs.load_codec`.
     """
     header, tensors = from_file(path, KEY, LIMIT, "a model of textures")
-    with damage_named(path):
+    with format_errors(path):
         codec = unpack_codec(header, tensors)
     sizes = _sizes(codec) if isinstance(codec, BasisCodec) else header.get("settings", {})
     weights = [array for name, array in tensors.items() if name not in ("wi", "wo")]

@@ -7,7 +7,7 @@ from typing import Any
 
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, write_encoded
-from nacre.io.tensors import Tensors, damage_named, from_file, to_bytes
+from nacre.io.tensors import Tensors, format_errors, from_file, to_bytes
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.file import MODEL, pack_basis, unpack_basis
 from nacre.textures.codecs.codec import TexelCodec
@@ -54,11 +54,11 @@ def load_codec(path: PathLike) -> TexelCodec:
         If the codec is a network of the papers and PyTorch is not installed.
     """
     header, tensors = from_file(path, KEY, LIMIT, "a model of textures")
-    with damage_named(path):
+    with format_errors(path):
         return unpack_codec(header, tensors)
 
 
-def codec_mark(codec: TexelCodec) -> str:
+def codec_fingerprint(codec: TexelCodec) -> str:
     """SHA-256, in hexadecimal, of what a file of the codec holds: codecs of one mark are the same.
 
     It does not matter whether the codec was embedded or lay in a file of its own, nor in which

@@ -7,7 +7,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.errors import FormatError
 from nacre.runtime.parallel import one_blas_thread
-from nacre.textures.appearance import appearance
+from nacre.textures.embedding import appearance
 from nacre.textures.latent_map import LatentMap
 
 _TEXELS = 4096
@@ -21,7 +21,7 @@ _BLOCK = 1 << 12
 def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
-    Squared distances are those of :func:`nacre.textures.appearance.appearance`, but for the
+    Squared distances are those of :func:`nacre.textures.embedding.appearance`, but for the
     hundredth of the variance that is left out.
 
     Parameters

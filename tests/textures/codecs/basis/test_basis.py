@@ -22,8 +22,8 @@ from nacre.textures.codecs.basis.components import principal_functions
 from nacre.textures.codecs.basis.functions import FunctionValues
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
 from nacre.textures.codecs.basis.skip_network import SkipNetwork
-from nacre.textures.codecs.basis.swatches import swatches
 from nacre.textures.codecs.basis.symmetry import symmetric_turns
+from nacre.textures.codecs.basis.uniform_texels import swatches
 
 SMALL = Dome("small", ((0.0, 1, 0.0), (30.0, 6, 0.0), (60.0, 6, 0.0)))
 

@@ -17,7 +17,7 @@ from nacre.errors import FormatError
 from nacre.geometry import split, to_spherical
 from nacre.io.files import PathLike, atomic_path
 from nacre.measured.textures.directions import PAIR_LIMIT
-from nacre.measured.textures.transposition import by_texel
+from nacre.measured.textures.transposition import transposed
 from nacre.measured.textures.ubo2014.color_models import (
     ColorModel,
     Decorrelation,
@@ -120,7 +120,10 @@ def save(
     k = min(components, btf.pair_count, btf.texel_count, COMPONENT_LIMIT)
     views, lights = _grid(btf, str(path))
     folder, dtype = Path(path).parent, None if scalar_size == 2 else np.float32
-    with atomic_path(path) as temporary, by_texel(btf, folder, dtype, progress=progress) as texels:
+    with (
+        atomic_path(path) as temporary,
+        transposed(btf, folder, dtype, progress=progress) as texels,
+    ):
         source = _Source(texels, str(path), PASSES + 2 + (model is ColorModel.PCA), progress)
         colors = source.principal_colors() if model is ColorModel.PCA else Decorrelation(model)
         header = replace(_notes(btf), views=views, lights=lights, colors=colors)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.measured.textures.domes import below
-from nacre.measured.textures.transposition import by_texel
+from nacre.measured.textures.transposition import transposed
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.functions import FunctionValues
@@ -112,7 +112,7 @@ def training_texels(
 
     def read(index: int) -> _Read:
         random = np.random.default_rng([recipe.seed, index])
-        with by_texel(textures[index]()) as texture:
+        with transposed(textures[index]()) as texture:
             chosen = random_texels(texture, min(recipe.coded_texels, most), random)
             orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
             return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from nacre.errors import NacreError
 from nacre.io.files import write_encoded
-from nacre.io.tensors import damage_named, from_file, to_bytes
+from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.runtime.checkpoint import load_state, save_state
 from nacre.runtime.interrupts import uninterrupted
 from nacre.textures.codecs.basis.file import pack_fields, unpack_fields
@@ -70,7 +70,7 @@ class Stages:
         path = self._file(name)
         if path.exists():
             header, tensors = from_file(path, _KEY, _LIMIT, "a stage of a training")
-            with damage_named(path):
+            with format_errors(path):
                 if header["mark"] != self._mark:
                     raise NacreError(
                         f"{path}: is of another training; remove {self._path.name}* to begin anew"

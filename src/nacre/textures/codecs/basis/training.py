@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.measured.textures.transposition import by_texel, narrowed
+from nacre.measured.textures.transposition import narrowed, transposed
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.code_training import train_codes
 from nacre.textures.codecs.basis.codec import BasisCodec
@@ -29,8 +29,8 @@ from nacre.textures.codecs.basis.functions import AngularFunctions
 from nacre.textures.codecs.basis.inputs import check_textures
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.basis.stages import Stages
-from nacre.textures.codecs.basis.swatches import swatches
 from nacre.textures.codecs.basis.symmetry import symmetric_turns
+from nacre.textures.codecs.basis.uniform_texels import swatches
 from nacre.textures.selection import random_texels
 
 _VALUE_BYTES = 3 * (2 + 4)
@@ -120,7 +120,7 @@ def _texels_of(
 ) -> _Texels:
     """Random ones, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
-    with by_texel(open_texture()) as texture:
+    with transposed(open_texture()) as texture:
         most = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
         count = min(recipe.texels_of_each(textures), most)
         texels = texture.texels(random_texels(texture, count, random))

@@ -16,7 +16,7 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike
-from nacre.measured.textures.transposition import by_texel
+from nacre.measured.textures.transposition import transposed
 
 Load: TypeAlias = Callable[[PathLike], Btf]
 Picks: TypeAlias = npt.NDArray[np.int64]
@@ -47,7 +47,7 @@ def images_once(load: Load) -> Iterator[Load]:
     """The same as `load`, but a texture that lies in images is opened and read once.
 
     While the block lasts it lies in a temporary file of halves, see
-    :func:`nacre.measured.textures.transposition.by_texel`.
+    :func:`nacre.measured.textures.transposition.transposed`.
     """
     with ExitStack() as stack:
         kept: dict[PathLike, Btf] = {}
@@ -57,7 +57,7 @@ def images_once(load: Load) -> Iterator[Load]:
                 return kept[path]
             texture = load(path)
             if texture.by_image:
-                texture = kept[path] = stack.enter_context(by_texel(texture))
+                texture = kept[path] = stack.enter_context(transposed(texture))
             return texture
 
         yield opened

@@ -13,7 +13,7 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
-from nacre.measured.textures.transposition import by_texel
+from nacre.measured.textures.transposition import transposed
 from nacre.numerics.channels import CHROMA, GREY, split_colors
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.components import principal_functions
@@ -209,7 +209,7 @@ def _gathered(
     chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
     row = 0
     for index, (open_texture, chosen) in enumerate(zip(textures, picks, strict=True)):
-        with by_texel(open_texture()) as texture:
+        with transposed(open_texture()) as texture:
             for part in texture.blocks(_BLOCK, stop=len(chosen)):
                 texels = texture.texels(chosen[part])
                 place = slice(row, row + len(texels))

@@ -1,0 +1,152 @@
+"""What comes before training and after it, wherever that runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+
+from nacre.brdf import Brdf
+from nacre.errors import NacreError
+from nacre.neural.clamp_layer import bounded
+from nacre.neural.inputs import input_count, turns_half_vector
+from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
+from nacre.neural.recipe import Recipe
+from nacre.neural.samples import BLOCK, Samples, draw
+from nacre.neural.scattered import (
+    SCATTERED_SAMPLES,
+    highest,
+    scattered_samples,
+    validation_errors,
+)
+from nacre.neural.training import initial_layers
+from nacre.numerics.direction_samples import Scattered
+from nacre.numerics.layer import Layer
+from nacre.runtime.parallel import one_blas_thread
+from nacre.runtime.progress import Progress
+from nacre.sampling import fit_lobes
+
+SAMPLES = 800_000
+"""Samples of an isotropic material (NBRDF paper, section 3.1)."""
+ANISOTROPIC_FACTOR = 5
+"""What a network without h turned to phi_h = 0 takes more (ibid., of anisotropic materials)."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What a fit needs of a reflectance once it is sampled; tables can be let go.
+
+    Parameters
+    ----------
+    name, source
+        Of the reflectance.
+    isotropic
+        Whether h is turned to phi_h = 0.
+    scan
+        The scattered samples that the others come from; None of other reflectances.
+    recipe
+        Settings, with nothing left open.
+    training, held_out
+        The samples.
+    """
+
+    name: str
+    source: Mapping[str, str] | None
+    isotropic: bool
+    scan: Scattered | None
+    recipe: Recipe
+    training: Samples
+    held_out: Samples
+
+    @property
+    def shape(self) -> Hashable:
+        """What materials must have in common to train as one batch."""
+        return self.recipe, self.training.inputs, self.training.block_count
+
+    @property
+    def size(self) -> int:
+        """Bytes of the samples."""
+        return self.training.blocks.nbytes + self.held_out.blocks.nbytes
+
+    def initial_layers(self) -> list[Layer]:
+        """Where training begins."""
+        return initial_layers(self.recipe.hidden, self.recipe.seed, self.training.inputs)
+
+    def finish(self, layers: Sequence[Layer], quality: Mapping[str, float]) -> NeuralBrdf:
+        """The network of trained layers.
+
+        Raises
+        ------
+        NacreError
+            If its losses are not finite.
+        """
+        recipe, scan = self.recipe, self.scan
+        if not math.isfinite(sum(quality.values())):
+            raise NacreError(
+                f"{self.name or 'reflectance'}: training diverged; lower the learning rate"
+            )
+        chosen = recipe.held_out, recipe.seed
+        if scan is not None:
+            layers = bounded(layers, highest(scan, *chosen))
+        network = NeuralBrdf(
+            round_layers(layers, recipe.stored_precision),
+            isotropic=self.isotropic,
+            name=self.name,
+            inputs=recipe.inputs,
+            precision=recipe.stored_precision,
+        )
+        if scan is not None:
+            quality = {**quality, **validation_errors(scan, network, *chosen)}
+        with one_blas_thread():
+            network.sampler = fit_lobes(network)
+        settings = asdict(recipe) | {
+            "hidden": list(recipe.hidden),
+            "gain": recipe.loss_gain if scan is None else None,
+            "sampling": recipe.sampling if scan is None else None,
+        }
+        network.metadata = {"fit": settings, "quality": dict(quality)}
+        if self.source:
+            network.metadata["source"] = dict(self.source)
+        return network
+
+
+def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
+    """Settle what a recipe leaves open, and draw the samples.
+
+    Raises
+    ------
+    NacreError
+        If hardly any sample is valid, or a scan has too few.
+    """
+    isotropic = turns_half_vector(recipe.inputs, brdf.isotropic)
+    factor = 1 if isotropic else ANISOTROPIC_FACTOR
+    scan = brdf.scattered()
+    if scan is not None:
+        half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
+        # Rounded weights would not keep the bound of a scan.
+        recipe = replace(
+            recipe,
+            batch=half,
+            learning_rate=0.5 * recipe.learning_rate,
+            precision=recipe.precision or SINGLE,
+        )
+    usual = factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
+    count = recipe.samples or max(4 * BLOCK, round(recipe.sample_share * usual))
+    recipe = replace(
+        recipe,
+        samples=count,
+        hidden=tuple(recipe.widths(input_count(recipe.inputs, isotropic))),
+        precision=recipe.stored_precision,
+    )
+
+    def sampled(done: int, total: int) -> None:
+        progress("sampling", done, total, "")
+
+    if scan is None:
+        options = recipe.inputs, recipe.loss_gain, recipe.sampling
+        drawn = draw(brdf, count, recipe.seed, sampled, *options)
+        parts = drawn.split(recipe.held_out)
+    else:
+        chosen = recipe.held_out, recipe.seed
+        parts = scattered_samples(scan, count, *chosen, sampled, recipe.inputs)
+    return Prepared(brdf.name, brdf.source, isotropic, scan, recipe, *parts)

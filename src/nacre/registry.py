@@ -1,0 +1,116 @@
+"""Families of things by name: built-in members, and those that other packages bring.
+
+A package adds a member by an entry point: in its `pyproject.toml`, under
+`[project.entry-points."nacre.models"]`, the line `mine = "my_package:MyModel"`. See
+`docs/extending.md`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from collections.abc import Iterator, Mapping
+from importlib import metadata
+from typing import Generic, TypeVar
+
+from nacre.errors import NacreError, reason
+
+_Member = TypeVar("_Member")
+
+
+class Registry(Mapping[str, _Member], Generic[_Member]):
+    """The members of a family by name; each is imported when it is first asked for.
+
+    Parameters
+    ----------
+    group
+        Group of the entry points by which other packages add members, like `nacre.formats`.
+    what
+        What a member is called in messages, like "format".
+    builtin
+        Names of the built-in members, in order, each with where it is: `module:attribute`.
+    """
+
+    def __init__(self, group: str, what: str, builtin: Mapping[str, str]) -> None:
+        self.group, self.what = group, what
+        self._places = dict(builtin)
+        self._members: dict[str, _Member] = {}
+        self._entry_points: dict[str, metadata.EntryPoint] | None = None
+
+    def __getitem__(self, name: str) -> _Member:
+        """The member of a name.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        NacreError
+            If another package brings it and it does not load.
+        """
+        if name not in self._members:
+            if name in self._places:
+                module, _, attribute = self._places[name].partition(":")
+                self._members[name] = getattr(importlib.import_module(module), attribute)
+            else:
+                self._members[name] = self._load(self._installed()[name])
+        return self._members[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._places
+        yield from (n for n in self._installed() if n not in self._places)
+        known = {*self._places, *self._installed()}
+        yield from (name for name in self._members if name not in known)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def members(self) -> Iterator[tuple[str, _Member]]:
+        """All names and members; one of another package that does not load is left out, and a
+        warning says so, for a broken plugin must not take everything else with it.
+        """
+        for name in self:
+            try:
+                yield name, self[name]
+            except NacreError as error:
+                warnings.warn(str(error), RuntimeWarning, stacklevel=2)
+
+    def register(self, name: str, member: _Member) -> None:
+        """Add a member in this process.
+
+        Raises
+        ------
+        NacreError
+            If there is one of this name.
+        """
+        if name in self:
+            raise NacreError(f"there is a {self.what} {name!r} already")
+        self._members[name] = member
+
+    def find(self, name: str) -> _Member:
+        """The member of a name that a user gave.
+
+        Raises
+        ------
+        NacreError
+            If there is none; the message lists the known ones. Also as for an item.
+        """
+        if name not in self:
+            raise NacreError(f"{name!r} is no known {self.what} (known: {', '.join(self)})")
+        return self[name]
+
+    def _installed(self) -> dict[str, metadata.EntryPoint]:
+        if self._entry_points is None:
+            found = metadata.entry_points(group=self.group)
+            self._entry_points = {e.name: e for e in sorted(found, key=lambda e: e.name)}
+        return self._entry_points
+
+    def _load(self, entry_point: metadata.EntryPoint) -> _Member:
+        try:
+            member: _Member = entry_point.load()
+        except Exception as error:  # other people's code fails in any way
+            package = entry_point.dist.name if entry_point.dist else entry_point.value
+            raise NacreError(
+                f"{self.what} {entry_point.name!r} of the package {package} does not load: "
+                f"{reason(error)}"
+            ) from error
+        return member

@@ -1,0 +1,231 @@
+"""What makes reflectance of a texel at a hit: functions in a table, or the networks of a codec."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+from nacre.array import Components, Floats
+from nacre.errors import NacreError, require
+from nacre.geometry import stereographic
+from nacre.numerics.layer import Layer
+from nacre.render.network import pack_layers
+from nacre.render.textures.angle_grid import AngleGrid
+from nacre.render.textures.factors import CHROMAS, GREYS, Factors
+from nacre.render.textures.texels import Corners, Records
+from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.basis.colors import join_components
+from nacre.textures.codecs.basis.functions import direction_components
+from nacre.textures.codecs.basis.skip_network import SkipNetwork
+
+Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
+"""Weights of functions, of each texel around a hit, and its share."""
+
+
+class HitDecoder(Protocol):
+    """Reflectance at hits, on arrays of a JIT variant."""
+
+    def texels(self, corners: Corners) -> Any:
+        """What a hit needs of the texels around it, whatever the directions."""
+        ...
+
+    def reflectance(self, texels: Any, wi: Components, wo: Components) -> Components:
+        """Reflectance factors pi f_r, never negative, linear RGB; directions of the texture."""
+        ...
+
+
+class TableDecoder:
+    """Sums of a texture's own functions, which lie in a table.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    factors
+        Weights and functions.
+    stochastic
+        See :class:`AngleGrid`.
+    """
+
+    def __init__(self, mi: Any, factors: Factors, stochastic: bool) -> None:
+        self._weights = Records(mi, factors.weights, half=True)
+        self._functions = Records(mi, factors.functions, half=True)
+        self._grid = AngleGrid(mi, factors.resolution, stochastic)
+
+    def texels(self, corners: Corners) -> Weighed:
+        """See :class:`HitDecoder`."""
+        return [(self._weights[index], share) for index, share in corners]
+
+    def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
+        """See :class:`HitDecoder`."""
+        functions = self._grid.interpolated(self._functions, wi, wo)
+        return _joined(texels, functions, GREYS, CHROMAS)
+
+
+class BasisDecoder:
+    """The default codec's networks, at every hit.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    codec
+        The codec.
+    codes
+        Shape (texels, values).
+    expanded
+        Whether coefficients of all texels are kept rather than found at every hit.
+    half
+        Whether weights, codes and coefficients have 16 bits.
+    """
+
+    def __init__(
+        self, mi: Any, codec: BasisCodec, codes: Floats, expanded: bool, half: bool
+    ) -> None:
+        self._mi, functions = mi, codec.functions
+        self._greys, self._chromas = functions.greys, functions.chromas
+        layers = [*functions.hidden, functions.wide, functions.last]
+        self._functions = _Chain(mi, layers, half)
+        self._expansion = None if expanded else _Expansion(mi, codec.decode, half)
+        self._records = Records(mi, codec.decode(codes) if expanded else codes, half)
+
+    def texels(self, corners: Corners) -> Weighed:
+        """See :class:`HitDecoder`."""
+        expand = self._expansion
+        if expand is not None:
+            return [(expand(self._records.at(corners)), self._mi.Float(1.0))]
+        return [(self._records[index], share) for index, share in corners]
+
+    def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
+        """See :class:`HitDecoder`."""
+        chain = self._functions
+        first, *middle, wide, last = range(len(chain))
+        state = _silu(chain.layer(first, chain.vector(direction_components(wi, wo))))
+        for index in middle:
+            state = state + _silu(chain.layer(index, state))
+        state = _silu(chain.layer(wide, state))
+        mean, *functions = chain.numbers(chain.layer(last, state))
+        return _joined(texels, functions, self._greys, self._chromas, mean)
+
+
+class NetworkDecoder:
+    """The decoder that the papers' networks share, at every hit.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    codec
+        A `nacre.textures.codecs.networks.TexelNetwork`.
+    codes
+        Shape (texels, values).
+    half
+        Whether weights and codes have 16 bits.
+
+    Raises
+    ------
+    NacreError
+        If its decoder is another than the papers'.
+    """
+
+    def __init__(self, mi: Any, codec: Any, codes: Floats, half: bool) -> None:
+        if codec.settings.decoder != "network":
+            raise NacreError(
+                f"a {codec.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
+            )
+        arrays = codec.arrays()
+        layers: list[Layer] = []
+        while (name := f"decoder.{len(layers)}") + ".weight" in arrays:
+            layers.append(Layer(arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
+        self._mi, self._whitening = mi, codec.whitening
+        self._chain, self._codes = _Chain(mi, layers, half), Records(mi, codes, half)
+
+    def texels(self, corners: Corners) -> list[Any]:
+        """See :class:`HitDecoder`."""
+        return self._codes.at(corners)
+
+    def reflectance(self, texels: list[Any], wi: Components, wo: Components) -> Components:
+        """See :class:`HitDecoder`."""
+        dr, chain = require("drjit", "render"), self._chain
+        state = chain.vector([*texels, *stereographic(wi), *stereographic(wo)])
+        for index in range(len(chain)):
+            if index:
+                state = dr.maximum(state, 0.0)
+            state = chain.layer(index, state)
+        red, green, blue = (self._whitening.restore(v) for v in chain.numbers(state))
+        return red, green, blue
+
+
+class _Chain:
+    """Layers on cooperative vectors."""
+
+    def __init__(self, mi: Any, layers: Sequence[Layer], half: bool) -> None:
+        self._mi, self._half = mi, half
+        self._nn = require("drjit.nn", "render")
+        self._layers = pack_layers(mi, layers, half, "inference")
+
+    def __len__(self) -> int:
+        return len(self._layers)
+
+    def vector(self, values: Sequence[Any]) -> Any:
+        """Numbers as a cooperative vector."""
+        kind = self._mi.Float16 if self._half else self._mi.Float
+        return self._nn.CoopVec(*(kind(v) for v in values))
+
+    def layer(self, index: int, state: Any) -> Any:
+        """One of the layers, without what follows it."""
+        matrix, bias = self._layers[index]
+        return self._nn.matvec(matrix, state, bias)
+
+    def numbers(self, state: Any) -> list[Any]:
+        """A cooperative vector as single numbers."""
+        return [self._mi.Float(v) for v in state]
+
+
+class _Expansion:
+    """Codes to coefficients at every hit."""
+
+    def __init__(self, mi: Any, network: SkipNetwork, half: bool) -> None:
+        skip = Layer(network.linear, np.zeros(network.linear.shape[1], np.float32))
+        self._chain = _Chain(mi, [skip, *network.layers], half)
+
+    def __call__(self, values: list[Any]) -> list[Any]:
+        chain = self._chain
+        code = state = chain.vector(values)
+        *hidden, last = range(1, len(chain))
+        for index in hidden:
+            state = _silu(chain.layer(index, state))
+        return chain.numbers(chain.layer(last, state) + chain.layer(0, code))
+
+
+def _silu(state: Any) -> Any:
+    """X / (1 + exp(-x)), which cooperative vectors have by way of tanh."""
+    dr = require("drjit", "render")
+    half = state * 0.5
+    return dr.fma(half, dr.tanh(half), half)
+
+
+def _joined(
+    texels: Weighed, functions: list[Any], greys: int, chromas: int, mean: Any = 0.0
+) -> Components:
+    """Reflectance between texels, of functions of gray values, then of both values of pairs.
+
+    Functions stand for roots of it, whose means between unlike texels would be too dark.
+    """
+    dr = require("drjit", "render")
+
+    def product(weights: list[Any], functions: list[Any], start: Any) -> Any:
+        for weight, value in zip(weights, functions, strict=True):
+            start = dr.fma(weight, value, start)
+        return start
+
+    total: list[Any] = [0.0] * 3
+    for weights, share in texels:
+        grey = product(weights[:greys], functions[:greys], mean)
+        first, second = weights[greys : greys + chromas], weights[greys + chromas :]
+        pairs = [product(w, functions[greys:], 0.0) for w in (first, second)]
+        rgb = join_components(grey, *pairs)
+        total = [dr.fma(value, share, sum_) for value, sum_ in zip(rgb, total, strict=True)]
+    return total[0], total[1], total[2]

@@ -1,0 +1,156 @@
+"""A texture as sums of a few functions of light and view that are its own.
+
+What a codec decodes for one texture varies far less than what it can decode for all. So roots of
+values at some pairs of directions, as gray values and pairs of colors
+(:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions
+(singular value decomposition); some texels, decoded at all nodes of a grid of directions, then give
+the functions there by least squares. Any codec that decodes at any directions will do; what a hit
+costs no longer depends on it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.geometry import cosine_hemisphere, join, normalize, reflect
+from nacre.numerics.truncated_svd import leading_directions
+from nacre.render.textures.angle_grid import node_directions
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.box_filter import level_shapes
+from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.textures.codecs.codec import TexelMap, on_all_cores
+from nacre.textures.latent_map import LatentMap
+from nacre.textures.mipmap import fill_levels, recorded
+
+GREYS, CHROMAS = 96, 16
+"""Functions of gray values, and of both values of pairs of colors."""
+_PAIRS = 2048
+"""Pairs of directions that weights are found from."""
+_TEXELS = 2048
+"""Texels whose values there give the subspace; the weights of others follow from it."""
+_DECODED = 256
+"""Texels that are decoded at all nodes."""
+_BLOCK = 1 << 12
+"""Nodes at a time."""
+_LOWEST = 0.15
+"""Cosine of the steepest directions at which functions are compared."""
+_RIDGE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """Weights and functions; gray value and pair, of roots, are sums of their products.
+
+    Parameters
+    ----------
+    weights
+        Of texels, row by row, then of those of coarser levels; shape (t, :data:`GRAYS` + 2
+        :data:`CHROMAS`): of the gray value, then of the first and of the second value of the pair.
+    functions
+        Shape (nodes, :data:`GRAYS` + :data:`CHROMAS`), nodes as
+        :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
+    resolution
+        Of the grid.
+    """
+
+    weights: Floats
+    functions: Floats
+    resolution: int
+
+
+def factor(
+    latent: LatentMap, resolution: int, levels: int = 1, progress: Progress = silent
+) -> Factors:
+    """The factors of an encoded texture.
+
+    Parameters
+    ----------
+    latent
+        Its codec must decode at any directions.
+    resolution
+        Of the grid of directions, at least 2.
+    levels
+        Of the pyramid of means of reflectance that weights are of, from the map itself; see
+        :func:`nacre.textures.box_filter.level_shapes`.
+    progress
+        Called with the nodes done.
+
+    Raises
+    ------
+    NacreError
+        If the codec decodes at its own directions only.
+    """
+    height, width, _ = latent.codes.shape
+    codes = latent.codes.reshape(height * width, -1).astype(np.float32)
+    random = np.random.default_rng(0)
+    decode = on_all_cores(latent.codec, latent.codec.decoder(*_comparison(random)))
+    chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
+    grey, chroma = _split(decode(codes[chosen]))
+    seen = grey, chroma.reshape(-1, _PAIRS)
+    spaces = leading_directions(lambda: [seen], 2, _PAIRS, max(GREYS, CHROMAS), seed=0)
+    # Functions have a mean square of 1 over the pairs.
+    grey_space, chroma_space = (
+        np.asarray(space[:, :count] / math.sqrt(_PAIRS), np.float32)
+        for space, count in zip(spaces, (GREYS, CHROMAS), strict=True)
+    )
+
+    def weighed(values: Floats) -> Floats:
+        grey, chroma = _split(values)
+        return np.concatenate([grey @ grey_space, *(chroma @ chroma_space)], axis=1)
+
+    shapes = level_shapes(height, width)[:levels]
+    maps = [np.empty((*shape, GREYS + 2 * CHROMAS), np.float32) for shape in shapes]
+    rows = (decode(row.astype(np.float32)) for row in latent.codes)
+    fill_levels(recorded(rows, maps[0], weighed), maps, weighed)
+    weights = np.concatenate([one.reshape(-1, one.shape[2]) for one in maps])
+
+    several = random.permutation(len(codes))[:_DECODED]
+    grey_solve = _least_squares(weights[several, :GREYS])
+    chroma_weights = weights[several, GREYS:].reshape(-1, 2, CHROMAS).swapaxes(0, 1)
+    chroma_solve = _least_squares(chroma_weights.reshape(-1, CHROMAS))
+    side = node_directions(resolution)
+    functions = np.empty((len(side) ** 2, GREYS + CHROMAS), np.float32)
+    step = max(1, _BLOCK // len(side))
+    for start in range(0, len(side), step):
+        lights = side[start : start + step]
+        nodes = slice(start * len(side), (start + len(lights)) * len(side))
+        decoded = _decoded(latent, np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1)))
+        grey, chroma = _split(decoded(codes[several]))
+        functions[nodes, :GREYS] = (grey_solve @ grey).T
+        functions[nodes, GREYS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
+        progress("functions", nodes.stop, len(functions), "")
+    return Factors(weights, functions, resolution)
+
+
+def _decoded(latent: LatentMap, wi: Floats, wo: Floats) -> TexelMap:
+    return on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+
+
+def _split(values: Floats) -> tuple[Floats, Floats]:
+    """Gray values and chroma of roots of reflectance."""
+    return split_reflectance(values, np.zeros(values.shape[1], np.float32))
+
+
+def _comparison(random: np.random.Generator) -> tuple[Floats, Floats]:
+    """Pairs of directions, as dense as the product of their cosines; a quarter near highlights."""
+    u = random.random((4, _PAIRS))
+    span = 1.0 - _LOWEST**2
+    wi, wo = cosine_hemisphere(span * u[0], u[1]), cosine_hemisphere(span * u[2], u[3])
+    tilted = normalize((0.5 * wi[0], 0.5 * wi[1], 0.5 + wi[2]))
+    mirrored = reflect(wo, tilted)
+    lit = (np.arange(_PAIRS) % 4 == 1) & (mirrored[2] > _LOWEST)
+    light = join(wi)
+    light[lit] = join(mirrored)[lit]
+    return light.astype(np.float32), join(wo).astype(np.float32)
+
+
+def _least_squares(weights: Floats) -> Floats:
+    """What values (t, n) of texels are multiplied by from the left to have functions, (k, t)."""
+    wide = weights.astype(np.float64)
+    normal = wide.T @ wide
+    normal += np.eye(len(normal)) * max(_RIDGE * float(np.trace(normal)) / len(normal), 1e-30)
+    return np.asarray(np.linalg.solve(normal, wide.T), np.float32)

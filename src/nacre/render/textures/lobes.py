@@ -1,0 +1,87 @@
+"""Lobes to sample by, for texels of a texture: those whose sample weights vary least."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from nacre.array import Floats
+from nacre.btf import Btf
+from nacre.color import luminance
+from nacre.geometry import join, split, uniform_hemisphere
+from nacre.render.textures.measured import Sides
+from nacre.sampling.tilted import PARAMETERS, fit_tilted
+from nacre.textures.codecs.codec import on_all_cores
+from nacre.textures.latent_map import LatentMap
+
+_LIGHTS, _VIEWS = 160, 12
+_TEXELS = 2048
+"""Texels that have lobes of their own; larger maps share those of a coarser one."""
+_BLOCK = 256
+_LOWEST = 0.17
+"""Cosine of the steepest of the views."""
+_POINTS = 1 << 14
+"""Points of the hemisphere that tell what solid angle a light stands for."""
+
+
+def latent_lobes(latent: LatentMap) -> Floats:
+    """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture.
+
+    Returns
+    -------
+    array of shape (height, width, 4)
+        Every k-th row and column of the map, k = 1 where it is small.
+    """
+    lights, views = _spread(_LIGHTS, 0.0), _spread(_VIEWS, _LOWEST)
+    wi, wo = np.tile(lights, (_VIEWS, 1)), np.repeat(views, _LIGHTS, 0)
+    decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+    codes = latent.codes[_coarse(*latent.codes.shape[:2])]
+    flat = codes.reshape(-1, codes.shape[2]).astype(np.float32)
+    areas = np.full(len(wi), 2.0 * math.pi / _LIGHTS, np.float32)
+    found = np.empty((len(flat), PARAMETERS), np.float32)
+    for start in range(0, len(flat), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        found[part] = fit_tilted(_brightness(decode(flat[part])), wi, wo, areas)
+    return found.reshape(*codes.shape[:2], PARAMETERS)
+
+
+def table_lobes(btf: Btf, sides: Sides) -> Floats:
+    """The same for a texture of measurements and its directions."""
+    lights, views = sides.lights, sides.views
+    wanted = _spread(_VIEWS, _LOWEST)
+    chosen = np.unique(KDTree(views).query(wanted)[1])
+    pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()
+    nearest = KDTree(lights).query(_spread(_POINTS, 0.0))[1]
+    counts = np.bincount(nearest, minlength=len(lights))
+    areas = np.tile(counts * (2.0 * math.pi / _POINTS), len(chosen)).astype(np.float32)
+    rows, columns = _coarse(btf.height, btf.width)
+    index = np.arange(btf.texel_count).reshape(btf.height, btf.width)[rows, columns]
+    flat = index.ravel()
+    found = np.empty((len(flat), PARAMETERS), np.float32)
+    for start in range(0, len(flat), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        values = btf.texels(flat[part])[:, pairs]
+        found[part] = fit_tilted(_brightness(values), btf.wi[pairs], btf.wo[pairs], areas)
+    return found.reshape(*index.shape, PARAMETERS)
+
+
+def _brightness(values: Floats) -> Floats:
+    """Luminance of values (t, n, 3), where none is below 0."""
+    brightness: Floats = np.maximum(luminance(split(values)), 0.0)
+    return brightness
+
+
+def _coarse(height: int, width: int) -> tuple[slice, slice]:
+    """Rows and columns of a map that keep about as many texels as have lobes."""
+    step = max(1, math.ceil(math.sqrt(height * width / _TEXELS)))
+    return slice(None, None, step), slice(None, None, step)
+
+
+def _spread(count: int, lowest: float) -> Floats:
+    """Evenly spread directions above a cosine: a lattice of the golden ratio, shape (count, 3)."""
+    index = np.arange(count) + 0.5
+    turns = np.modf(index * 0.5 * (math.sqrt(5.0) - 1.0))[0]
+    vectors = uniform_hemisphere((1.0 - lowest) * index / count, turns)
+    return join(vectors).astype(np.float32)

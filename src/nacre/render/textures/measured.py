@@ -1,0 +1,124 @@
+"""A whole texture of measurements at hits: what decoders are compared with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Components, Floats
+from nacre.btf import Btf
+from nacre.errors import NacreError, require
+from nacre.render.textures.aligned_buffers import Packets, aligned_zeros
+from nacre.render.textures.hemisphere import Hemisphere
+from nacre.render.textures.texels import Corners
+
+_BLOCK = 1 << 26
+_MOST = 1 << 32
+"""Values that 32 bits can number."""
+_DIGITS = 5
+"""To which directions are the same."""
+
+
+class MeasuredDecoder:
+    """Interpolation between three lights and three views around a pair (Rainer et al. 2020).
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    btf
+        Read once, into half precision; values below 0 count as 0.
+    sides
+        Its directions.
+    stochastic
+        See :class:`nacre.render.textures.hemisphere.Hemisphere`.
+    memory
+        Bytes that the table may have.
+
+    Raises
+    ------
+    NacreError
+        If the table is larger, or a value is too large for half precision.
+    """
+
+    def __init__(self, mi: Any, btf: Btf, sides: Sides, stochastic: bool, memory: int) -> None:
+        self._mi = mi
+        size = 4 * btf.texel_count * btf.pair_count
+        if 2 * size > memory or size > _MOST:
+            limit = min(memory, 2 * _MOST)
+            raise NacreError(
+                f"{btf.name}: its table needs {2 * size / 2**20:,.0f} MiB, {limit / 2**20:,.0f} "
+                "are allowed; encode it (nacre btf encode) and render that, or raise memory"
+            )
+        # A fourth value keeps the three of a color on one line of the cache.
+        table = aligned_zeros((btf.texel_count, btf.pair_count, 4), np.float16)
+        for block in btf.blocks(_BLOCK):
+            with np.errstate(over="ignore"):
+                table[block, :, :3] = np.maximum(btf.texels(block)[:, sides.order], 0.0)
+        if not all(np.isfinite(table[b]).all() for b in btf.blocks(_BLOCK)):
+            raise NacreError(f"{btf.name}: has values above 65,504; scale it down")
+        self._table = Packets(mi, table.reshape(-1, 4))
+        self._pairs, self._lights = btf.pair_count, len(sides.lights)
+        self._light_side = Hemisphere(mi, sides.lights, stochastic)
+        self._view_side = Hemisphere(mi, sides.views, stochastic)
+
+    def texels(self, corners: Corners) -> Corners:
+        """See :class:`nacre.render.textures.decoders.HitDecoder`; directions tell what is read."""
+        return corners
+
+    def reflectance(self, texels: Corners, wi: Components, wo: Components) -> Components:
+        """See :class:`nacre.render.textures.decoders.HitDecoder`."""
+        mi, dr = self._mi, require("drjit", "render")
+        lights, views = self._light_side.around(wi), self._view_side.around(wo)
+        total = [mi.Float(0.0)] * 3
+        for texel, texel_weight in texels:
+            for view, view_weight in views:
+                start = texel * self._pairs + view * self._lights
+                for light, light_weight in lights:
+                    *rgb, _ = self._table[start + light]
+                    weight = texel_weight * view_weight * light_weight
+                    total = [
+                        dr.fma(mi.Float(v), weight, t) for v, t in zip(rgb, total, strict=True)
+                    ]
+        return total[0], total[1], total[2]
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Lights and views of a texture that is measured at every light with every view.
+
+    Parameters
+    ----------
+    lights, views
+        Unit directions, shapes (l, 3) and (v, 3).
+    order
+        Pairs of the texture, shape (v * l,): every light with the first view, and so on.
+    """
+
+    lights: Floats
+    views: Floats
+    order: npt.NDArray[np.intp]
+
+    @classmethod
+    def of(cls, btf: Btf) -> Sides:
+        """Those of a texture.
+
+        Raises
+        ------
+        NacreError
+            If a light is not measured with every view, or is twice.
+        """
+        (lights, light), (views, view) = (
+            np.unique(w.round(_DIGITS), axis=0, return_inverse=True) for w in (btf.wi, btf.wo)
+        )
+        place = view.reshape(-1) * len(lights) + light.reshape(-1)
+        order = np.argsort(place)
+        if not np.array_equal(place[order], np.arange(len(lights) * len(views))):
+            raise NacreError(
+                f"{btf.name}: not every light is measured once with every view; encode it "
+                "(nacre btf encode) and render that"
+            )
+        return cls(lights, views, order)

@@ -1,0 +1,194 @@
+"""Which texels a point of a texture takes part of, and what is kept for each of them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.errors import require
+from nacre.io.tensors import HALF_LARGEST
+from nacre.render.textures.aligned_buffers import Packets, aligned_zeros
+from nacre.render.textures.pixel_footprint import Footprint
+
+Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
+INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
+
+Corners: TypeAlias = "list[tuple[Any, Any]]"
+"""Indices of texels or nodes, and weights that add up to 1."""
+
+_PACKET = 16
+"""Numbers that are read at a time."""
+_PARTS = 16
+"""Bits of a random number for each of two coordinates."""
+
+
+class TexelGrid:
+    """Texels around points of a texture that repeats.
+
+    A point belongs to texels as pixels of Mitsuba's bitmaps do: texel (0, 0) covers u and v from 0
+    to 1 / width and 1 / height.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    height, width
+        Of the map.
+    interpolation
+        "linear": the four texels around a point. "stochastic": one of them, as likely as its
+        weight, so that the mean over many points is what is linear between texels (Pharr, Wronski,
+        Salvi and Fajardo 2024, "Filtering After Shading With Stochastic Texture Filtering"); the
+        same point always has the same texel. "nearest": the one in which it lies.
+    levels
+        Heights and widths of a pyramid for :meth:`seen`, of which the map is the first; records
+        of each follow those of the one before.
+    """
+
+    def __init__(
+        self,
+        mi: Any,
+        height: int,
+        width: int,
+        interpolation: str,
+        levels: Sequence[tuple[int, int]] | None = None,
+    ) -> None:
+        self._mi, self.height, self.width = mi, height, width
+        self._interpolation = interpolation
+        if levels is not None:
+            shapes = np.array(levels, np.uint32)
+            starts = np.cumsum([0, *shapes.prod(1)[:-1]])
+            self._levels = [mi.UInt32(column) for column in (*shapes.T, starts)]
+
+    def seen(self, uv: Any, footprint: Footprint) -> Corners:
+        """Texels of what pixels see around points, of levels where one texel covers it.
+
+        By chance, one texel stands for all: of some point of the longer side, on a level whose
+        texels are as wide as the shorter one. Else texels are as wide as the longer side.
+        """
+        mi, dr = self._mi, require("drjit", "render")
+        last = dr.width(self._levels[0]) - 1
+        chance = self._interpolation == "stochastic"
+        level = dr.clip(dr.log2(dr.maximum(footprint.texels[int(chance)], 1.0)), 0.0, float(last))
+        if chance:
+            place, share = jitters(mi, (uv.y, uv.x), 2)
+            floor = mi.UInt32(dr.minimum(dr.floor(level + share), float(last)))
+            return self._around(uv + footprint.long * (place - 0.5), floor)
+        floor = mi.UInt32(dr.minimum(dr.floor(level), float(last)))
+        share = level - mi.Float(floor)
+        return [
+            (index, weight * part)
+            for which, part in ((floor, 1.0 - share), (dr.minimum(floor + 1, last), share))
+            for index, weight in self._around(uv, which)
+        ]
+
+    def around(self, uv: Any) -> Corners:
+        """Texels of points, `mi.Point2f`, as indices y * width + x."""
+        return self._around(uv, None)
+
+    def _around(self, uv: Any, level: Any) -> Corners:
+        """Texels of points on some levels."""
+        mi, dr = self._mi, require("drjit", "render")
+        height, width, start = self.height, self.width, 0
+        if level is not None:
+            height, width, start = (dr.gather(mi.UInt32, v, level) for v in self._levels)
+        inside = uv - dr.floor(uv)
+        x, y = inside.x * width - 0.5, inside.y * height - 0.5
+        if self._interpolation == "linear":
+            corners = []
+            for dy, dx in itertools.product((0, 1), repeat=2):
+                (column, right), (row, below) = (
+                    (mi.Int32(dr.floor(v)) + d, v - dr.floor(v)) for v, d in ((x, dx), (y, dy))
+                )
+                weight = (right if dx else 1.0 - right) * (below if dy else 1.0 - below)
+                corners.append((_index(mi, column, row, height, width) + start, weight))
+            return corners
+        jitter = mi.Point2f(0.5)
+        if self._interpolation == "stochastic":
+            jitter = mi.Point2f(*jitters(mi, (uv.x, uv.y), 2))
+        columns, rows = mi.Int32(dr.floor(x + jitter.x)), mi.Int32(dr.floor(y + jitter.y))
+        return [(_index(mi, columns, rows, height, width) + start, mi.Float(1.0))]
+
+
+def _index(mi: Any, column: Any, row: Any, height: Any, width: Any) -> Any:
+    """Of texels up to one beyond the edges, which continue at the other side."""
+    dr = require("drjit", "render")
+    wide, high = mi.Int32(width), mi.Int32(height)
+    column, row = (
+        dr.select(i < 0, i + size, dr.select(i >= size, i - size, i))
+        for i, size in ((column, wide), (row, high))
+    )
+    return mi.UInt32(row * wide + column)
+
+
+def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
+    """Random numbers in (0, 1), each of 32 / `count` bits, that two to four floats determine."""
+    dr = require("drjit", "render")
+    bits = [dr.reinterpret_array(mi.UInt32, mi.Float(number)) for number in numbers]
+    words = [bits[0], bits[1]]
+    for index, more in enumerate(bits[2:]):
+        words[index] = words[index] * 0x9E3779B1 + more
+    scattered, _ = mi.sample_tea_32(words[0], words[1], 4)
+    width = 32 // count
+    mask = (1 << width) - 1
+    return [
+        (mi.Float((scattered >> (width * k)) & mask) + 0.5) * (1.0 / (1 << width))
+        for k in range(count)
+    ]
+
+
+class Records:
+    """Some numbers for each texel or node, which are read together.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    values
+        Shape (count, numbers).
+    half
+        Whether they are kept in half precision, where it can hold them.
+
+    Attributes
+    ----------
+    numbers
+        Of a record.
+    """
+
+    def __init__(self, mi: Any, values: Floats, half: bool) -> None:
+        self._mi = mi
+        count, self.numbers = values.shape
+        self._packet = min(_PACKET, 1 << (self.numbers - 1).bit_length())
+        self._packets = -(-self.numbers // self._packet)
+        half = half and float(np.abs(values).max()) < HALF_LARGEST
+        dtype: npt.DTypeLike = np.float16 if half else np.float32
+        padded = aligned_zeros((count, self._packets * self._packet), dtype)
+        padded[:, : self.numbers] = values
+        self._data = Packets(mi, padded.reshape(-1, self._packet))
+
+    def at(self, corners: Corners) -> list[Any]:
+        """The weighted sums of the numbers of some records."""
+        if len(corners) == 1:
+            return self[corners[0][0]]
+        dr = require("drjit", "render")
+        total: list[Any] = [self._mi.Float(0.0)] * self.numbers
+        for index, weight in corners:
+            total = [
+                dr.fma(value, weight, sum_) for value, sum_ in zip(self[index], total, strict=True)
+            ]
+        return total
+
+    def __getitem__(self, index: Any) -> list[Any]:
+        """The numbers of some records."""
+        packets = [self._data[index * self._packets + k] for k in range(self._packets)]
+        return [self._mi.Float(v) for packet in packets for v in packet][: self.numbers]
+
+
+def record_bytes(numbers: int, half: bool) -> int:
+    """Memory of a record."""
+    packet = min(_PACKET, 1 << (numbers - 1).bit_length())
+    return -(-numbers // packet) * packet * (2 if half else 4)

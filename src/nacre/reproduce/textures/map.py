@@ -1,0 +1,100 @@
+"""The map of Figure 1: codes of texels of all materials in the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import KDTree
+
+from nacre.errors import NacreError, require
+from nacre.figures.polar import INK
+from nacre.figures.texel_map import scatter_families
+from nacre.latent.map import embed
+from nacre.reproduce.textures.materials import Material
+from nacre.reproduce.textures.methods import Method
+from nacre.reproduce.textures.outcome import Outcome, markdown_table
+from nacre.reproduce.textures.study import Study
+
+TEXELS = 40
+"""Of each material, at random."""
+_NEIGHBORS = 10
+_PANEL = 5.0
+"""Inches."""
+_DOT = 7.0
+"""Square points."""
+
+
+def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Places of codes by t-SNE, and how many of their neighbors are of the same material.
+
+    Codes are scaled to equal spread of all their values, which no codec promises.
+
+    Raises
+    ------
+    NacreError
+        If a codec cannot be made or each material has its own, or there are too few materials.
+    MissingExtraError
+        If openTSNE or Matplotlib is not installed.
+    """
+    materials = sorted([*study.training, *study.unseen], key=lambda m: (m.family, m.name))
+    rows: list[Sequence[object]] = []
+    lines: list[list[str]] = []
+    panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]] = {}
+    for method in methods:
+        if method.own:
+            raise NacreError(f"{method.name}: each material has codes of its own; take another")
+        of: list[Material] = []
+        known: list[npt.NDArray[np.float32]] = []
+        for material in materials:
+            found = study.codes(method, material, TEXELS)
+            if found is not None:
+                known.append(found)
+                of += [material] * len(found)
+        if not known:
+            continue
+        codes = np.concatenate(known).astype(np.float64)
+        codes = (codes - codes.mean(0)) / np.maximum(codes.std(0), 1e-9)
+        study.progress(f"{method.name}, t-SNE", 0, 1, "")
+        places = embed(codes, study.settings.seed)
+        study.progress(f"{method.name}, t-SNE", 1, 1, "")
+        panels[method.name] = of, places
+        for material, (x, y) in zip(of, places, strict=True):
+            rows.append((method.name, material.name, material.family, float(x), float(y)))
+        shares = [_alike(codes, [getattr(m, what) for m in of]) for what in ("name", "family")]
+        lines.append([method.name, str(len(codes)), *(f"{100.0 * s:.1f} %" for s in shares)])
+    head = ["codes", "texels", f"of {_NEIGHBORS} nearest, same material", "same family"]
+    columns = ("method", "material", "family", "x", "y")
+    unseen = {material.name for material in study.unseen}
+    pages = {"": _page(panels, unseen)} if panels else {}
+    return Outcome(columns, rows, markdown_table(head, lines), pages)
+
+
+def _alike(codes: npt.NDArray[np.float64], labels: Sequence[str]) -> float:
+    """Share of the nearest codes of each code that have its label."""
+    count = min(_NEIGHBORS, len(codes) - 1)
+    _, nearest = KDTree(codes).query(codes, count + 1)
+    names = np.unique(labels, return_inverse=True)[1].reshape(-1)
+    others = nearest[:, 1:] if count else nearest
+    return float((names[others] == names[:, None]).mean())
+
+
+def _page(
+    panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]], unseen: set[str]
+) -> Any:
+    """A map for each method, colored by family; texels of unseen materials are ringed."""
+    figure = require("matplotlib.figure", "plot").Figure(
+        (_PANEL * len(panels) + 1.2, _PANEL + 0.3), facecolor="white", layout="constrained"
+    )
+    for axes, (name, (of, places)) in zip(
+        figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True
+    ):
+        ringed = np.array([material.name in unseen for material in of])
+        scatter_families(axes, places, [material.family for material in of], ringed, _DOT)
+        axes.set_title(name, fontsize=9, color=INK)
+    axes.legend(
+        fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), markerscale=2.0
+    )
+    return figure

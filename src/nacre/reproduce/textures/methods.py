@@ -1,0 +1,242 @@
+"""Codecs by name, and how each is found or trained."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from nacre.errors import NacreError
+from nacre.reproduce.cache import SOURCES, sources_digest
+from nacre.reproduce.textures.materials import Material
+from nacre.runtime.progress import Progress
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
+
+_COMPONENTS = 32
+"""Of those that are found at once, where there are as many; fewer are the first of them."""
+_NAME = re.compile(r"([a-z-]+?)-([1-9]\d{0,3})")
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """Efforts of all methods.
+
+    Parameters
+    ----------
+    minutes
+        Of the training of each network.
+    texels
+        Of each material, for general principal components.
+    basis
+        Of nacre's own codec, but for the values of its codes.
+    seed
+        Of everything random.
+    """
+
+    minutes: float = 10.0
+    texels: int = 100
+    basis: BasisRecipe = field(default_factory=BasisRecipe)
+    seed: int = 0
+
+    @classmethod
+    def quick(cls, seed: int = 0) -> TrainingSettings:
+        """Small efforts: figures to look at."""
+        basis = BasisRecipe(texels=20, coded_texels=100, function_steps=400, code_steps=600)
+        return cls(0.5, 20, basis, seed)
+
+
+Make = Callable[["Method", Sequence[Material], TrainingSettings, Path, Progress], TexelCodec]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A way to code texels.
+
+    Parameters
+    ----------
+    about
+        In words.
+    make
+        Finds or trains the codec of a method, given its textures, efforts and what names of files
+        start with for the state of a training that is stopped. They stay, for the caller to remove
+        once the codec is saved.
+    sources
+        Modules of nacre that decide what comes of it, as patterns of paths.
+    settings
+        What of the efforts does.
+    own
+        Whether each material has a codec of its own.
+    """
+
+    about: str
+    make: Make
+    sources: tuple[str, ...]
+    settings: Callable[[Method, TrainingSettings], dict[str, Any]]
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class Method:
+    """A kind of codec, and the values of its codes.
+
+    Parameters
+    ----------
+    kind
+        One of :data:`KINDS`.
+    values
+        Of a code.
+    """
+
+    kind: str
+    values: int
+
+    @property
+    def name(self) -> str:
+        """The name, as :func:`find` takes it."""
+        return f"{self.kind}-{self.values}"
+
+    @property
+    def own(self) -> bool:
+        """Whether each material has a codec of its own."""
+        return KINDS[self.kind].own
+
+    def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
+        """All that decides what comes of it, JSON-able."""
+        kind = KINDS[self.kind]
+        modules = [p for of in kind.sources for p in SOURCES.glob(of) if p.stem != "file"]
+        return {
+            "kind": self.kind,
+            "textures": [material.mark for material in training],
+            "settings": kind.settings(self, settings),
+            "code": sources_digest(modules),
+        }
+
+
+def find(name: str) -> Method:
+    """The method of a name like `unified-32`.
+
+    Raises
+    ------
+    NacreError
+        If there is no such method.
+    """
+    match = _NAME.fullmatch(name)
+    if match is None or match[1] not in KINDS or int(match[2]) > 1024:
+        kinds = ", ".join(KINDS)
+        raise NacreError(f"{name}: is no method; a name is one of {kinds}, and values: unified-32")
+    return Method(match[1], int(match[2]))
+
+
+def _network(
+    method: Method,
+    training: Sequence[Material],
+    settings: TrainingSettings,
+    state: Path,
+    progress: Progress,
+) -> TexelCodec:
+    from nacre.textures.codecs.networks.custom import CustomSettings
+    from nacre.textures.codecs.networks.recipe import TrainingRecipe
+    from nacre.textures.codecs.networks.training import train_network
+    from nacre.textures.codecs.networks.unified import UnifiedSettings
+    from nacre.textures.formats import load
+
+    given: dict[str, Any] = {"seed": settings.seed}
+    sizes: UnifiedSettings | CustomSettings = UnifiedSettings(latent=method.values)
+    if method.kind != "unified":
+        sizes = CustomSettings(latent=method.values)
+        given |= {"loss": "l2", "permute": False}
+    if method.own:
+        given["held_out"] = 0.0
+    return train_network(
+        [material.path for material in training],
+        load,
+        sizes,
+        TrainingRecipe(**given),
+        minutes=settings.minutes,
+        checkpoint=state,
+        progress=progress,
+    )
+
+
+def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
+    return {"values": method.values, "minutes": settings.minutes, "seed": settings.seed}
+
+
+def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
+    values = -(-method.values // _COMPONENTS) * _COMPONENTS
+    if method.own:
+        return PcaRecipe.own(values, seed=settings.seed)
+    return PcaRecipe(values, settings.texels, seed=settings.seed)
+
+
+def _components(
+    method: Method,
+    training: Sequence[Material],
+    settings: TrainingSettings,
+    state: Path,
+    progress: Progress,
+) -> PcaCodec:
+    recipe = _pca_recipe(method, settings)
+    return find_components([m.load for m in training], recipe, progress, fewest=1)
+
+
+def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
+    return asdict(_pca_recipe(method, settings))
+
+
+def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
+    try:
+        return replace(settings.basis, values=method.values, seed=settings.seed)
+    except ValueError as error:
+        raise NacreError(f"{method.name}: {error}") from error
+
+
+def _basis(
+    method: Method,
+    training: Sequence[Material],
+    settings: TrainingSettings,
+    state: Path,
+    progress: Progress,
+) -> TexelCodec:
+    from nacre.textures.codecs.basis.stages import Stages
+    from nacre.textures.codecs.basis.training import train_basis
+
+    recipe = _basis_recipe(method, settings)
+    return train_basis([m.load for m in training], recipe, progress, Stages(state))
+
+
+def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
+    return asdict(_basis_recipe(method, settings))
+
+
+_CHOICES = "btf/directions.py", "btf/selection.py", "channels.py"
+_NETWORK: dict[str, Any] = {
+    "make": _network,
+    "sources": ("btf/networks/*.py",),
+    "settings": _network_settings,
+}
+_PCA: dict[str, Any] = {
+    "make": _components,
+    "sources": (
+        "btf/principal/*.py",
+        "btf/basis/components.py",
+        "btf/basis/symmetry.py",
+        *_CHOICES,
+    ),
+    "settings": _pca_settings,
+}
+KINDS: Mapping[str, Kind] = {
+    "unified": Kind("network of Rainer et al. 2020 for all textures", **_NETWORK),
+    "custom": Kind("network of Rainer et al. 2019, one a material", **_NETWORK, own=True),
+    "custom-all": Kind("network of Rainer et al. 2019 for all textures", **_NETWORK),
+    "pca": Kind("principal components of all textures", **_PCA),
+    "pca-own": Kind("principal components of the material's own texels", **_PCA, own=True),
+    "basis": Kind(
+        "nacre's own codec", _basis, ("btf/basis/*.py", "btf/domes.py", *_CHOICES), _basis_settings
+    ),
+}
+"""Every kind of method by name."""

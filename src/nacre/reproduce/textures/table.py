@@ -1,0 +1,112 @@
+"""Table 1: errors of unseen materials by method and size of codes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nacre.errors import require
+from nacre.figures.plot import COLORS
+from nacre.figures.polar import FAINT, INK
+from nacre.reproduce.textures.methods import Method
+from nacre.reproduce.textures.outcome import Outcome, geometric_mean, markdown_table, scaled
+from nacre.reproduce.textures.study import Study
+
+_MARKS = "osD^vP*X"
+
+
+def table1(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Mean squared error of each unseen material by each method.
+
+    Raises
+    ------
+    NacreError
+        If a codec cannot be made, or a second measurement is of other directions.
+    """
+    columns = ("material", "method", "values", "mse", "loss")
+    rows: list[Sequence[object]] = []
+    series: dict[str, dict[str, float]] = {}
+    deviation = study.deviation()
+    for method in methods:
+        for material in study.unseen:
+            found = study.errors(method, material)
+            if found is None:
+                continue
+            series.setdefault(method.name, {})[material.name] = found.mse
+            loss = float(found.logarithms.mean()) / deviation
+            rows.append((material.name, method.name, method.values, found.mse, loss))
+    again = {material.name: material for material in study.again}
+    for material in study.unseen:
+        if material.name in again:
+            floor = study.noise(material, again[material.name])
+            series.setdefault("noise", {})[material.name] = floor
+            rows.append((material.name, "noise", "", floor, ""))
+    names = [material.name for material in study.unseen]
+    table = error_table(names, series)
+    return Outcome(columns, rows, table, {"": error_plot(names, series)} if series else {})
+
+
+def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> str:
+    """Mean squared errors times ten thousand, a line a method, and their geometric mean.
+
+    Parameters
+    ----------
+    names
+        Of the materials.
+    series
+        Errors by method and material. The mean is left out where some are missing.
+    """
+    lines = []
+    for method, errors in series.items():
+        cells = [scaled(errors.get(name)) for name in names]
+        whole = len(errors) == len(names)
+        mean = scaled(geometric_mean(list(errors.values()))) if whole else "–"
+        lines.append([method, *cells, mean])
+    return markdown_table(["MSE x 10⁴", *names, "geometric mean"], lines)
+
+
+def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> Any:
+    """The same as marks over the materials.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One page.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    figure = require("matplotlib.figure", "plot").Figure(
+        (1.6 + 1.1 * (len(names) + 1), 4.5), facecolor="white", layout="constrained"
+    )
+    axes = figure.add_subplot()
+    for index, (method, errors) in enumerate(series.items()):
+        places = [k for k, name in enumerate(names) if name in errors]
+        values = [1e4 * errors[names[k]] for k in places]
+        if len(places) == len(names):
+            places.append(len(names))
+            values.append(geometric_mean(values))
+        shift = 0.7 * ((index + 0.5) / len(series) - 0.5)
+        axes.scatter(
+            np.array(places) + shift,
+            values,
+            s=26,
+            marker=_MARKS[index // len(COLORS) % len(_MARKS)],
+            color=COLORS[index % len(COLORS)],
+            label=method,
+        )
+    for edge in range(len(names)):
+        axes.axvline(edge + 0.5, color="#e6e6e3", linewidth=0.8, zorder=0)
+    axes.set_yscale("log")
+    axes.set_xticks(range(len(names) + 1), [*names, "geometric\nmean"], fontsize=8, color=INK)
+    axes.set_xlim(-0.5, len(names) + 0.5)
+    axes.set_ylabel("mean squared error x 10⁴", fontsize=8, color=FAINT)
+    axes.tick_params(which="both", labelsize=8, colors=FAINT)
+    axes.grid(True, axis="y", which="both", color="#efefec", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.legend(fontsize=7, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure

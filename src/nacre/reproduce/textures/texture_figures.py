@@ -1,0 +1,155 @@
+"""Figures 4, 5, 6 and 8: textures, and renderings, as they are and as they are decoded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.measured.textures.directions import from_degrees
+from nacre.reproduce.textures.cell_page import TRUTH, Cell, cell_page
+from nacre.reproduce.textures.materials import Material
+from nacre.reproduce.textures.methods import Method
+from nacre.reproduce.textures.outcome import Outcome, markdown_table, scaled
+from nacre.reproduce.textures.sampling import ALL, SHARES, Sampling
+from nacre.reproduce.textures.study import Study
+from nacre.reproduce.textures.table import error_table
+from nacre.textures.selection import nearest_pair
+
+ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0)),
+          "fig8": ((45.0, 0.0), (0.0, 0.0))}  # fmt: skip
+"""Polar angle and azimuth in degrees of view and light. The paper gives azimuths and elevations of
+them, 0, 45, 90, 30 and 0, 45, 0, 90 degrees: its elevations are angles to the surface, as 90 of the
+light of Figure 8 can only be the normal, and no direction at the horizon was measured."""
+_PARTS = tuple(s for s in SHARES if s.name in ("1 %", "5 %", "10 %", "20 %", "50 %", "100 %"))
+_RENDERED = 1.9
+"""Inches: edge of a rendering."""
+
+Pictures: TypeAlias = Callable[[Material, Method | None], Floats | None]
+"""Of a material as a method decodes it, if it can; or, without one, as it was measured."""
+
+
+def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Unseen textures and what each method makes of them.
+
+    Raises
+    ------
+    NacreError
+        If a codec cannot be made.
+    """
+    return _by_method(study, methods, study.unseen, partial(_texture, study, "fig4"))
+
+
+def fig5(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Cylinders of unseen textures, path-traced, and of what each method makes of them.
+
+    Raises
+    ------
+    NacreError
+        If a codec cannot be made, or Mitsuba is not there.
+    """
+    return _by_method(study, methods, study.unseen, study.rendering, side=_RENDERED, exposed=True)
+
+
+def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Textures that are unlike those of the training, and what each method makes of them.
+
+    Raises
+    ------
+    NacreError
+        If there are none, or a codec cannot be made.
+    """
+    if not study.others:
+        raise NacreError("there are no textures unlike those of the training; give --other FOLDER")
+    return _by_method(study, methods, study.others, partial(_texture, study, "fig6"))
+
+
+def _texture(study: Study, name: str, material: Material, method: Method | None) -> Floats | None:
+    """At the angles of a figure."""
+    pair, truth = _truth(material, name)
+    return truth if method is None else study.picture(method, material, pair)
+
+
+def _by_method(
+    study: Study,
+    methods: Sequence[Method],
+    materials: Sequence[Material],
+    pictures: Pictures,
+    **options: Any,
+) -> Outcome:
+    rows: list[Sequence[object]] = []
+    lines, whole = [], dict[str, dict[str, float]]()
+    for material in materials:
+        truth = pictures(material, None)
+        assert truth is not None
+        line = [Cell(truth)]
+        for method in methods:
+            cell = _cell(study, method, material, truth, pictures(material, method), ALL)
+            line.append(cell)
+            if cell.mse is not None and cell.whole is not None:
+                rows.append((material.name, method.name, cell.mse, cell.whole))
+                whole.setdefault(method.name, {})[material.name] = cell.whole
+        lines.append(line)
+    heads = [TRUTH, *(method.name for method in methods)]
+    page = cell_page(heads, [material.name for material in materials], lines, **options)
+    columns = ("material", "method", "mse of the picture", "mse of all pairs")
+    table = error_table([material.name for material in materials], whole)
+    return Outcome(columns, rows, table, {"": page})
+
+
+def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
+    """Unseen textures that are coded from some of their pairs, a page a method.
+
+    Raises
+    ------
+    NacreError
+        If a codec cannot be made.
+    """
+    rows: list[Sequence[object]] = []
+    pages: dict[str, Any] = {}
+    table: list[list[str]] = []
+    for method in methods:
+        lines = []
+        for material in study.unseen:
+            pair, truth = _truth(material, "fig8")
+            cells = []
+            for part in _PARTS:
+                picture = study.picture(method, material, pair, part)
+                cells.append(_cell(study, method, material, truth, picture, part))
+            lines.append([*cells, Cell(truth)])
+            table.append([f"{method.name}, {material.name}", *(scaled(c.whole) for c in cells)])
+            for part, cell in zip(_PARTS, cells, strict=True):
+                if cell.mse is not None:
+                    rows.append((material.name, method.name, part.name, cell.mse, cell.whole))
+        heads = [*(part.name for part in _PARTS), TRUTH]
+        if any(cell.mse is not None for line in lines for cell in line):
+            pages[f"-{method.name}"] = cell_page(heads, [m.name for m in study.unseen], lines)
+    columns = ("material", "method", "pairs seen", "mse of the picture", "mse of all pairs")
+    head = ["MSE x 10⁴", *(part.name for part in _PARTS)]
+    return Outcome(columns, rows, markdown_table(head, table), pages)
+
+
+def _truth(material: Material, name: str) -> tuple[int, Floats]:
+    """The measured pair nearest to the angles of a figure, and the picture there."""
+    view, light = (from_degrees(*angles) for angles in ANGLES[name])
+    texture = material.load()
+    pair = nearest_pair(texture, light.astype(np.float32), view.astype(np.float32))
+    return pair, texture.images(np.array([pair]))[0]
+
+
+def _cell(
+    study: Study,
+    method: Method,
+    material: Material,
+    truth: Floats,
+    picture: Floats | None,
+    sampling: Sampling,
+) -> Cell:
+    found = study.errors(method, material, sampling)
+    if picture is None or found is None:
+        return Cell(None)
+    return Cell(picture, float(np.square(picture - truth).mean()), found.mse)

@@ -1,0 +1,49 @@
+"""Objects that do not change after they are made."""
+
+from __future__ import annotations
+
+import abc
+import copy
+from typing import Any, TypeVar
+
+_Self = TypeVar("_Self", bound="Frozen")
+
+
+class _FrozenMeta(abc.ABCMeta):
+    """Closes an object when its constructor is done."""
+
+    def __call__(cls, *args: Any, **settings: Any) -> Any:
+        made = super().__call__(*args, **settings)
+        object.__setattr__(made, "_closed", True)
+        return made
+
+
+class Frozen(metaclass=_FrozenMeta):
+    """Attributes are set in the constructor and stay; :meth:`replaced` makes a changed copy."""
+
+    _closed = False
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._closed:
+            raise AttributeError(
+                f"a {type(self).__name__} does not change: use replaced({name}=...) for a copy"
+            )
+        object.__setattr__(self, name, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a {type(self).__name__} does not change")
+
+    def replaced(self: _Self, **attributes: Any) -> _Self:
+        """A copy that shares all data with this object but for the given attributes.
+
+        Raises
+        ------
+        AttributeError
+            If there is no attribute of a name.
+        """
+        for name in attributes:
+            getattr(self, name)
+        other = copy.copy(self)
+        for name, value in attributes.items():
+            object.__setattr__(other, name, value)
+        return other

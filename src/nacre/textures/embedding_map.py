@@ -1,0 +1,218 @@
+"""A map of texels of many textures: codes, their places in the plane, and its file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.io.files import PathLike, write_encoded
+from nacre.io.tensors import check_header, check_numbers, format_errors, from_file, to_bytes
+from nacre.latent.map import embed, embed_into
+from nacre.measured.textures.domes import BONN
+from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.codec_file import codec_fingerprint
+from nacre.textures.embedding import appearance
+from nacre.textures.latent_map import LatentMap
+
+VERSION = 1
+KEY = "nacre map of texels"
+_LIMIT = 1 << 28
+_LARGEST = 1e9
+_SHOWN = 64
+"""Pairs of directions whose mean reflectance is the color of a texel."""
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddingMap:
+    """Texels of several textures in the plane.
+
+    Parameters
+    ----------
+    names
+        Of the textures.
+    texture
+        Of each texel, which texture it is of, shape (n,).
+    xy
+        Column and row of each texel there, shape (n, 2).
+    codes
+        Shape (n, values).
+    places
+        In the plane, shape (n, 2).
+    colors
+        Mean reflectance factors of some pairs of directions, linear RGB, shape (n, 3).
+    mark
+        Of the codec, see :func:`nacre.textures.codecs.codec_file.codec_fingerprint`.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit.
+    """
+
+    names: tuple[str, ...]
+    texture: npt.NDArray[np.int64]
+    xy: npt.NDArray[np.int64]
+    codes: Floats
+    places: npt.NDArray[np.float64]
+    colors: Floats
+    mark: str
+
+    def __post_init__(self) -> None:
+        count = len(self.texture)
+        shapes = [self.texture.shape, self.xy.shape, self.places.shape, self.colors.shape]
+        if shapes != [(count,), (count, 2), (count, 2), (count, 3)] or not count:
+            raise ValueError(f"texels are of shapes {shapes}")
+        if self.codes.ndim != 2 or len(self.codes) != count:
+            raise ValueError(f"codes are {self.codes.shape} for {count} texels")
+        if self.texture.min() < 0 or self.texture.max() >= len(self.names):
+            raise ValueError(f"texels are of more than {len(self.names)} textures")
+
+    @property
+    def labels(self) -> list[str]:
+        """The name of the texture of every texel."""
+        return [self.names[k] for k in self.texture]
+
+
+def embed_texels(
+    textures: Sequence[LatentMap],
+    names: Sequence[str],
+    count: int,
+    seed: int = 0,
+    onto: EmbeddingMap | None = None,
+) -> EmbeddingMap:
+    """A map of random texels by t-SNE, or an earlier one with further texels on it.
+
+    Distances are those of looks (:func:`nacre.textures.embedding.appearance`).
+
+    Parameters
+    ----------
+    textures
+        All of one codec, see :func:`nacre.textures.latent_file.load_latent_maps`.
+    names
+        Of them, each once.
+    count
+        Texels of each, or all that it has.
+    seed
+        Of the choice and of the map: the same seed gives the same map.
+    onto
+        The earlier map, whose texels stay where they are.
+
+    Raises
+    ------
+    NacreError
+        If a name appears twice, there are too few texels, or the codec is not that of the map, or
+        decodes at its own directions only.
+    MissingExtraError
+        If openTSNE is not installed.
+    """
+    known = () if onto is None else onto.names
+    for index, name in enumerate(names):
+        if name in (*known, *names[:index]):
+            raise NacreError(f"{name}: appears twice on the map; rename one of the files")
+    mark = codec_fingerprint(textures[0].codec)
+    if onto is not None and mark != onto.mark:
+        raise NacreError(
+            f"{names[0]}: was encoded by another model than the textures on the map; encode it anew"
+        )
+    random = np.random.default_rng(seed)
+    codes, which, xy = [], [], []
+    for index, texture in enumerate(textures):
+        height, width, values = texture.codes.shape
+        chosen = np.sort(random.choice(height * width, min(count, height * width), replace=False))
+        codes.append(texture.codes.reshape(-1, values)[chosen].astype(np.float32))
+        which.append(np.full(len(chosen), len(known) + index))
+        xy.append(np.stack([chosen % width, chosen // width], axis=1))
+    codec = textures[0].codec
+    new = np.concatenate(codes)
+    coordinates = appearance(codec)
+    if onto is None:
+        places = embed(coordinates(new), seed, "texels")
+    else:
+        places = embed_into(coordinates(onto.codes), onto.places, coordinates(new), seed)
+    made = EmbeddingMap(
+        (*known, *names),
+        np.concatenate(which),
+        np.concatenate(xy),
+        new,
+        places,
+        _colors(codec, new),
+        mark,
+    )
+    return made if onto is None else _joined(onto, made)
+
+
+def _joined(old: EmbeddingMap, new: EmbeddingMap) -> EmbeddingMap:
+    arrays = ("texture", "xy", "codes", "places", "colors")
+    both = {name: np.concatenate([getattr(old, name), getattr(new, name)]) for name in arrays}
+    return EmbeddingMap(new.names, **both, mark=new.mark)
+
+
+def _colors(codec: TexelCodec, codes: Floats) -> Floats:
+    wi, wo = BONN.pairs()
+    chosen = np.random.default_rng(0).choice(len(wi), _SHOWN, replace=False)
+    decode = on_all_cores(codec, codec.decoder(wi[chosen], wo[chosen]))
+    means: Floats = decode(codes).mean(axis=1)
+    return means
+
+
+def save_embedding_map(places: EmbeddingMap, path: PathLike) -> None:
+    """Write a map; the same map gives the same bytes.
+
+    Raises
+    ------
+    FormatError
+        If a number is not finite or the path cannot be written.
+    """
+    write_encoded(path, _encode, places)
+
+
+def _encode(places: EmbeddingMap) -> bytes:
+    names = ("texture", "xy", "codes", "places", "colors")
+    tensors = {name: np.ascontiguousarray(getattr(places, name)) for name in names}
+    header = {
+        "version": VERSION,
+        "names": list(places.names),
+        "model": places.mark,
+        "metadata": {},
+    }
+    return to_bytes(KEY, header, tensors, _LIMIT)
+
+
+def load_embedding_map(path: PathLike) -> EmbeddingMap:
+    """Read a map.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a whole map of a version we know.
+    """
+    path = Path(path)
+    header, tensors = from_file(
+        path, KEY, _LIMIT, "a map of texels; nacre btf map --save makes one"
+    )
+    with format_errors(path):
+        check_header(header, VERSION)
+        return _decode(header, tensors)
+
+
+def _decode(header: dict[str, Any], tensors: dict[str, npt.NDArray[Any]]) -> EmbeddingMap:
+    names, mark = header["names"], header["model"]
+    if not isinstance(mark, str) or not isinstance(names, list):
+        raise ValueError("model is no text, or names are no list")
+    if not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise ValueError("names are no texts, each once")
+    types = {"texture": "i8", "xy": "i8", "codes": "f4", "places": "f8", "colors": "f4"}
+    for name, kind in types.items():
+        if tensors[name].dtype != np.dtype(kind):
+            raise ValueError(f"{name} is of type {tensors[name].dtype}, expected {np.dtype(kind)}")
+    check_numbers({name: tensors[name] for name in ("codes", "places", "colors")}, _LARGEST)
+    if (tensors["xy"] < 0).any():
+        raise ValueError("xy has numbers below 0")
+    return EmbeddingMap(tuple(names), mark=mark, **{name: tensors[name] for name in types})

@@ -1,0 +1,60 @@
+"""A folder of tiny textures of two families, and a study of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("torch", reason="needs the extra 'btf'")
+pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
+
+from nacre.reproduce.textures.materials import collect, separate
+from nacre.reproduce.textures.methods import TrainingSettings
+from nacre.reproduce.textures.study import Study
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from tests.reproduce.textures.made import write
+from tests.textures.codecs.networks.conftest import one_thread
+from tests.textures.codecs.networks.made import OTHER, texture
+
+__all__ = ["one_thread"]
+
+BASIS = replace(
+    BasisRecipe(),
+    values=8,
+    greys=12,
+    chromas=4,
+    width=16,
+    wide=24,
+    hidden=8,
+    function_steps=20,
+    code_steps=20,
+)
+SETTINGS = TrainingSettings(minutes=0.002, texels=20, basis=BASIS)
+
+
+@pytest.fixture(scope="package")
+def folder(tmp_path_factory):
+    """Six materials, of which two are unseen, and one at other directions."""
+    where = tmp_path_factory.mktemp("textures")
+    for index, name in enumerate(("felt01", "felt02", "felt12", "wood_1", "wood_2", "wood_12")):
+        write(texture(index), where / "bonn" / f"{name}.npz")
+    write(texture(9, directions=OTHER), where / "utia" / "silk12.npz")
+    return where
+
+
+@pytest.fixture
+def study(folder, tmp_path_factory):
+    """What is kept lasts for all tests."""
+    training, unseen = separate(collect([folder / "bonn"]))
+    calls = []
+    found = Study(
+        training,
+        unseen,
+        SETTINGS,
+        folder / "cache",
+        others=collect([folder / "utia"]),
+        progress=lambda *call: calls.append(call),
+    )
+    found.calls = calls
+    return found

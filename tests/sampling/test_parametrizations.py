@@ -1,0 +1,65 @@
+"""Families of samplers: parameters may be anything, densities are those of the samplers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nacre.geometry import split
+from nacre.sampling import BlinnPhongMixture, GgxMixture
+from nacre.sampling.moment import Pairs, propose, view_pairs
+from nacre.sampling.parametrizations import FAMILIES
+
+PROPOSAL = propose(3, 64)
+PAIRS = view_pairs(PROPOSAL.wo, PROPOSAL.wi)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_densities_are_those_of_the_samplers(name: str) -> None:
+    family = FAMILIES[name]
+    free = np.random.default_rng(1).normal(0.0, 1.5, (6, family.size))
+    densities = family.density(free, PAIRS)
+    assert densities.shape == (6, *PROPOSAL.density.shape)
+    for parameters, density in zip(free, densities, strict=True):
+        sampler = family.sampler(parameters)
+        expected = sampler.pdf_components(split(PROPOSAL.wi), split(PROPOSAL.wo))
+        np.testing.assert_allclose(density, expected, rtol=0.02, atol=1e-4)
+        assert np.median(np.abs(density / expected - 1.0)) < 1e-3  # four digits are kept
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_torch_gives_the_same_densities_with_slopes(name: str) -> None:
+    torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
+    family = FAMILIES[name]
+    free = np.random.default_rng(2).normal(0.0, 1.5, (3, family.size))
+
+    def tensor(values):
+        return torch.from_numpy(np.array(np.broadcast_to(values, PROPOSAL.density.shape)))
+
+    half, view = (tuple(map(tensor, w)) for w in PAIRS[:2])
+    given = torch.from_numpy(free).requires_grad_()
+    density = family.density(given, Pairs(half, view, tensor(PAIRS.cosine)))
+    np.testing.assert_allclose(density.detach(), family.density(free, PAIRS), rtol=1e-9)
+    density.log().sum().backward()
+    slopes = given.grad.numpy()
+    assert np.isfinite(slopes).all()
+    for column in range(family.size):
+        step = 1e-6 * np.eye(family.size)[column]
+        ends = [np.log(family.density(free + s * step, PAIRS)) for s in (1.0, -1.0)]
+        difference = (ends[0] - ends[1]).sum(axis=(1, 2)) / 2e-6
+        np.testing.assert_allclose(slopes[:, column], difference, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_whatever_the_parameters_samplers_are_within_bounds(name: str) -> None:
+    family = FAMILIES[name]
+    signs = np.random.default_rng(3).choice([-1.0, 1.0], (20, family.size))
+    for scale in (0.0, 10.0, 1e3, 1e30):
+        for free in scale * signs:
+            sampler = family.sampler(free)  # which raises for what is out of bounds
+            assert isinstance(sampler, (BlinnPhongMixture, GgxMixture))
+            density = sampler.pdf_components(split(PROPOSAL.wi), split(PROPOSAL.wo))
+            above = np.isfinite(PROPOSAL.density)
+            assert np.isfinite(density).all()
+            cosine = PROPOSAL.wi[..., 2] / np.pi
+            assert (density >= 0.0099 * cosine)[above].all()  # so weights are bounded
