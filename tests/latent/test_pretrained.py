@@ -10,7 +10,13 @@ import pytest
 import nacre
 from nacre.brdf import CosineSampler
 from nacre.cli import main
-from nacre.latent import encode, find_basis, pretrained_basis, pretrained_hypernetwork
+from nacre.latent import (
+    encode,
+    find_basis,
+    pretrained,
+    pretrained_basis,
+    pretrained_hypernetwork,
+)
 from nacre.metrics import compare
 from nacre.sampling import GgxMixture
 from tests.data import list_data, require_data
