@@ -1,18 +1,21 @@
-"""Whole folders of materials: every measured file in them fitted, resumed where a run stopped.
+"""Jobs over files: materials fitted, textures encoded, codecs and bases trained.
 
-:func:`fit_library` finds the files (:mod:`nacre.workflows.sources`), skips those whose fit is up to
-date by the manifest (:mod:`nacre.workflows.manifest`), and has the others fitted a few at a time
-(:mod:`nacre.workflows.run`), in threads (:mod:`nacre.workflows.executor`), as one batch on a GPU
-(:mod:`nacre.workflows.stacks`) or on a Dask cluster (:mod:`nacre.workflows.cluster`).
+:func:`fit_files` fits lone files. :func:`fit_library` fits every measured file in folders and goes
+on where a run stopped: it finds the files (:mod:`nacre.workflows.sources`), skips those whose fit
+is up to date by the manifest (:mod:`nacre.workflows.manifest`), and has the others fitted a few at
+a time (:mod:`nacre.workflows.run`), in threads (:mod:`nacre.workflows.executor`), as one batch on a
+GPU (:mod:`nacre.workflows.stacks`) or on a Dask cluster (:mod:`nacre.workflows.cluster`).
 """
 
 from nacre.workflows.cluster import Cluster
 from nacre.workflows.executor import Executor, Threads
+from nacre.workflows.files import FittedFile, fit_files, output_paths
 from nacre.workflows.fitting import AnalyticFitting, Fitting, NetworkFitting
 from nacre.workflows.manifest import MANIFEST, Manifest, Record
 from nacre.workflows.run import Outcome, fit_library
 from nacre.workflows.sources import Source, find_sources, output_names
 from nacre.workflows.stacks import Stacks
+from nacre.workflows.texel import texture_reflectance
 from nacre.workflows.watcher import Watcher
 
 __all__ = [
@@ -20,6 +23,7 @@ __all__ = [
     "AnalyticFitting",
     "Cluster",
     "Executor",
+    "FittedFile",
     "Fitting",
     "Manifest",
     "NetworkFitting",
@@ -30,6 +34,9 @@ __all__ = [
     "Threads",
     "Watcher",
     "find_sources",
+    "fit_files",
     "fit_library",
     "output_names",
+    "output_paths",
+    "texture_reflectance",
 ]

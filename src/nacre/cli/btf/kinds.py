@@ -7,12 +7,12 @@ from typing import Literal, TypeAlias
 
 from nacre.errors import FormatError, NacreError
 
-Kind: TypeAlias = Literal["a texture", "an encoded texture", "a model of textures"]
+Kind: TypeAlias = Literal["a texture", "an encoded texture", "a texture codec"]
 
 _TAKEN_BY: dict[Kind, str] = {
-    "a texture": "nacre btf encode encodes it, nacre btf train learns a model of some",
-    "an encoded texture": "nacre btf decode and the commands on textures take it",
-    "a model of textures": "nacre btf encode --model takes it",
+    "a texture": "nacre fit encodes it, nacre btf train trains a codec on several",
+    "an encoded texture": "nacre btf decode and all commands on textures take it",
+    "a texture codec": "nacre fit --codec takes it",
 }
 
 
@@ -35,7 +35,7 @@ def expect(path: Path, *wanted: Kind) -> None:
     if has_header(path, CODE):
         kind = "an encoded texture"
     elif has_header(path, MODEL):
-        kind = "a model of textures"
+        kind = "a texture codec"
     elif is_btf(path):
         kind = "a texture"
     elif _is_material(path):
