@@ -21,8 +21,8 @@ from nacre.measured.textures import BONN
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture, find
 from nacre.textures.codecs import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.textures.mipmap import LatentPyramid
-from nacre.textures.pretrained import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.ablations.btf_mipmaps import PAIRS, of_codes
 from studies.speed.table import markdown

@@ -24,13 +24,12 @@ from nacre.btf import Btf
 from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
 from nacre.textures import LatentMap, load
-from nacre.textures.box_filter import halved_rows
 from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import TexelMap
-from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED
+from nacre.textures.mipmap import LatentPyramid, filtered_reflectance, halved_rows
 from nacre.textures.selection import nearest_pair
 from nacre.workflows.encoding import encode
 from studies.speed.table import markdown

@@ -27,9 +27,14 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import codec_fingerprint, load_codec, pack_codec, unpack_codec
+from nacre.textures.codecs.codec_file import (
+    PUBLISHED,
+    codec_fingerprint,
+    load_codec,
+    pack_codec,
+    unpack_codec,
+)
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
-from nacre.textures.pretrained import PUBLISHED
 
 VERSION = 1
 KEY = "nacre latent map"

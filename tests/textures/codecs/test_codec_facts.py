@@ -7,7 +7,7 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.textures.codecs import save_codec
-from nacre.textures.codecs.codec_facts import codec_facts
+from nacre.textures.codecs.codec_file import codec_facts
 from nacre.textures.codecs.principal import PcaCodec
 from tests.textures.codec_files import header_and_tensors, rewrite_field
 from tests.textures.codecs.basis.made import codec

@@ -13,12 +13,10 @@ from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
 from nacre.textures.embedding import appearance
 from nacre.textures.synthesis import synthesize
-from nacre.textures.synthesis.cuts import inside_cuts, minimum_error_cut
-from nacre.textures.synthesis.features import texel_features
-from nacre.textures.synthesis.patch_search import PatchSearch
+from nacre.textures.synthesis.patches import PatchSearch, inside_cuts, minimum_error_cut
+from nacre.textures.synthesis.quilted_map import texel_features
 from nacre.textures.synthesis.quilting import Quilting, quilt
-from nacre.textures.synthesis.scale import overlap_of, patch_size, tiles
-from nacre.textures.synthesis.seams import seam_contrast, seams
+from nacre.textures.synthesis.seams import overlap_of, patch_size, seam_contrast, seams, tiles
 from tests.textures.codecs.basis.made import codec
 
 

@@ -70,12 +70,11 @@ def command(
     from nacre.measured.textures.photographs import load_photographs
     from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
     from nacre.textures.formats import load
     from nacre.textures.identity import source_files, source_mark
     from nacre.textures.latent_file import check_latent_path, save_latent_map
     from nacre.textures.latent_map import LatentMap
-    from nacre.textures.pretrained import PUBLISHED
     from nacre.workflows.encoding import encode
 
     model = model or PUBLISHED
@@ -136,8 +135,8 @@ def command(
 
 
 def _reference(model: Path, output: Path) -> CodecFile:
+    from nacre.textures.codecs.codec_file import PUBLISHED
     from nacre.textures.latent_map import CodecFile
-    from nacre.textures.pretrained import PUBLISHED
 
     if model != PUBLISHED and model.resolve().parent != output.resolve().parent:
         raise FormatError(

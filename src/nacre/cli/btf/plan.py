@@ -41,9 +41,8 @@ def command(
     are in degrees.
     """
     from nacre.textures.codecs.basis.codec import BasisCodec
-    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
     from nacre.textures.plan import CANDIDATES, candidate_pairs, informative, write_plan
-    from nacre.textures.pretrained import PUBLISHED
 
     if output.suffix.lower() != ".csv":
         raise click.BadParameter(f"{output}: a list of directions is a .csv file")

@@ -17,8 +17,7 @@ from nacre.render.textures.factors import CHROMAS, GREYS, Factors
 from nacre.render.textures.texels import Corners, Records
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import join_components
-from nacre.textures.codecs.basis.functions import direction_components
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.networks import SkipNetwork, direction_components
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
 """Weights of functions, of each texel around a hit, and its share."""

@@ -28,12 +28,11 @@ from nacre.render.textures.relief import Relief, read_heights
 from nacre.render.textures.texels import INTERPOLATIONS, Records, TexelGrid, record_bytes
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.tilted import TiltedMixture
-from nacre.textures.box_filter import level_shapes
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.principal.codec import PcaCodec
 from nacre.textures.latent_file import load_latent_map
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.mipmap import LatentPyramid
+from nacre.textures.mipmap import LatentPyramid, level_shapes
 
 DECODERS = "table", "network"
 COEFFICIENTS = "auto", "texture", "hit"

@@ -9,10 +9,9 @@ import numpy as np
 
 from nacre.numerics.layer import Layer
 from nacre.textures.codecs.basis.codec import BasisCodec
-from nacre.textures.codecs.basis.functions import INPUTS, AngularFunctions
+from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
 
 TINY = BasisRecipe(values=2, greys=3, chromas=2, width=6, depth=2, wide=8, hidden=5, completing=7)
 

@@ -18,12 +18,10 @@ from nacre.textures.codecs.basis.colors import (
     join_reflectance,
     split_reflectance,
 )
-from nacre.textures.codecs.basis.components import principal_functions
-from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
-from nacre.textures.codecs.basis.uniform_texels import swatches
+from nacre.textures.codecs.basis.training import swatches
+from nacre.textures.codecs.texel_components import principal_functions, symmetric_turns
 
 SMALL = Dome("small", ((0.0, 1, 0.0), (30.0, 6, 0.0), (60.0, 6, 0.0)))
 

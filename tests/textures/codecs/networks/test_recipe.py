@@ -17,7 +17,7 @@ from nacre.textures.codecs.networks import (
     Whitening,
 )
 from nacre.textures.codecs.networks.mlp import initial
-from nacre.textures.codecs.networks.optimisers import optimisers
+from nacre.textures.codecs.networks.recipe import optimisers
 
 
 def test_the_reference_recipe_is_that_of_the_paper():

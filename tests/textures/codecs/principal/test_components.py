@@ -12,8 +12,8 @@ from nacre.btf import TableBtf
 from nacre.errors import NacreError
 from nacre.measured.textures import BONN
 from nacre.measured.textures.domes import below, pairs
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
 from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
+from nacre.textures.codecs.texel_components import symmetric_turns
 from tests.textures.support import ByImage
 
 RING = pairs(*[BONN.directions[below(BONN.directions, 12.0)]] * 2)

@@ -12,11 +12,10 @@ from nacre.array import Floats
 from nacre.numerics.channels import TURNS
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
-from nacre.textures.codecs.basis.functions import FunctionValues
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
 from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 512

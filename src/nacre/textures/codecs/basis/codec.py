@@ -9,9 +9,8 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.textures.codecs.basis.colors import join_reflectance
-from nacre.textures.codecs.basis.functions import AngularFunctions
+from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
 from nacre.textures.codecs.codec import TexelCodec, TexelMap
 
 _STEPS = 2

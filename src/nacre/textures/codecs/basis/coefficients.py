@@ -16,7 +16,7 @@ from nacre.measured.textures.domes import below
 from nacre.measured.textures.transposition import transposed
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.networks import FunctionValues
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.basis.stages import Stages
 from nacre.textures.selection import random_texels
@@ -97,7 +97,7 @@ def training_texels(
     functions
         At its pairs of directions, over which they are orthonormal.
     turns
-        Orders of the pairs, see :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+        Orders of the pairs, see :func:`nacre.textures.codecs.texel_components.symmetric_turns`.
     subsets
         Of the pairs, the first of all.
     recipe

@@ -14,11 +14,11 @@ from nacre.errors import NacreError
 from nacre.numerics.layer import Layer
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.components import principal_functions
-from nacre.textures.codecs.basis.functions import INPUTS, AngularFunctions, direction_inputs
 from nacre.textures.codecs.basis.network_training import Tensor, dense, descend, to_layer, torch
+from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, direction_inputs
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.basis.stages import Stages
+from nacre.textures.codecs.texel_components import principal_functions
 
 _BATCH = 1024
 _BLOCK = 64
@@ -66,7 +66,7 @@ def principal_components(
     wi, wo
         Unit directions, shape (n, 3).
     orders
-        Turns about the normal, see :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+        Turns about the normal, see :func:`nacre.textures.codecs.texel_components.symmetric_turns`.
     recipe
         Sizes and efforts.
     report

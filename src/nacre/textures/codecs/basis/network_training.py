@@ -13,7 +13,7 @@ from nacre.errors import NacreError, require
 from nacre.numerics.layer import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.networks import SkipNetwork
 from nacre.textures.codecs.basis.stages import Stages
 
 torch: Any = require("torch", "btf")

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.functions import FunctionValues
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 
 Double = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf import Btf
+from nacre.btf import Btf, TableBtf
 from nacre.measured.textures.transposition import narrowed, transposed
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.code_training import train_codes
@@ -25,12 +25,10 @@ from nacre.textures.codecs.basis.function_training import (
     principal_components,
     train_functions,
 )
-from nacre.textures.codecs.basis.functions import AngularFunctions
-from nacre.textures.codecs.basis.inputs import check_textures
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.networks import AngularFunctions
+from nacre.textures.codecs.basis.recipe import BasisRecipe, check_textures
 from nacre.textures.codecs.basis.stages import Stages
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
-from nacre.textures.codecs.basis.uniform_texels import swatches
+from nacre.textures.codecs.texel_components import symmetric_turns
 from nacre.textures.selection import random_texels
 
 _VALUE_BYTES = 3 * (2 + 4)
@@ -125,3 +123,22 @@ def _texels_of(
         count = min(recipe.texels_of_each(textures), most)
         texels = texture.texels(random_texels(texture, count, random))
         return _Texels(texture.wi, texture.wo, narrowed(texels, np.float16, texture.name))
+
+
+def swatches(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
+    """A row of texels, each of one reflectance factor at all pairs of directions.
+
+    Their colors lie anywhere between black and white, dark ones as often as bright ones.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions, shape (n, 3).
+    count
+        Of texels.
+    seed
+        Of the colors.
+    """
+    random = np.random.default_rng([seed, count])
+    colors = random.random((count, 1, 3), np.float32) * random.random((count, 1, 1), np.float32)
+    return TableBtf(np.broadcast_to(colors[None], (1, count, len(wi), 3)), wi, wo, "swatches")

@@ -18,8 +18,8 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
-from nacre.textures.codecs.networks.decoder import HIDDEN
 from nacre.textures.codecs.networks.mlp import (
+    HIDDEN,
     Shapes,
     Tensor,
     mlp_layers,
@@ -48,7 +48,7 @@ class CustomSettings:
     hidden
         Widths of the fully connected hidden layers.
     decoder, decoder_hidden
-        See :class:`nacre.textures.codecs.networks.decoder.Decoder`.
+        See :class:`nacre.textures.codecs.networks.mlp.Decoder`.
     """
 
     latent: int = 8

@@ -14,8 +14,7 @@ from nacre.array import Floats
 from nacre.geometry import split, stereographic
 from nacre.runtime.parallel import thread_map
 from nacre.textures.codecs.codec import TexelCodec, TexelMap
-from nacre.textures.codecs.networks.decoder import DECODERS, Decoder
-from nacre.textures.codecs.networks.mlp import Shapes, Tensor, initial, torch
+from nacre.textures.codecs.networks.mlp import DECODERS, Decoder, Shapes, Tensor, initial, torch
 from nacre.textures.codecs.networks.preprocessing import Whitening
 
 _Part = TypeVar("_Part")
@@ -107,11 +106,11 @@ class TexelNetwork(TexelCodec):
         """Codes, shape (b, L), of whitened texels of shape (b, 3, n)."""
 
     def prepare_decoder(self, directions: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.decoder.Decoder.prepare`."""
+        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.prepare`."""
         return self._decoder.prepare(self.parameters, directions)
 
     def decode(self, codes: Tensor, prepared: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.decoder.Decoder.decode`."""
+        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.decode`."""
         return self._decoder.decode(self.parameters, codes, prepared)
 
     def to(self, device: Any) -> None:

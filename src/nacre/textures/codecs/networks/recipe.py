@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.textures.codecs.networks.mlp import VARIANCES
+from nacre.textures.codecs.networks.mlp import VARIANCES, Tensor, torch
 
 OPTIMISERS = "sgd", "adam", "muon"
 LOSSES = "l1", "l2"
@@ -144,3 +144,26 @@ class TrainingRecipe:
             return self.learning_rate
         left = (min(done, 1.0) - self.warm_up) / (1.0 - self.warm_up)
         return self.learning_rate * 0.5 * (1.0 + math.cos(math.pi * left))
+
+
+_SMALLEST_MATRIX = 32
+"""Smaller ones are left to Adam where Muon is asked for: it makes all singular values alike."""
+
+
+def optimisers(parameters: Sequence[Tensor], recipe: TrainingRecipe) -> list[Any]:
+    """What takes a step together; learning rates are set at every one."""
+    rate = recipe.learning_rate
+    if recipe.optimiser == "sgd":
+        return [torch.optim.SGD(parameters, lr=rate)]
+
+    def adam(some: Sequence[Tensor]) -> Any:
+        return torch.optim.Adam(some, lr=rate, betas=(0.9, 0.99), fused=True)
+
+    matrices = [p for p in parameters if p.ndim == 2 and min(p.shape) >= _SMALLEST_MATRIX]
+    if recipe.optimiser == "adam" or not matrices:
+        return [adam(parameters)]
+    rest = [p for p in parameters if not any(p is m for m in matrices)]
+    muon = torch.optim.Muon(
+        matrices, lr=rate, weight_decay=0.0, momentum=0.95, adjust_lr_fn="match_rms_adamw"
+    )
+    return [muon, adam(rest)]

@@ -24,9 +24,8 @@ from nacre.textures.codecs.networks.distributed import Processes
 from nacre.textures.codecs.networks.journal import Journal
 from nacre.textures.codecs.networks.mlp import Tensor, torch
 from nacre.textures.codecs.networks.network import TexelNetwork, direction_inputs
-from nacre.textures.codecs.networks.optimisers import optimisers
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import TrainingRecipe
+from nacre.textures.codecs.networks.recipe import TrainingRecipe, optimisers
 from nacre.textures.codecs.networks.unified import UnifiedNetwork, UnifiedSettings
 
 _REPORT_EVERY = 10

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.textures.codecs.networks.decoder import HIDDEN, INPUTS
 from nacre.textures.codecs.networks.mlp import (
+    HIDDEN,
+    INPUTS,
     Shapes,
     Tensor,
     mlp_layers,
@@ -42,7 +43,7 @@ class UnifiedSettings:
     pooling
         "mean" or "max": how entries of a texel become one vector.
     decoder, decoder_hidden
-        See :class:`nacre.textures.codecs.networks.decoder.Decoder`.
+        See :class:`nacre.textures.codecs.networks.mlp.Decoder`.
     """
 
     latent: int = 32

@@ -16,9 +16,8 @@ from nacre.measured.textures.directions import same_pairs
 from nacre.measured.textures.transposition import transposed
 from nacre.numerics.channels import CHROMA, GREY, split_colors
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.basis.components import principal_functions
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
 from nacre.textures.codecs.principal.codec import PcaCodec
+from nacre.textures.codecs.texel_components import principal_functions, symmetric_turns
 from nacre.textures.selection import random_texels
 
 _DARK = 0.01

@@ -2,13 +2,49 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import KDTree
 
 from nacre.array import Floats
+from nacre.geometry import join, split, turn
+from nacre.measured.textures.directions import SAME
+
+_MOST_TURNS = 24
+
+
+def symmetric_turns(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
+    """Orders of the pairs, shape (n,) each, that stand for the texel turned about its normal.
+
+    Values v of a texel become v[order] when it is turned. The first order changes nothing. They are
+    the multiples of the smallest angle 2 pi / k, k up to 24, that the set of pairs allows: six for
+    the domes of Bonn and UTIA's neighbor, one for scattered directions.
+    """
+    pairs = np.concatenate([wi, wo], axis=1)
+    tree = KDTree(pairs)
+    for count in range(_MOST_TURNS, 1, -1):
+        orders = [np.arange(len(wi))]
+        for k in range(1, count):
+            order = _order(tree, wi, wo, 2.0 * math.pi * k / count)
+            if order is None:
+                break
+            orders.append(order)
+        if len(orders) == count:
+            return orders
+    return [np.arange(len(wi))]
+
+
+def _order(tree: Any, wi: Floats, wo: Floats, angle: float) -> npt.NDArray[np.intp] | None:
+    turned = np.concatenate([join(turn(split(w), angle)) for w in (wi, wo)], axis=1)
+    distance, order = tree.query(turned, distance_upper_bound=SAME)
+    if not np.isfinite(distance).all() or len(np.unique(order)) != len(order):
+        return None
+    return np.asarray(order, np.intp)
+
 
 _OVERSAMPLING = 16
 _POWERS = 4
@@ -27,7 +63,7 @@ def principal_functions(
         Shape (texels, n).
     orders
         A group of orders of the n columns, see
-        :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+        :func:`nacre.textures.codecs.texel_components.symmetric_turns`.
     count
         Of components.
     seed
