@@ -50,12 +50,12 @@ def by_coefficients(latent: LatentMap) -> list[Floats]:
     codec, codes = latent.codec, latent.codes.astype(np.float32)
     assert isinstance(codec, BasisCodec)
     shape = codes.shape[:2]
-    coefficients = codec.decode(codes.reshape(-1, codec.values)).reshape(*shape, -1)
+    coefficients = codec.decode(codes.reshape(-1, codec.code_dim)).reshape(*shape, -1)
     levels = []
-    while codes.size > codec.values:
+    while codes.size > codec.code_dim:
         codes, coefficients = halved_map(codes), halved_map(coefficients)
         wanted = coefficients.reshape(-1, coefficients.shape[2])
-        found = project(codes.reshape(-1, codec.values), wanted, codec.decode, 2)
+        found = project(codes.reshape(-1, codec.code_dim), wanted, codec.decode, 2)
         levels.append(found.reshape(codes.shape))
     return levels
 

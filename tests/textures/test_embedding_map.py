@@ -12,7 +12,7 @@ from nacre.errors import FormatError, NacreError
 from nacre.io.tensors import from_file, to_bytes
 from nacre.measured.textures import BONN
 from nacre.textures import LatentMap
-from nacre.textures.embedding_map import (
+from nacre.textures.embedding import (
     EmbeddingMap,
     embed_texels,
     load_embedding_map,

@@ -31,7 +31,6 @@ from nacre.textures.codecs.codec_file import (
     PUBLISHED,
     codec_fingerprint,
     load_codec,
-    pack_codec,
     unpack_codec,
 )
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
@@ -121,7 +120,7 @@ def _encode(latent: LatentMap) -> bytes:
         raise FormatError(str(error)) from error
     tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
     if latent.reference is None:
-        model, weights = pack_codec(latent.codec, None)
+        model, weights = latent.codec.pack(None)
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}

@@ -148,7 +148,7 @@ class LatentPyramid:
             raise ValueError(f"by is one of {', '.join(FILTERS)}, not {by!r}")
         height, width = latent.codes.shape[:2]
         shapes = level_shapes(height, width)
-        levels = [np.empty((*shape, latent.codec.values), np.float32) for shape in shapes]
+        levels = [np.empty((*shape, latent.codec.code_dim), np.float32) for shape in shapes]
         levels[0][:] = latent.codes
         if by == "codes":
             rows: Iterable[Floats] = levels[0]

@@ -99,8 +99,8 @@ def encode(
     step = texels_per_block or max(1, BLOCK // (12 * btf.pair_count))
     compared = min(btf.pair_count, max(1, _COMPARED // total))
     dtype = np.dtype(np.float16 if half else np.float32)
-    run = _Run(np.empty((total, codec.values), dtype), ErrorSums(), 0)
-    mark = f"{mark} {btf.width} {btf.height} {btf.pair_count} {step} {codec.values} {dtype}"
+    run = _Run(np.empty((total, codec.code_dim), dtype), ErrorSums(), 0)
+    mark = f"{mark} {btf.width} {btf.height} {btf.pair_count} {step} {codec.code_dim} {dtype}"
     if state is not None and state.exists():
         run.restore(state, mark)
     if run.done < total:
@@ -129,7 +129,7 @@ def encode(
             with uninterrupted():
                 run.save(state, mark)
         raise
-    codes = run.codes.reshape(btf.height, btf.width, codec.values)
+    codes = run.codes.reshape(btf.height, btf.width, codec.code_dim)
     return Encoding(codes, run.errors.result(), compared)
 
 

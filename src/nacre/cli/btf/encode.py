@@ -120,7 +120,7 @@ def command(
     after = output.stat().st_size
     shown, by_view = found.errors.shown()
     rows = [
-        ("texels", f"{btf.width} x {btf.height}, {counted(codec.values, 'value', 'values')} each"),
+        ("texels", f"{btf.width} x {btf.height}, {counted(codec.code_dim, 'value', 'values')} each"),
         *(shown | compared).items(),
         *((f"MSE x 1e4, views {name}", mse) for name, mse in by_view.items()),
         ("seconds", seconds),

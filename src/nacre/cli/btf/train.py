@@ -280,7 +280,7 @@ def _train_basis(
     kept.remove()
     console.print(
         f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, "
-        f"{counted(codec.values, 'value', 'values')} a code, {output.stat().st_size:,} bytes",
+        f"{counted(codec.code_dim, 'value', 'values')} a code, {output.stat().st_size:,} bytes",
         markup=False,
     )
 

@@ -225,8 +225,8 @@ class Study:
             for left in self.folder.glob(f"{state.name}*"):
                 left.unlink()
         if isinstance(codec, PcaCodec):
-            if codec.values < method.values:
-                raise _UnfitError(f"there are {codec.values} principal components only")
+            if codec.code_dim < method.values:
+                raise _UnfitError(f"there are {codec.code_dim} principal components only")
             codec = codec.first(method.values)
         self._codecs[mark, method.values] = codec
         return codec

@@ -139,7 +139,7 @@ def rendering(
 
 
 def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArray[np.float32]:
-    """Codes of random texels, shape (at most `texels`, codec.values).
+    """Codes of random texels, shape (at most `texels`, codec.code_dim).
 
     Raises
     ------

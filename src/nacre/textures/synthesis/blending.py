@@ -13,8 +13,7 @@ from nacre.array import Floats
 from nacre.errors import FormatError, NacreError, reason, require
 from nacre.io.files import PathLike, first_bytes
 from nacre.io.image_file import JPEG_MAGIC, PNG_MAGIC
-from nacre.io.tensors import to_bytes
-from nacre.textures.codecs.codec_file import KEY, LIMIT, pack_codec
+from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.synthesis.quilted_map import TEXEL_LIMIT
 
@@ -166,7 +165,7 @@ def blend(
     if not ((mask >= 0.0) & (mask <= 1.0)).all():
         raise NacreError("values of a mask are numbers within 0 and 1")
     weights = np.asarray(mask, np.float32)[..., None]
-    mixed = np.zeros((*mask.shape, first.codec.values), np.float32)
+    mixed = np.zeros((*mask.shape, first.codec.code_dim), np.float32)
     if keep_contrast:
         scale = 1.0 / np.sqrt(np.square(weights) + np.square(1.0 - weights))
     else:
@@ -183,12 +182,9 @@ def blend(
 
 def same_codec(first: LatentMap, second: LatentMap) -> bool:
     """Whether codes of two maps mean the same."""
-    if first.codec is second.codec:
-        return True
-    one, other = (
-        to_bytes(KEY, *pack_codec(latent.codec, None), LIMIT) for latent in (first, second)
+    return first.codec is second.codec or (
+        codec_fingerprint(first.codec) == codec_fingerprint(second.codec)
     )
-    return one == other
 
 
 def _repeated(latent: LatentMap, shape: tuple[int, ...]) -> Floats:

@@ -11,7 +11,6 @@ from nacre.array import Floats
 from nacre.errors import FormatError, NacreError
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.embedding import appearance
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
 from nacre.textures.synthesis.seams import (
@@ -34,7 +33,7 @@ _BLOCK = 1 << 12
 def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
-    Squared distances are those of :func:`nacre.textures.embedding.appearance`, but for the
+    Squared distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`, but for the
     hundredth of the variance that is left out.
 
     Parameters
@@ -61,8 +60,8 @@ def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
     total = len(codes)
     some = np.random.default_rng(seed).choice(total, min(_TEXELS, total), replace=False)
     with one_blas_thread():  # the same features on any number of cores
-        looks = appearance(latent.codec, (latent.wi, latent.wo))
-        seen = looks(codes[np.sort(some)]).astype(np.float64)
+        embed = latent.codec.embedding(latent.wi, latent.wo)
+        seen = embed(codes[np.sort(some)]).astype(np.float64)
         if not np.isfinite(seen).all():
             raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
         mean = seen.mean(0)
@@ -71,7 +70,7 @@ def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
         needed = int(np.count_nonzero(left_out > _LEFT_OUT * left_out[-1]))
         kept = directions[:, ::-1][:, : min(max(needed, 1), most)]
         blocks = (codes[start : start + _BLOCK] for start in range(0, total, _BLOCK))
-        features = np.concatenate([(looks(block) - mean) @ kept for block in blocks])
+        features = np.concatenate([(embed(block) - mean) @ kept for block in blocks])
     features -= features.mean(0)
     if not np.isfinite(features).all():
         raise FormatError(f"{latent.name}: some codes decode to values that are not finite")

@@ -21,7 +21,7 @@ from nacre.textures.codecs.basis.colors import (
 from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
 from nacre.textures.codecs.basis.training import swatches
-from nacre.textures.codecs.texel_components import principal_functions, symmetric_turns
+from nacre.textures.codecs.texel_components import principal_functions, symmetric_rotations
 
 SMALL = Dome("small", ((0.0, 1, 0.0), (30.0, 6, 0.0), (60.0, 6, 0.0)))
 
@@ -92,7 +92,7 @@ def test_orders_of_channels_turn_the_pair(index: int) -> None:
 @pytest.mark.parametrize(("dome", "count"), [(SMALL, 6), (UTIA, 2), (BONN, 6)])
 def test_turns_that_a_dome_allows(dome: Dome, count: int) -> None:
     wi, wo = dome.pairs()
-    turns = symmetric_turns(wi, wo)
+    turns = symmetric_rotations(wi, wo)
     assert len(turns) == count
     for index, order in enumerate(turns):
         angle = 2.0 * np.pi * index / count
@@ -103,7 +103,7 @@ def test_turns_that_a_dome_allows(dome: Dome, count: int) -> None:
 
 def test_scattered_directions_allow_no_turn() -> None:
     wi, wo = pairs(BONN.directions[:20], BONN.directions[3:9])
-    assert len(symmetric_turns(wi, wo)) == 1
+    assert len(symmetric_rotations(wi, wo)) == 1
 
 
 def test_components_are_those_of_the_data_in_all_orders() -> None:

@@ -13,7 +13,7 @@ from nacre.errors import NacreError
 from nacre.measured.textures import BONN
 from nacre.measured.textures.domes import below, pairs
 from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
-from nacre.textures.codecs.texel_components import symmetric_turns
+from nacre.textures.codecs.texel_components import symmetric_rotations
 from tests.textures.support import ByImage
 
 RING = pairs(*[BONN.directions[below(BONN.directions, 12.0)]] * 2)
@@ -40,7 +40,7 @@ def written_out(permute: bool, turn: bool, weigh: bool) -> tuple[np.ndarray, np.
     texels = np.concatenate([t().texels(slice(None)) for t in TEXTURES]).astype(np.float64)
     weights = 1.0 / (texels.mean((1, 2)) + 0.01) if weigh else np.ones(len(texels))
     channels = list(itertools.permutations(range(3))) if permute else [(0, 1, 2)]
-    turns = symmetric_turns(*RING) if turn else [np.arange(len(RING[0]))]
+    turns = symmetric_rotations(*RING) if turn else [np.arange(len(RING[0]))]
     rows = [texels[:, t][:, :, c].reshape(len(texels), -1) for c in channels for t in turns]
     return np.concatenate(rows), np.tile(weights, len(rows))
 

@@ -52,21 +52,21 @@ def descend(
     NacreError
         If some numbers are not finite in the end.
     """
-    optimisers = [(torch.optim.Adam(vectors), _RATE)]
+    optimizers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:
         muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
-        optimisers.append((muon, _MATRIX_RATE))
+        optimizers.append((muon, _MATRIX_RATE))
     changed = [*vectors, *matrices]
-    left = stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator)
+    left = stages.steps(stage, steps, changed, [o for o, _ in optimizers], generator)
     with one_thread():
-        _steps(left, optimisers, loss, steps, partial(report, stage))
+        _steps(left, optimizers, loss, steps, partial(report, stage))
     if not all(bool(torch.isfinite(tensor).all()) for tensor in changed):
         raise NacreError(f"{stage} diverged; take another seed")
 
 
 def _steps(
     left: Iterator[int],
-    optimisers: list[tuple[Any, float]],
+    optimizers: list[tuple[Any, float]],
     loss: Callable[[int], Tensor],
     steps: int,
     report: Callable[[int, int, str], None],
@@ -75,12 +75,12 @@ def _steps(
         fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
         fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
         current = loss(step)
-        for optimiser, _ in optimisers:
-            optimiser.zero_grad()
+        for optimizer, _ in optimizers:
+            optimizer.zero_grad()
         current.backward()
-        for optimiser, rate in optimisers:
-            optimiser.param_groups[0]["lr"] = rate * fraction
-            optimiser.step()
+        for optimizer, rate in optimizers:
+            optimizer.param_groups[0]["lr"] = rate * fraction
+            optimizer.step()
         if (step + 1) % 50 == 0 or step + 1 == steps:
             report(step + 1, steps, f"loss {float(current.item()):.4g}")
 

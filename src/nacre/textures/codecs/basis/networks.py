@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -26,14 +26,14 @@ class FunctionValues(NamedTuple):
 
     mean: Floats
     """What all texels have, shape (n,)."""
-    grey: Floats
-    """Shape (n, grays)."""
+    luma: Floats
+    """Shape (n, luma_count)."""
     chroma: Floats
-    """Shape (n, chromas)."""
+    """Shape (n, chroma_count)."""
 
     def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
         """The values at some of the pairs."""
-        return FunctionValues(self.mean[chosen], self.grey[chosen], self.chroma[chosen])
+        return FunctionValues(self.mean[chosen], self.luma[chosen], self.chroma[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +41,8 @@ class AngularFunctions:
     """Functions that a network gives for a pair of directions.
 
     All layers but the last are followed by x / (1 + exp(-x)); of the hidden ones, all but the first
-    add to what came before them. Roots of reflectance are sums of the functions, as gray values and
-    pairs, see :mod:`nacre.textures.codecs.basis.colors`.
+    add to what came before them. Roots of reflectance are sums of the functions, as luma and
+    chroma, see :mod:`nacre.textures.codecs.basis.colors`.
 
     Parameters
     ----------
@@ -51,20 +51,20 @@ class AngularFunctions:
     wide
         A layer after those: the more units, the better the last one can combine them.
     last
-        Gives the mean, then functions of gray values, then those of pairs.
-    grays
-        How many of the functions are for gray values.
+        Gives the mean, then functions of luma, then those of chroma.
+    luma_count
+        How many of the functions are for luma.
 
     Raises
     ------
     ValueError
-        If layers do not chain, or `grays` is out of range.
+        If layers do not chain, or `luma_count` is out of range.
     """
 
     hidden: Sequence[Layer]
     wide: Layer
     last: Layer
-    greys: int
+    luma_count: int = field(metadata={"file": "greys"})
 
     def __post_init__(self) -> None:
         width = INPUTS
@@ -72,13 +72,13 @@ class AngularFunctions:
             if layer.weights.shape != (width, len(layer.biases)):
                 raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
             width = len(layer.biases)
-        if not 0 < self.greys < width or len({len(h.biases) for h in self.hidden}) != 1:
-            raise ValueError(f"{self.greys} of {width - 1} functions are gray")
+        if not 0 < self.luma_count < width or len({len(h.biases) for h in self.hidden}) != 1:
+            raise ValueError(f"{self.luma_count} of {width - 1} functions are of luma")
 
     @property
-    def chromas(self) -> int:
-        """How many of the functions are for pairs."""
-        return len(self.last.biases) - 1 - self.greys
+    def chroma_count(self) -> int:
+        """How many of the functions are for chroma."""
+        return len(self.last.biases) - 1 - self.luma_count
 
     def __call__(self, wi: Floats, wo: Floats) -> FunctionValues:
         """The functions at pairs of unit directions, shapes (n, 3)."""
@@ -87,8 +87,8 @@ class AngularFunctions:
             for i in range(0, len(wi), _CHUNK)
         ]
         values = np.concatenate(chunks) if chunks else np.empty((0, len(self.last.biases)))
-        mean, grey, chroma = np.split(values, [1, 1 + self.greys], axis=1)
-        return FunctionValues(mean[:, 0].copy(), np.ascontiguousarray(grey), chroma.copy())
+        mean, luma, chroma = np.split(values, [1, 1 + self.luma_count], axis=1)
+        return FunctionValues(mean[:, 0].copy(), np.ascontiguousarray(luma), chroma.copy())
 
     def _values(self, inputs: Floats) -> Floats:
         first, *others = self.hidden

@@ -5,15 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.errors import require
+from nacre.geometry import split, stereographic
 
 torch: Any = require("torch", "btf")
+_Settings = TypeVar("_Settings")
+_MAX_LAYERS, _MAX_WIDTH = 16, 1 << 13
 Tensor: TypeAlias = Any
 Parameters: TypeAlias = Mapping[str, Tensor]
 Shapes: TypeAlias = dict[str, tuple[int, ...]]
@@ -153,3 +157,40 @@ class Decoder:
         first = (codes @ weight[: self.latent])[:, None] + prepared
         values = run_mlp(first.relu_().flatten(0, 1), others)
         return values.reshape(len(codes), len(prepared), 3)
+
+
+def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
+    """Stereographic coordinates of light and viewer, shape (n, 4)."""
+    parts = (*stereographic(split(wi)), *stereographic(split(wo)))
+    return np.stack(parts, axis=-1).astype(np.float32)
+
+
+def check_sizes(latent: int, decoder: str, **widths: tuple[int, ...]) -> None:
+    """Refuse settings of a network that none can have.
+
+    Raises
+    ------
+    ValueError
+        With the name of the setting.
+    """
+    if decoder not in DECODERS:
+        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {decoder!r}")
+    for name, values in {"latent": (latent,), **widths}.items():
+        if not 1 <= len(values) <= _MAX_LAYERS or not all(1 <= v <= _MAX_WIDTH for v in values):
+            raise ValueError(f"{name} must be widths of 1 to {_MAX_WIDTH:,}, got {values}")
+
+
+def settings_from_json(kind: type[_Settings], found: dict[str, Any]) -> _Settings:
+    """Settings from JSON, whose lists are tuples here."""
+    if set(found) != {field.name for field in fields(kind)}:  # type: ignore[arg-type]
+        raise ValueError(f"settings are {sorted(found)}, others than this nacre knows")
+    values: dict[str, Any] = {}
+    for name, value in found.items():
+        default = getattr(kind, name)
+        wanted = tuple if isinstance(default, tuple) else type(default)
+        value = tuple(value) if isinstance(value, list) else value
+        members = value if isinstance(value, tuple) else ()
+        if type(value) is not wanted or not all(type(v) is int for v in members):
+            raise ValueError(f"setting {name} is {value!r}, expected a {wanted.__name__}")
+        values[name] = value
+    return kind(**values)

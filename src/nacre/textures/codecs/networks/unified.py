@@ -12,12 +12,13 @@ from nacre.textures.codecs.networks.mlp import (
     INPUTS,
     Shapes,
     Tensor,
+    check_sizes,
     mlp_layers,
     mlp_shapes,
     run_mlp,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork, check_sizes
+from nacre.textures.codecs.networks.network import TexelNetwork
 
 POOLINGS = "mean", "max"
 _SLOPE = 0.25
@@ -83,7 +84,8 @@ class UnifiedNetwork(TexelNetwork):
     See :class:`TexelNetwork` for the parameters.
     """
 
-    model = "unified"
+    kind = "unified"
+    settings_type = UnifiedSettings
     settings: UnifiedSettings
 
     def shapes(self) -> Shapes:
