@@ -13,7 +13,7 @@ import pytest
 
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 

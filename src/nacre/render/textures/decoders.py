@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Components, Floats
 from nacre.errors import NacreError, require
 from nacre.geometry import stereographic
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.render.network import pack_layers
 from nacre.render.textures.angle_grid import AngleGrid
 from nacre.render.textures.factors import CHROMAS, GREYS, Factors

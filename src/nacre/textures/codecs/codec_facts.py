@@ -8,7 +8,7 @@ from typing import Any
 
 from nacre.io.files import PathLike
 from nacre.io.tensors import format_errors, from_file
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.codec_file import KEY, LIMIT, unpack_codec
 

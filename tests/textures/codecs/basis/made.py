@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.functions import INPUTS, AngularFunctions
 from nacre.textures.codecs.basis.posterior import Prior

@@ -11,8 +11,8 @@ from nacre.errors import NacreError
 from nacre.geometry import join
 from nacre.measured.textures import UTIA
 from nacre.measured.textures.domes import BONN, Dome, below, pairs
-from nacre.numerics.channels import CHROMA, GREY, ORDERS, TURNS, split_colors
-from nacre.numerics.layer import Layer
+from nacre.numerics.channels import CHROMA, LUMA, PERMUTATIONS, CHROMA_PERMUTATIONS, split_colors
+from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.colors import (
     join_components,
     join_reflectance,
@@ -41,7 +41,7 @@ def random_network(inputs: int, outputs: int, seen: int = 0) -> SkipNetwork:
 
 def joined(grey: Floats, chroma: Floats) -> Floats:
     """Colors of gray values and pairs."""
-    return np.float32(GREY) * grey[..., None] + np.moveaxis(chroma, 0, -1) @ CHROMA
+    return np.float32(LUMA) * grey[..., None] + np.moveaxis(chroma, 0, -1) @ CHROMA
 
 
 def test_colors_are_split_and_joined() -> None:
@@ -86,9 +86,9 @@ def test_dark_reflectance_keeps_its_grey_value_and_hue() -> None:
 def test_orders_of_channels_turn_the_pair(index: int) -> None:
     rgb = np.random.default_rng(1).random((9, 3)).astype(np.float32)
     grey, chroma = split_colors(rgb)
-    other_grey, other_chroma = split_colors(rgb[:, ORDERS[index]])
+    other_grey, other_chroma = split_colors(rgb[:, PERMUTATIONS[index]])
     np.testing.assert_allclose(other_grey, grey, rtol=1e-5)
-    np.testing.assert_allclose(other_chroma.T, chroma.T @ TURNS[index], atol=1e-6)
+    np.testing.assert_allclose(other_chroma.T, chroma.T @ CHROMA_PERMUTATIONS[index], atol=1e-6)
 
 
 @pytest.mark.parametrize(("dome", "count"), [(SMALL, 6), (UTIA, 2), (BONN, 6)])

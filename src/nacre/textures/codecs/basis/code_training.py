@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nacre.array import Floats
-from nacre.numerics.channels import TURNS
+from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
 from nacre.textures.codecs.basis.functions import FunctionValues
@@ -217,8 +217,10 @@ def _estimates(
 def _orders_of_channels(functions: FunctionValues) -> Floats:
     """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
     greys, chromas = functions.grey.shape[1], functions.chroma.shape[1]
-    changes = np.tile(np.eye(greys + 2 * chromas, dtype=np.float32), (len(TURNS), 1, 1))
-    for change, turn in zip(changes, TURNS, strict=True):
+    changes = np.tile(
+        np.eye(greys + 2 * chromas, dtype=np.float32), (len(CHROMA_PERMUTATIONS), 1, 1)
+    )
+    for change, turn in zip(changes, CHROMA_PERMUTATIONS, strict=True):
         change[greys:, greys:] = np.kron(turn, np.eye(chromas))
     return changes
 

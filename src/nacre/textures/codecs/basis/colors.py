@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Array, Components, Floats, namespace
-from nacre.numerics.channels import CHROMA, GREY
+from nacre.numerics.channels import CHROMA, LUMA
 from nacre.runtime.compilation import compiled
 
-_GREY, _DIFFERENCE, _SUM = np.float32(GREY), CHROMA[0, 0], CHROMA[1, 0]
+_GREY, _DIFFERENCE, _SUM = np.float32(LUMA), CHROMA[0, 0], CHROMA[1, 0]
 _NONE, _ALL = np.float32(0.0), np.float32(1.0)
 
 
@@ -68,7 +68,7 @@ def join_reflectance(grey: Any, chroma: Any, rgb: Any) -> None:
 def join_components(grey: Array, first: Array, second: Array) -> Components:
     """What :func:`join_reflectance` does, on arrays of any library: a gray value and a pair."""
     xp = namespace(grey, first, second)
-    level = xp.maximum(GREY * grey, 0.0)
+    level = xp.maximum(LUMA * grey, 0.0)
     difference, total = float(_DIFFERENCE) * first, float(_SUM) * second
     red, green, blue = total + difference, total - difference, -2.0 * total
     lowest = xp.minimum(xp.minimum(red, green), blue)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.components import principal_functions

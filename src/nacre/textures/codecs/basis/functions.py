@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
 from nacre.geometry import dot, half_vector, split, stereographic
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 _CHUNK = 1 << 12
 """Pairs of directions at a time."""

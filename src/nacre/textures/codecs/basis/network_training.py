@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nacre.errors import NacreError, require
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.skip_network import SkipNetwork

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nacre.array import Floats
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.functions import silu
 
 

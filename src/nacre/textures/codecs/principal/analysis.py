@@ -14,7 +14,7 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
 from nacre.measured.textures.transposition import transposed
-from nacre.numerics.channels import CHROMA, GREY, split_colors
+from nacre.numerics.channels import CHROMA, LUMA, split_colors
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.components import principal_functions
 from nacre.textures.codecs.basis.symmetry import symmetric_turns
@@ -112,7 +112,7 @@ def find_components(
     orders: _Orders = symmetric_turns(wi, wo) if recipe.turn else [np.arange(len(wi))]
     weights = np.ones(count, np.float32)
     if recipe.weigh:
-        brightness = rows[0].mean(axis=1) * (GREY if recipe.permute else 1.0)
+        brightness = rows[0].mean(axis=1) * (LUMA if recipe.permute else 1.0)
         weights = 1.0 / (np.maximum(brightness, 0.0) + _DARK)
         weights /= weights.mean()
     progress("components", 0, 1, "")
@@ -148,13 +148,13 @@ def _of_pairs(
     greys, grey_variances = principal_functions(grey, orders, recipe.values, recipe.seed)
     half = -(-recipe.values // 2)
     chromas, chroma_variances = principal_functions(chroma, orders, half, recipe.seed)
-    color = np.stack([np.full(3, GREY, np.float32), *CHROMA])
+    color = np.stack([np.full(3, LUMA, np.float32), *CHROMA])
     functions = np.concatenate([greys, np.repeat(chromas, 2, axis=1)], axis=1)
     variances = np.concatenate([grey_variances, np.repeat(chroma_variances, 2)])
     which = np.concatenate([np.zeros(greys.shape[1], int), np.tile([1, 2], chromas.shape[1])])
     best = np.argsort(-variances, kind="stable")[: recipe.values]
     components = functions.T[best, :, None] * color[which[best], None, :]
-    return np.repeat(GREY * mean[:, None], 3, axis=1), components, np.maximum(variances[best], 0.0)
+    return np.repeat(LUMA * mean[:, None], 3, axis=1), components, np.maximum(variances[best], 0.0)
 
 
 def _of_channels(
