@@ -95,6 +95,8 @@ class NeuralBtf(Btf):
         What error messages start with: a file's path.
     """
 
+    decodable = True
+
     def __init__(
         self,
         latent: LatentMap,
@@ -106,8 +108,8 @@ class NeuralBtf(Btf):
         self.height, self.width = latent.codes.shape[:2]
         self.wi, self.wo = directions or (latent.wi, latent.wo)
 
-    def decoded(self, wi: Floats, wo: Floats) -> NeuralBtf:
-        """The same texture at other pairs of unit directions, shapes (n, 3)."""
+    def at_directions(self, wi: Floats, wo: Floats) -> NeuralBtf:
+        """See :meth:`Btf.at_directions`."""
         return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)), self._where)
 
     def describe(self) -> dict[str, Any]:
@@ -150,7 +152,8 @@ class NeuralBtf(Btf):
 
     @property
     def _codes(self) -> npt.NDArray[Any]:
-        return self.latent.codes.reshape(self.texel_count, -1)
+        codes: npt.NDArray[Any] = self.latent.codes.reshape(self.texel_count, -1)
+        return codes
 
     @cached_property
     def _decode(self) -> TexelMap:

@@ -17,7 +17,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
-from nacre.numerics.truncated_svd import leading_directions
+from nacre.numerics.pca import leading_directions
 from nacre.render.textures.angle_grid import node_directions
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.colors import split_reflectance

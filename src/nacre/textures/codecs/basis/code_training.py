@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nacre.array import Floats
-from nacre.numerics.channels import TURNS as CHROMA_PERMUTATIONS
+from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch

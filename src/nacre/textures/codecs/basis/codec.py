@@ -13,7 +13,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.io.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 from nacre.measured.textures.domes import pairs
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
 from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
@@ -235,7 +235,11 @@ class BasisCodec(TexelCodec):
         from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
 
         codec = train_basis(run, recipe)
-        facts = {"materials": [Path(p).stem for p in run.paths], "training": asdict(recipe)}
+        facts = {
+            "materials": [Path(path).stem for path in run.paths],
+            "training": asdict(recipe),
+            "steps": recipe.steps,
+        }
         return replace(codec, metadata=facts)
 
     @classmethod

@@ -97,7 +97,7 @@ def training_texels(
     functions
         At its pairs of directions, over which they are orthonormal.
     rotations
-        Orders of the pairs, see :func:`nacre.textures.codecs.texel_components.symmetric_rotations`.
+        Orders of the pairs, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
     subsets
         Of the pairs, the first of all.
     recipe

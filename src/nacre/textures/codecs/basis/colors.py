@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Array, Components, Floats, namespace
-from nacre.numerics.channels import CHROMA
-from nacre.numerics.channels import GREY as LUMA
+from nacre.numerics.channels import CHROMA, LUMA
 from nacre.runtime.compilation import compiled
 
 _LUMA, _DIFFERENCE, _SUM = np.float32(LUMA), CHROMA[0, 0], CHROMA[1, 0]

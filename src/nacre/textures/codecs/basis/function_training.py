@@ -11,14 +11,14 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.pca import leading_components
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.network_training import Tensor, dense, descend, to_layer, torch
+from nacre.textures.codecs.basis.network_training import Tensor, descend, new_layer, to_layer, torch
 from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, direction_inputs
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.basis.stages import Stages
-from nacre.textures.codecs.texel_components import principal_functions
 
 _BATCH = 1024
 _BLOCK = 64
@@ -67,7 +67,7 @@ def principal_components(
         Unit directions, shape (n, 3).
     orders
         Rotations about the normal, see
-        :func:`nacre.textures.codecs.texel_components.symmetric_rotations`.
+        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
     recipe
         Sizes and efforts.
     report
@@ -88,10 +88,10 @@ def principal_components(
     mean = np.mean([mean[order] for order in orders], axis=0)
     luma -= mean
     report("components", 0, 2, "")
-    lumas, luma_variances = principal_functions(luma, orders, recipe.luma_count, recipe.seed)
+    lumas, luma_variances = leading_components(luma, orders, recipe.luma_count, recipe.seed)
     report("components", 1, 2, "")
     pairs = chroma.reshape(2 * count, -1)
-    chromas, chroma_variances = principal_functions(pairs, orders, recipe.chroma_count, recipe.seed)
+    chromas, chroma_variances = leading_components(pairs, orders, recipe.chroma_count, recipe.seed)
     report("components", 2, 2, "")
     # A function counts by what it adds to a texel: its root mean square there.
     smallest = _SMALLEST * float(np.square(mean).sum())
@@ -129,7 +129,7 @@ def train_functions(
     table, inputs = components.table, direction_inputs(components.wi, components.wo)
     generator = torch.Generator().manual_seed(recipe.seed)
     sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
-    layers = [dense(a, b, generator) for a, b in itertools.pairwise(sizes)]
+    layers = [new_layer(a, b, generator) for a, b in itertools.pairwise(sizes)]
     shift, spread = inputs.mean(0), inputs.std(0) + 1e-6
     scale = np.sqrt(np.square(table).mean(0)) + 1e-12
     seen = torch.from_numpy((inputs - shift) / spread)
@@ -137,17 +137,15 @@ def train_functions(
     total = float(np.square(table).mean(0).sum())
 
     def features(state: Tensor) -> Tensor:
-        silu = torch.nn.functional.silu
-        (weights, biases), *hidden, wide = layers[:-1]
-        state = silu(torch.addmm(biases, state, weights))
-        for weights, biases in hidden:
-            state = state + silu(torch.addmm(biases, state, weights))
-        return silu(torch.addmm(wide[1], state, wide[0]))
+        first, *hidden, wide = layers[:-1]
+        state = dense(state, first, SILU)
+        for layer in hidden:
+            state = state + dense(state, layer, SILU)
+        return dense(state, wide, SILU)
 
     def loss(_step: int) -> Tensor:
         chosen = torch.randint(len(seen), (_BATCH,), generator=generator)
-        weights, biases = layers[-1]
-        found = torch.addmm(biases, features(seen[chosen]), weights) * scales
+        found = dense(features(seen[chosen]), layers[-1]) * scales
         return (found - wanted[chosen]).square().sum(1).mean() / total
 
     matrices = [weights for weights, _ in layers[1:-2]]

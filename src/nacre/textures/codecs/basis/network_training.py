@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nacre.errors import NacreError, require
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.networks import SkipNetwork
@@ -85,7 +85,9 @@ def _steps(
             report(step + 1, steps, f"loss {float(current.item()):.4g}")
 
 
-def dense(inputs: int, outputs: int, generator: Any, gain: float = 1.0) -> tuple[Tensor, Tensor]:
+def new_layer(
+    inputs: int, outputs: int, generator: Any, gain: float = 1.0
+) -> tuple[Tensor, Tensor]:
     """Weights and biases of a layer at its start (He et al. 2015)."""
     weights = torch.randn(inputs, outputs, generator=generator) * (gain * math.sqrt(2.0 / inputs))
     return weights.requires_grad_(), torch.zeros(outputs, requires_grad=True)
@@ -104,9 +106,9 @@ class SkipTraining:
         seen, outputs = linear.shape
         self.linear = torch.from_numpy(np.ascontiguousarray(linear)).requires_grad_()
         self.layers = [
-            dense(inputs or seen, hidden, generator),
-            dense(hidden, hidden, generator),
-            dense(hidden, outputs, generator, gain=0.0),
+            new_layer(inputs or seen, hidden, generator),
+            new_layer(hidden, hidden, generator),
+            new_layer(hidden, outputs, generator, gain=0.0),
         ]
 
     @property
@@ -125,8 +127,8 @@ class SkipTraining:
         *hidden, (weights, biases) = self.layers
         state = x
         for matrix, bias in hidden:
-            state = torch.nn.functional.silu(torch.addmm(bias, state, matrix))
-        return x[:, : len(self.linear)] @ self.linear + torch.addmm(biases, state, weights)
+            state = dense(state, (matrix, bias), SILU)
+        return x[:, : len(self.linear)] @ self.linear + dense(state, (weights, biases))
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
         """The network for inputs and outputs in other units: divided and multiplied by scales."""

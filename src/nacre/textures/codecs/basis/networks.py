@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
 from nacre.geometry import dot, half_vector, split, stereographic
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, dense
 
 _CHUNK = 1 << 12
 """Pairs of directions at a time."""
@@ -92,16 +92,11 @@ class AngularFunctions:
 
     def _values(self, inputs: Floats) -> Floats:
         first, *others = self.hidden
-        state = silu(inputs @ first.weights + first.biases)
+        state: Floats = dense(inputs, first, SILU)
         for layer in others:
-            state = state + silu(state @ layer.weights + layer.biases)
-        state = silu(state @ self.wide.weights + self.wide.biases)
-        return state @ self.last.weights + self.last.biases
-
-
-def silu(x: Floats) -> Floats:
-    """X / (1 + exp(-x))."""
-    return x / (1.0 + np.exp(-np.clip(x, -60.0, 60.0)))
+            state = state + dense(state, layer, SILU)
+        outputs: Floats = dense(dense(state, self.wide, SILU), self.last)
+        return outputs
 
 
 def direction_inputs(wi: Floats, wo: Floats) -> Floats:
@@ -172,7 +167,7 @@ class SkipNetwork:
         *hidden, last = self.layers
         state = x
         for layer in hidden:
-            state = silu(state @ layer.weights + layer.biases)
+            state = dense(state, layer, SILU)
         result: Floats = x @ self.linear + state @ last.weights + last.biases
         return result
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf, TableBtf
 from nacre.errors import NacreError
+from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import narrowed, transposed
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.code_training import train_codes
@@ -30,7 +31,7 @@ from nacre.textures.codecs.basis.networks import AngularFunctions
 from nacre.textures.codecs.basis.recipe import BasisRecipe, check_textures
 from nacre.textures.codecs.basis.stages import Stages
 from nacre.textures.codecs.codec import TrainingRun
-from nacre.textures.codecs.texel_components import symmetric_rotations
+from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
 
 _VALUE_BYTES = 3 * (2 + 4)
@@ -58,7 +59,8 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
         If there are too few texels, they are too much alike or too large, directions differ, or the
         state is of another training.
     """
-    textures, progress = run.textures, run.progress
+    textures = [partial(_open, run.load, path) for path in run.paths]
+    progress = run.progress
     check_textures(textures, recipe)
     stages = Stages(run.state, f"{VERSION} {recipe} {run.fingerprint}")
 
@@ -89,6 +91,11 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
     data = stages.result("coefficients", TrainingTexels, found_texels)
     stages.remove("coefficients-*")
     return BasisCodec(functions, *train_codes(data, values, recipe, progress, stages))
+
+
+def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:
+    """A texture by the name that its errors should have."""
+    return load(path).replaced(name=str(path))
 
 
 @dataclass(frozen=True, eq=False)

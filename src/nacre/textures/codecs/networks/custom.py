@@ -19,6 +19,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
+from nacre.numerics.mlp import forward
 from nacre.textures.codecs.networks.mlp import (
     HIDDEN,
     Shapes,
@@ -26,7 +27,6 @@ from nacre.textures.codecs.networks.mlp import (
     check_sizes,
     mlp_layers,
     mlp_shapes,
-    run_mlp,
     torch,
 )
 from nacre.textures.codecs.networks.network import TexelNetwork
@@ -158,4 +158,4 @@ class CustomNetwork(TexelNetwork):
         for weight, bias in mlp_layers(self.parameters, "convolution"):
             values = functional.conv1d(values, weight, bias, padding=sizes.kernel // 2).relu_()
             values = functional.max_pool1d(values, sizes.pool, ceil_mode=True)
-        return run_mlp(values.flatten(1), mlp_layers(self.parameters, "encoder"))
+        return forward(values.flatten(1), mlp_layers(self.parameters, "encoder"))

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import require
 from nacre.geometry import split, stereographic
+from nacre.numerics.mlp import forward
 
 torch: Any = require("torch", "btf")
 _Settings = TypeVar("_Settings")
@@ -45,15 +46,6 @@ def mlp_layers(parameters: Parameters, name: str) -> list[Layer]:
         start = f"{name}.{len(found)}"
         found.append((parameters[f"{start}.weight"], parameters[f"{start}.bias"]))
     return found
-
-
-def run_mlp(values: Tensor, layers: Sequence[Layer]) -> Tensor:
-    """Outputs for values of shape (n, inputs); the last layer is linear."""
-    for index, (weight, bias) in enumerate(layers):
-        values = torch.addmm(bias, values, weight)
-        if index < len(layers) - 1:
-            values = values.relu_()
-    return values
 
 
 def initial(
@@ -138,7 +130,7 @@ class Decoder:
             Stereographic coordinates of light and viewer, shape (n, 4).
         """
         if self.kind == "bilinear":
-            features = run_mlp(directions, mlp_layers(parameters, "features"))
+            features = forward(directions, mlp_layers(parameters, "features"))
             return features / math.sqrt(self.hidden[-1])
         weight, bias = mlp_layers(parameters, "decoder")[0]
         return torch.addmm(bias, directions, weight[self.latent :])
@@ -150,12 +142,12 @@ class Decoder:
         the directions has been once a pair of directions.
         """
         if self.kind == "bilinear":
-            coefficients = run_mlp(codes, mlp_layers(parameters, "coefficients"))
+            coefficients = forward(codes, mlp_layers(parameters, "coefficients"))
             products = coefficients.reshape(-1, prepared.shape[1]) @ prepared.mT
             return products.reshape(len(codes), 3, -1).mT
         (weight, _), *others = mlp_layers(parameters, "decoder")
         first = (codes @ weight[: self.latent])[:, None] + prepared
-        values = run_mlp(first.relu_().flatten(0, 1), others)
+        values = forward(first.relu_().flatten(0, 1), others)
         return values.reshape(len(codes), len(prepared), 3)
 
 

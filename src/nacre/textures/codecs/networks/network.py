@@ -14,7 +14,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import NacreError, reason
 from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import thread_map
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
 from nacre.textures.codecs.networks.mlp import (

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.numerics.mlp import forward
 from nacre.textures.codecs.networks.mlp import (
     HIDDEN,
     INPUTS,
@@ -15,7 +16,6 @@ from nacre.textures.codecs.networks.mlp import (
     check_sizes,
     mlp_layers,
     mlp_shapes,
-    run_mlp,
     torch,
 )
 from nacre.textures.codecs.networks.network import TexelNetwork
@@ -112,8 +112,8 @@ class UnifiedNetwork(TexelNetwork):
         """
         layers = mlp_layers(self.parameters, "angular")
         if self.settings.pooling == "max":
-            return run_mlp(directions, layers)
-        return run_mlp(directions, layers[:-1]).relu_()
+            return forward(directions, layers)
+        return forward(directions, layers[:-1]).relu_()
 
     def encode(self, values: Tensor, prepared: Tensor) -> Tensor:
         """See :class:`TexelNetwork`."""
@@ -121,7 +121,7 @@ class UnifiedNetwork(TexelNetwork):
         pooled = pooled.flatten(1) + self.parameters["pooled.bias"]
         slope = self.parameters["pooled.slope"].to(pooled.dtype)
         activated = torch.nn.functional.prelu(pooled, slope)
-        return run_mlp(activated, mlp_layers(self.parameters, "encoder"))
+        return forward(activated, mlp_layers(self.parameters, "encoder"))
 
     def _mean(self, values: Tensor, hidden: Tensor) -> Tensor:
         """Means over entries of weights times values, shape (b, 3, m)."""

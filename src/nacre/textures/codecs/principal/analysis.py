@@ -14,11 +14,11 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
 from nacre.measured.textures.transposition import transposed
-from nacre.numerics.channels import CHROMA, split_colors
-from nacre.numerics.channels import GREY as LUMA
+from nacre.numerics.channels import LUMA, split_colors
+from nacre.numerics.pca import BY_PERMUTATION, leading_components, strongest
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.principal.codec import PcaCodec
-from nacre.textures.codecs.texel_components import principal_functions, symmetric_rotations
+from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
 
 _DARK = 0.01
@@ -150,16 +150,18 @@ def _of_pairs(
     luma, chroma = rows
     mean = _centred(luma, weights, orders)
     chroma *= np.tile(np.sqrt(weights), 2)[:, None]
-    lumas, luma_variances = principal_functions(luma, orders, recipe.code_dim, recipe.seed)
+    lumas, luma_variances = leading_components(luma, orders, recipe.code_dim, recipe.seed)
     half = -(-recipe.code_dim // 2)
-    chromas, chroma_variances = principal_functions(chroma, orders, half, recipe.seed)
-    color = np.stack([np.full(3, LUMA, np.float32), *CHROMA])
-    functions = np.concatenate([lumas, np.repeat(chromas, 2, axis=1)], axis=1)
-    variances = np.concatenate([luma_variances, np.repeat(chroma_variances, 2)])
-    which = np.concatenate([np.zeros(lumas.shape[1], int), np.tile([1, 2], chromas.shape[1])])
-    best = np.argsort(-variances, kind="stable")[: recipe.code_dim]
-    components = functions.T[best, :, None] * color[which[best], None, :]
-    return np.repeat(LUMA * mean[:, None], 3, axis=1), components, np.maximum(variances[best], 0.0)
+    chromas, chroma_variances = leading_components(chroma, orders, half, recipe.seed)
+    functions = lumas.T, chromas.T
+    best = strongest([luma_variances, chroma_variances], BY_PERMUTATION, recipe.code_dim)
+    colors = best.colors.astype(np.float32)
+    chosen = zip(best.part, best.component, colors, strict=True)
+    components = np.stack(
+        [functions[part][index][:, None] * color for part, index, color in chosen]
+    )
+    variances = np.maximum(best.variances, 0.0).astype(np.float32)
+    return np.repeat(LUMA * mean[:, None], 3, axis=1), components, variances
 
 
 def _of_channels(
@@ -168,7 +170,7 @@ def _of_channels(
     """Mean, components and variances of red, green and blue as they are, shape (t, 3 n)."""
     orders = [(3 * order[:, None] + np.arange(3)).reshape(-1) for order in orders]
     mean = _centred(rows, weights, orders)
-    found, variances = principal_functions(rows, orders, recipe.code_dim, recipe.seed)
+    found, variances = leading_components(rows, orders, recipe.code_dim, recipe.seed)
     components = np.ascontiguousarray(found.T).reshape(-1, len(mean) // 3, 3)
     return mean.reshape(-1, 3), components, np.maximum(variances, 0.0)
 
