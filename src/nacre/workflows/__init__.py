@@ -7,36 +7,25 @@ a time (:mod:`nacre.workflows.run`), in threads (:mod:`nacre.workflows.executor`
 GPU (:mod:`nacre.workflows.stacks`) or on a Dask cluster (:mod:`nacre.workflows.cluster`).
 """
 
-from nacre.workflows.cluster import Cluster
-from nacre.workflows.executor import Executor, Threads
-from nacre.workflows.files import FittedFile, fit_files, output_paths
-from nacre.workflows.fitting import AnalyticFitting, Fitting, NetworkFitting
-from nacre.workflows.manifest import MANIFEST, Manifest, Record
-from nacre.workflows.run import Outcome, fit_library
-from nacre.workflows.sources import Source, find_sources, output_names
-from nacre.workflows.stacks import Stacks
-from nacre.workflows.texel import texture_reflectance
-from nacre.workflows.watcher import Watcher
+import lazy_loader
 
-__all__ = [
-    "MANIFEST",
-    "AnalyticFitting",
-    "Cluster",
-    "Executor",
-    "FittedFile",
-    "Fitting",
-    "Manifest",
-    "NetworkFitting",
-    "Outcome",
-    "Record",
-    "Source",
-    "Stacks",
-    "Threads",
-    "Watcher",
-    "find_sources",
-    "fit_files",
-    "fit_library",
-    "output_names",
-    "output_paths",
-    "texture_reflectance",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "basis_training": ["train_basis"],
+        "cluster": ["Cluster"],
+        "codec_training": ["TrainedCodec", "train_codec"],
+        "encoding": ["EncodedTexture", "encode", "encode_texture"],
+        "executor": ["Executor", "Threads"],
+        "files": ["FittedFile", "fit_files", "output_paths"],
+        "fitting": ["AnalyticFitting", "Fitting", "NetworkFitting"],
+        "manifest": ["MANIFEST", "Manifest", "Record"],
+        "measuring": ["described_bsdf", "scene_bsdf"],
+        "run": ["Outcome", "fit_library"],
+        "sources": ["Source", "find_sources", "output_names"],
+        "stacks": ["Stacks"],
+        "texel": ["texture_reflectance"],
+        "texture_rendering": ["RenderedTexture", "TextureView", "render_texture"],
+        "watcher": ["Watcher"],
+    },
+)

@@ -182,18 +182,17 @@ def _pictures(
     from nacre.render.textures.moving_light import PATHS, light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
-    from nacre.textures.latent_map import NeuralBtf
 
     report = start(btf.name)
     size = view.size, view.size
     options: dict[str, Any] = {"interpolation": view.interpolation}
     if view.height_field is not None:
         options |= {"height_field": str(view.height_field), "depth": view.depth}
-    if isinstance(btf, NeuralBtf):
+    if btf.latent is not None:
         options |= {"decoder": view.decoder}
         options |= {"pixel_angle": pixel_angle(size)} if view.mipmap else {}
     bsdf = texture_bsdf(
-        btf.latent if isinstance(btf, NeuralBtf) else btf,
+        btf if btf.latent is None else btf.latent,
         report,
         **options,
         to_uv=texture_scale(view.shape, view.repeat, btf.width / btf.height),

@@ -37,7 +37,7 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     line("reading", 0, 1)
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
-        btf = btf.decoded(*_pairs(directions))
+        btf = btf.at_directions(*_pairs(directions))
     report_texture(output, btf, save(btf, output, progress=line))
 
 
