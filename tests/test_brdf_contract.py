@@ -38,8 +38,7 @@ def network(isotropic: bool, inputs: str = PAPER) -> NeuralBrdf:
         for a, b in itertools.pairwise(sizes)
     ]
     brdf = NeuralBrdf(layers, isotropic=isotropic, name="random", inputs=inputs)
-    brdf.sampler = fit_lobes(brdf)
-    return brdf
+    return brdf.replaced(sampler=fit_lobes(brdf))
 
 
 def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> RglBrdf:
@@ -217,12 +216,18 @@ def test_facts_can_be_shown_and_stored(brdf):
 
 
 def test_a_sampler_can_be_replaced(brdf):
-    before, wo = brdf.sampler, np.array([0.0, 0.6, 0.8], np.float32)
-    brdf.sampler = CosineSampler()
-    try:
-        assert brdf.pdf(np.array([0.0, 0.0, 1.0]), wo) == pytest.approx(1 / math.pi)
-    finally:
-        brdf.sampler = before
+    wo, up = np.array([0.0, 0.6, 0.8], np.float32), np.array([0.0, 0.0, 1.0])
+    before = brdf.pdf(up, wo)
+    other = brdf.replaced(sampler=CosineSampler(), name="other", source={"file": "a"})
+    assert other.pdf(up, wo) == pytest.approx(1 / math.pi)
+    assert (other.name, other.source) == ("other", {"file": "a"})
+    assert brdf.pdf(up, wo) == before
+
+
+def test_attributes_stay(brdf):
+    for name in ("sampler", "name", "source", "isotropic"):
+        with pytest.raises(AttributeError, match=rf"use replaced\({name}="):
+            setattr(brdf, name, None)
 
 
 def test_wrong_shapes_are_refused(brdf):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Mapping
-from typing import Any, Protocol
+from dataclasses import asdict, is_dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from nacre.array import Array, Components, Floats, namespace
 from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.numerics.direction_samples import Scattered
+from nacre.runtime.frozen import Frozen
 
 _CHUNK = 1 << 14
 """Pairs evaluated at a time: intermediate arrays stay in the cache."""
@@ -22,20 +24,51 @@ _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
 
 
-class Sampler(Protocol):
-    """Draws `wi` for a given `wo`, with an exact density over solid angle."""
+class Sampler(Frozen):
+    """Draws `wi` for a given `wo`, with an exact density over solid angle.
 
+    A subclass with a :attr:`kind` that stands in :data:`nacre.sampling.SAMPLERS` can be kept in the
+    file of a network; `docs/extending.md` says how another package adds one.
+    """
+
+    kind: ClassVar[str] = ""
+    """Name of the kind in files and in the registry; empty where files cannot hold it."""
+
+    adapted: ClassVar[bool] = True
+    """Whether the density is made for a material; else fits and metrics use one that is."""
+
+    @abc.abstractmethod
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """Directions `wi` and their densities from `u` in [0, 1); density 0 below the horizon."""
-        ...
 
+    @abc.abstractmethod
     def pdf_components(self, wi: Components, wo: Components) -> Array:
         """Density of `wi` in 1/sr given `wo`; both are above the horizon."""
-        ...
+
+    def describe(self) -> dict[str, Any]:
+        """The kind, and the parameters of a dataclass, as JSON holds them.
+
+        :meth:`from_description` makes the sampler of them again.
+        """
+        return {"kind": self.kind, **(asdict(self) if is_dataclass(self) else {})}
+
+    @classmethod
+    def from_description(cls, description: Mapping[str, Any]) -> Sampler:
+        """The sampler that :meth:`describe` gave this description of.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            If something is missing, of the wrong type, or out of bounds.
+        """
+        return cls(**{key: value for key, value in description.items() if key != "kind"})
 
 
-class CosineSampler:
+class CosineSampler(Sampler):
     """Density cos(theta_i) / pi, whatever the view."""
+
+    kind = "cosine"
+    adapted = False
 
     def __str__(self) -> str:
         return "cosine"
@@ -50,11 +83,23 @@ class CosineSampler:
         return wi[2] / math.pi + 0.0 * wo[2]
 
 
-class Brdf(abc.ABC):
+class Brdf(Frozen):
     """A reflectance: f_r(wi, wo) in 1/sr as linear Rec. 709 RGB, without the cosine.
 
     A subclass gives :meth:`eval_components`, a formula on components (see :mod:`nacre.array`), and
     gets NumPy evaluation, importance sampling, and rendering in Mitsuba from it.
+
+    Objects do not change after they are made: :meth:`replaced` gives a copy with another name,
+    source or sampler.
+
+    Parameters
+    ----------
+    name
+        Name of the material, for people; that of the class where empty.
+    source
+        Where the data came from: "file" and "sha256".
+    sampler
+        Where :meth:`sample` and :meth:`pdf` come from; that of the class where None.
     """
 
     isotropic: bool = True
@@ -70,10 +115,25 @@ class Brdf(abc.ABC):
     """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
 
     source: Mapping[str, str] | None = None
-    """Where the data came from: "file" and "sha256"; set by :func:`nacre.load`."""
+    """Where the data came from: "file" and "sha256"; :func:`nacre.load` says."""
 
     sampler: Sampler = CosineSampler()
-    """Where :meth:`sample` and :meth:`pdf` come from; may be replaced on any instance."""
+    """Where :meth:`sample` and :meth:`pdf` come from."""
+
+    def __init__(
+        self,
+        *,
+        name: str = "",
+        source: Mapping[str, str] | None = None,
+        sampler: Sampler | None = None,
+    ) -> None:
+        # What is not given stays as the class has it: subclasses may set defaults there.
+        if name:
+            self.name = name
+        if source is not None:
+            self.source = source
+        if sampler is not None:
+            self.sampler = sampler
 
     @abc.abstractmethod
     def eval_components(self, wi: Components, wo: Components) -> Components:

@@ -102,11 +102,10 @@ def fit(
             settings["starts"] = starts
     if not math.isfinite(loss):
         raise NacreError(f"{brdf.name or 'reflectance'}: {model.model} cannot be fitted to it")
-    fitted = model(name=brdf.name, **values)
-    fitted.metadata["fit"] = settings | {"seed": seed, "loss": loss}
+    metadata: dict[str, Any] = {"fit": settings | {"seed": seed, "loss": loss}}
     if brdf.source:
-        fitted.metadata["source"] = dict(brdf.source)
-    return fitted
+        metadata["source"] = dict(brdf.source)
+    return model(name=brdf.name, metadata=metadata, **values)
 
 
 def _turned(samples: DirectionSamples, seed: int) -> DirectionSamples:

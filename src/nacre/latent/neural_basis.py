@@ -181,7 +181,8 @@ class NeuralBasisBrdf(Brdf):
     """
 
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
-        self.basis, self.code, self.name = basis, checked_code(code, len(basis)), name
+        super().__init__(name=name)
+        self.basis, self.code = basis, checked_code(code, len(basis))
         output = (basis.functions @ basis.shares(self.code)).astype(np.float32)
         self.layers = [*basis.hidden, Layer(output[:-1], output[-1])]
         check_weights(self.layers)

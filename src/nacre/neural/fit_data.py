@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
@@ -97,17 +98,16 @@ class Prepared:
         )
         if scan is not None:
             quality = {**quality, **validation_errors(scan, network, *chosen)}
-        with one_blas_thread():
-            network.sampler = fit_lobes(network)
         settings = asdict(recipe) | {
             "hidden": list(recipe.hidden),
             "gain": recipe.loss_gain if scan is None else None,
             "sampling": recipe.sampling if scan is None else None,
         }
-        network.metadata = {"fit": settings, "quality": dict(quality)}
+        metadata: dict[str, Any] = {"fit": settings, "quality": dict(quality)}
         if self.source:
-            network.metadata["source"] = dict(self.source)
-        return network
+            metadata["source"] = dict(self.source)
+        with one_blas_thread():
+            return network.replaced(sampler=fit_lobes(network), metadata=metadata)
 
 
 def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:

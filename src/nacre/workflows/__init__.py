@@ -7,9 +7,62 @@ a time (:mod:`nacre.workflows.run`), in threads (:mod:`nacre.workflows.executor`
 GPU (:mod:`nacre.workflows.stacks`) or on a Dask cluster (:mod:`nacre.workflows.cluster`).
 """
 
+from typing import TYPE_CHECKING
+
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach(
+if TYPE_CHECKING:
+    from nacre.workflows.basis_training import train_basis
+    from nacre.workflows.cluster import Cluster
+    from nacre.workflows.codec_training import TrainedCodec, train_codec
+    from nacre.workflows.encoding import EncodedTexture, encode, encode_texture
+    from nacre.workflows.executor import Executor, Threads
+    from nacre.workflows.files import FittedFile, fit_files, output_paths
+    from nacre.workflows.fitting import AnalyticFitting, Fitting, NetworkFitting
+    from nacre.workflows.manifest import MANIFEST, Manifest, Record
+    from nacre.workflows.measuring import described_bsdf, scene_bsdf
+    from nacre.workflows.run import Outcome, fit_library
+    from nacre.workflows.sources import Source, find_sources, output_names
+    from nacre.workflows.stacks import Stacks
+    from nacre.workflows.texel import texture_reflectance
+    from nacre.workflows.texture_rendering import RenderedTexture, TextureView, render_texture
+    from nacre.workflows.watcher import Watcher
+
+__all__ = [
+    "MANIFEST",
+    "AnalyticFitting",
+    "Cluster",
+    "EncodedTexture",
+    "Executor",
+    "FittedFile",
+    "Fitting",
+    "Manifest",
+    "NetworkFitting",
+    "Outcome",
+    "Record",
+    "RenderedTexture",
+    "Source",
+    "Stacks",
+    "TextureView",
+    "Threads",
+    "TrainedCodec",
+    "Watcher",
+    "described_bsdf",
+    "encode",
+    "encode_texture",
+    "find_sources",
+    "fit_files",
+    "fit_library",
+    "output_names",
+    "output_paths",
+    "render_texture",
+    "scene_bsdf",
+    "texture_reflectance",
+    "train_basis",
+    "train_codec",
+]
+
+__getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "basis_training": ["train_basis"],
