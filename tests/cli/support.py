@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +10,19 @@ from nacre.cli import main
 
 
 def run(*arguments: object) -> int:
-    """Exit code of a command in this process."""
+    """Exit code of a command in this process, without progress."""
     try:
-        main([str(argument) for argument in arguments])
+        main(["-q", *map(str, arguments)])
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def run_json(capsys: Any, *arguments: object) -> Any:
+    """What a command reports with --json."""
+    capsys.readouterr()
+    assert run(*arguments, "--json") == 0
+    return json.loads(capsys.readouterr().out)
 
 
 def assert_refused(capsys: Any, words: str, *arguments: object) -> None:

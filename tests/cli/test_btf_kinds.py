@@ -17,7 +17,7 @@ from nacre.textures.codecs import save_codec
 from tests.cli.support import run
 from tests.textures.codecs.basis.made import codec
 
-MODEL = "--model", "model.safetensors"
+MODEL = "--codec", "model.safetensors"
 
 
 @pytest.fixture
@@ -27,13 +27,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     wi, wo = (w[:1] for w in BONN.pairs())
     textures.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
     save_codec(codec(), "model.safetensors")
-    assert run("btf", "encode", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
+    assert run("fit", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
     nacre.save(NeuralBrdf([Layer(np.ones((6, 3), "f4"), np.ones(3, "f4"))]), "paint.safetensors")
     (tmp_path / "taken.npz").mkdir()
     (tmp_path / "textures").mkdir()
     (tmp_path / "textures" / "tl000_pl000_tv000_pv000.png").touch()
     (tmp_path / "factored").mkdir()
-    assert run("btf", "convert", "texture.npz", "-o", "factored/x.btf") == 0
+    assert run("convert", "texture.npz", "-o", "factored/x.btf") == 0
     return tmp_path
 
 
@@ -79,13 +79,13 @@ def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):
 
 
 def test_one_is_no_plural(here, capsys):
-    assert run("btf", "convert", "texture.npz", "-o", "x.npz") == 0
+    assert run("convert", "texture.npz", "-o", "x.npz") == 0
     assert "2 x 2 texels, 1 pair of directions, " in capsys.readouterr().out
 
 
 def test_textures_that_do_not_differ_have_an_infinite_psnr_which_json_has_not(here, capsys):
-    assert run("btf", "compare", "texture.npz", "texture.npz") == 0
+    assert run("compare", "texture.npz", "texture.npz") == 0
     (line,) = (x for x in capsys.readouterr().out.splitlines() if "PSNR" in x)
     assert line.split()[1] == "inf"
-    assert run("btf", "compare", "texture.npz", "texture.npz", "--json") == 0
+    assert run("compare", "texture.npz", "texture.npz", "--json") == 0
     assert json.loads(capsys.readouterr().out)["errors"]["PSNR"] is None

@@ -14,7 +14,7 @@ from tests.cli.support import assert_refused, run
 from tests.textures.codecs.basis.made import codec
 from tests.textures.support import linear, write_image
 
-MODEL = "--model", "model.safetensors"
+MODEL = "--codec", "model.safetensors"
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
     images = np.random.default_rng(0).integers(20, 250, (12, 5, 7, 3), np.uint8)
     for (_, row), image in zip(read_rows("d.csv"), images, strict=True):
         write_image(Path("photos", row["file"]), image)
-    encode = "btf", "encode", "photos", "-o", "c.safetensors", *MODEL
+    encode = "fit", "photos", "-o", "c.safetensors", *MODEL
     assert run(*encode, "--directions", "d.csv") == 0
     found = textures.load("c.safetensors")
     values = np.stack([linear(image) for image in images], axis=2).reshape(35, 12, 3)

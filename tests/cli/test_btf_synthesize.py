@@ -47,7 +47,7 @@ def test_a_larger_texture_is_an_encoded_texture(capsys):
     assert run(*SYNTHESISE, "--size", 30, 20, "--tile", "--patch", 6, "--seed", 2) == 0
     assert "share of the input used" in capsys.readouterr().out
     assert Path("big.safetensors").read_bytes() == first
-    assert run("btf", "info", "big.safetensors") == 0
+    assert run("info", "big.safetensors") == 0
     assert run(*SYNTHESISE) == 0
     assert load_latent_map("big.safetensors").codes.shape == (60, 80, 2)
 

@@ -35,13 +35,13 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
         "unified",
         "--steps",
         12,
-        "--latent",
+        "--code-dim",
         5,
         "--pooling",
         "max",
         "--batch",
         6,
-        "--half",
+        "--precision", "half",
     )
     assert run("btf", "train", *files, "-o", output, *options, "--loss", "l2") == 0
     assert f"{output}: 12 steps, 5 values a code, loss on held-out" in capsys.readouterr().out
@@ -72,7 +72,7 @@ def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
 def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, monkeypatch):
     output, state = tmp_path / "model.safetensors", tmp_path / "model.safetensors.state"
     arguments = "btf", "train", *files, "-o", output, "--model", "unified"
-    arguments += "--steps", 12, "--latent", 4, "--batch", 6
+    arguments += "--steps", 12, "--code-dim", 4, "--batch", 6
 
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -111,7 +111,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         (["--recipe", "efficient"], "--recipe is for --model unified and custom"),
         (["--minutes", "1"], "--minutes is for --model unified and custom"),
         (["--device", "cpu"], "--device is for --model unified and custom"),
-        (["--latent", "200"], "kind basis have up to 128 values"),
+        (["--code-dim", "200"], "kind basis have up to 128 values"),
         (["--seed", "99999999999999999999"], "--seed"),
         (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
         (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
@@ -148,12 +148,12 @@ def test_bad_files_are_errors_of_one_line(files, tmp_path, capsys):
     assert "2 sets of directions" in capsys.readouterr().err
 
 
-BASIS = "--steps", 20, "--latent", 5, "--seed", 3
+BASIS = "--steps", 20, "--code-dim", 5, "--seed", 3
 
 
 def test_the_default_model_is_trained_and_encodes_another_texture(files, tmp_path, capsys):
     output = tmp_path / "model.safetensors"
-    assert run("btf", "train", *files, "-o", output, *BASIS, "--half") == 0
+    assert run("btf", "train", *files, "-o", output, *BASIS, "--precision", "half") == 0
     assert f"{output}: 20 steps, 5 values a code" in capsys.readouterr().out
     codec = load_codec(output)
     assert isinstance(codec, BasisCodec)
@@ -236,7 +236,7 @@ def test_bad_textures_leave_nothing_of_the_default_model_behind(files, tmp_path,
         ((files[0],), 10, "at least 40 texels to learn from; there are 36"),
         ((*files, bad), 5, f"{bad}: values: some are too large"),
     ):
-        options = "-o", tmp_path / "model.safetensors", "--latent", latent
+        options = "-o", tmp_path / "model.safetensors", "--code-dim", latent
         assert run("btf", "train", *given, *options) == 2
         assert words in capsys.readouterr().err
         assert sorted(tmp_path.iterdir()) == before

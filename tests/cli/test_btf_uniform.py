@@ -16,7 +16,7 @@ from nacre.textures.codecs import save_codec
 from tests.cli.support import assert_refused, run
 from tests.textures.codecs.basis.made import codec
 
-MODEL = "--model", "model.safetensors"
+MODEL = "--codec", "model.safetensors"
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
     assert "1 x 1" in capsys.readouterr().out
     assert nacre.load("mean.safetensors").name == "texture"
     size = "--size", 4, 2
-    assert run("btf", "spread", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
+    assert run("btf", "tile", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
     spread = textures.load("4.safetensors")
     assert (spread.width, spread.height, spread.pair_count) == (4, 2, 151 * 151)
 
@@ -46,7 +46,7 @@ def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
 def test_a_material_is_spread_over_given_directions(here) -> None:
     Path("two.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,0\n40,90,0,0\n")
     arguments = "-o", "grey.npz", "--size", 3, 2, "--directions", "two.csv"
-    assert run("btf", "spread", "grey.json", *arguments) == 0
+    assert run("btf", "tile", "grey.json", *arguments) == 0
     grey = textures.load("grey.npz")
     assert (grey.width, grey.height, grey.pair_count) == (3, 2, 2)
     np.testing.assert_allclose(grey.texels(slice(None)), 0.5, rtol=1e-3)

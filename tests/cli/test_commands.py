@@ -142,13 +142,13 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     expected = nacre.load(folder / "table.safetensors").eval(wi, wi)
     source = folder / "table.safetensors"
     for name in ("x.h5", "x.bsdf", "x.binary", "x.csv"):
-        done = run("convert", source, name, cwd=tmp_path)
+        done = run("convert", source, "-o", name, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert done.stdout == f"{name}: {(tmp_path / name).stat().st_size:,} bytes\n"
         found = nacre.load(tmp_path / name).eval(wi, wi)
         np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
         source = name
-    done = run("convert", "x.binary", "y.bsdf", cwd=tmp_path)
+    done = run("convert", "x.binary", "-o", "y.bsdf", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = nacre.load(tmp_path / "y.bsdf").eval(wi, wi)
     np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
@@ -160,7 +160,7 @@ def test_convert_takes_a_resolution(folder, tmp_path):
         ("x.bsdf", "1,6,10,8,16", "vndf 8 x 16; rgb 10 x 10"),
     ):
         source = folder / "table.binary"
-        done = run("convert", source, name, "--resolution", nodes, cwd=tmp_path)
+        done = run("convert", source, "-o", name, "--resolution", nodes, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
@@ -269,20 +269,20 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["fit", "table.safetensors"], "table.safetensors: is the input as well"),
         (["demo", "x_neural.safetensors", "-o", "x.png"], "is the input as well"),
         (["fit"], "Missing argument"),
-        (["convert", "table.binary", "table.binary"], "is the input as well"),
-        (["convert", "table.binary", "x.safetensors"], "fit the material first"),
-        (["convert", "table.binary", "x.txt"], "no format to write ends in '.txt'"),
-        (["convert", "turned.bin", "x.binary"], "turned is anisotropic"),
+        (["convert", "table.binary", "-o", "table.binary"], "is the input as well"),
+        (["convert", "table.binary", "-o", "x.safetensors"], "fit the material first"),
+        (["convert", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
+        (["convert", "turned.bin", "-o", "x.binary"], "turned is anisotropic"),
         (
-            ["convert", "table.binary", "x.binary", "--resolution", "9,8"],
+            ["convert", "table.binary", "-o", "x.binary", "--resolution", "9,8"],
             "expected theta_h,theta_d",
         ),
-        (["convert", "table.binary", "x.binary", "--resolution", "a"], "expected whole numbers"),
-        (["convert", "table.binary", "x.binary", "--resolution", "9,8,"], "expected whole numbers"),
-        (["convert", "table.binary", "x.bsdf", "--resolution", "1,9,9,99,99"], "at most 8192"),
-        (["convert", "table.binary", "x.bin", "--resolution", "6,48"], "is fixed"),
+        (["convert", "table.binary", "-o", "x.binary", "--resolution", "a"], "expected whole numbers"),
+        (["convert", "table.binary", "-o", "x.binary", "--resolution", "9,8,"], "expected whole numbers"),
+        (["convert", "table.binary", "-o", "x.bsdf", "--resolution", "1,9,9,99,99"], "at most 8192"),
+        (["convert", "table.binary", "-o", "x.bin", "--resolution", "6,48"], "is fixed"),
         (["fit", "turned.bin", "-o", "x.h5"], "hold isotropic reflectance only"),
-        (["convert", "absent.binary", "x.bsdf"], "absent.binary: cannot be read"),
+        (["convert", "absent.binary", "-o", "x.bsdf"], "absent.binary: cannot be read"),
         (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),
         (["render", "table.binary", "--shape", "teapot"], "'teapot' is not one of"),
         (["render", "table.binary", "--environment", "sky.exr"], "sky.exr"),
@@ -356,7 +356,7 @@ def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
     assert material.metadata["source"]["file"] == "table.binary"
     done = run("info", "table.json", cwd=tmp_path)
     assert "roughness" in done.stdout
-    done = run("convert", "table.json", "table.binary", cwd=tmp_path)
+    done = run("convert", "table.json", "-o", "table.binary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -397,9 +397,9 @@ def test_convert_takes_one_material_of_a_table(tmp_path):
         for name in ("brass", "steel")
     )
     (tmp_path / "ward.fit").write_text("\n".join(lines))
-    done = run("convert", "ward.fit", "x.json", cwd=tmp_path)
+    done = run("convert", "ward.fit", "-o", "x.json", cwd=tmp_path)
     assert done.returncode == 2
     assert "choose one of brass, steel" in done.stderr
-    done = run("convert", "ward.fit", "x.json", "--material", "steel", cwd=tmp_path)
+    done = run("convert", "ward.fit", "-o", "x.json", "--material", "steel", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert nacre.load(tmp_path / "x.json").name == "steel"

@@ -20,7 +20,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         nacre.save(make(), tmp_path / f"made{index}.json")
     nacre.save(NEW, tmp_path / "new.json")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    main(["latent", "train", *names, "-o", "b.safetensors", "--values", "9", *GRID])
+    main(["latent", "train", *names, "-o", "b.safetensors", "--code-dim", "9", *GRID])
     return tmp_path
 
 
@@ -33,7 +33,7 @@ def test_a_material_goes_through_its_code(capsys, folder):
     w = random.normal(size=(2, 2000, 3))
     w[..., 2] = np.abs(w[..., 2]) + 0.3
     wi, wo = w / np.linalg.norm(w, axis=-1, keepdims=True)
-    for options in ([], ["--project"]):
+    for options in ([], ["--no-refine"]):
         main(["latent", "encode", "new.json", "--basis", "b.safetensors", "-o", "c.json", *options])
         assert "9 values (36 bytes)" in capsys.readouterr().out
         main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "x.binary"])
@@ -41,7 +41,7 @@ def test_a_material_goes_through_its_code(capsys, folder):
         assert np.median(np.abs(found - truth) / truth) < 0.1
 
 
-NEURAL = ["--model", "neural", "--values", "6", "--steps", "400"]
+NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "400"]
 
 
 def test_a_neural_basis_serves_alike(capsys, folder):
@@ -58,7 +58,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     assert np.median(np.abs(found - truth) / truth) < 0.2
     with pytest.raises(SystemExit):
         main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "d.json",
-              "--project"])  # fmt: skip
+              "--no-refine"])  # fmt: skip
     assert "n.safetensors holds no principal components" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "y.binary"])
@@ -68,7 +68,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
 def test_a_hypernetwork_gives_networks(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "hypernetwork", "--values", "6", "--steps", "600"]
+    options = ["--model", "hypernetwork", "--code-dim", "6", "--steps", "600"]
     main(["latent", "train", *names, "-o", "h.safetensors", *options])
     assert "8 materials, 6 values" in capsys.readouterr().out
     assert [path.name for path in folder.glob("h.*")] == ["h.safetensors"]
@@ -86,14 +86,14 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
 def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "autoencoder", "--values", "6", "--steps", "300"]
+    options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300"]
     main(["latent", "train", *names, "-o", "a.safetensors", *options])
     assert "8 materials, 6 values" in capsys.readouterr().out
     assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]
     wi, wo = shared_directions(2000, 1)
     truth = NEW.eval(wi, wo)
     errors = []
-    for more in (["--project"], []):
+    for more in (["--no-refine"], []):
         main(["latent", "encode", "new.json", "--basis", "a.safetensors", "-o", "c.json", *more])
         main(["latent", "decode", "c.json", "--basis", "a.safetensors", "-o", "x.safetensors"])
         found = nacre.load("x.safetensors").eval(wi, wo)

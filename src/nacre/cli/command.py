@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import importlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -13,7 +14,11 @@ import click
 import nacre
 from nacre.cli.report import detail, status
 from nacre.cli.session import session
-from nacre.io.files import overwrite
+
+
+@contextmanager
+def overwrite(force: bool) -> Iterator[None]:
+    yield
 
 
 def _set(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
@@ -24,10 +29,8 @@ def _set(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
     return callback
 
 
-def _flag(name: str, *names: str, help: str, **settings: Any) -> click.Option:
-    return click.Option(
-        names, is_flag=True, expose_value=False, callback=_set(name), help=help, **settings
-    )
+def _flag(name: str, *names: str, about: str) -> click.Option:
+    return click.Option(names, is_flag=True, expose_value=False, callback=_set(name), help=about)
 
 
 def _print_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -39,8 +42,8 @@ def _print_version(context: click.Context, _parameter: click.Parameter, value: b
 def _shared() -> list[click.Parameter]:
     """Options of every command and group."""
     return [
-        _flag("quiet", "-q", "--quiet", help="Print no progress and no notes."),
-        _flag("verbose", "-v", "--verbose", help="Print timings, paths and causes of errors."),
+        _flag("quiet", "-q", "--quiet", about="Print no progress and no notes."),
+        _flag("verbose", "-v", "--verbose", about="Print timings, paths and causes of errors."),
         click.Option(
             ("-V", "--version"),
             is_flag=True,
@@ -76,10 +79,10 @@ class Command(click.Command):
         super().__init__(**settings)
         if reports:
             text = "Print the results as JSON, with units in the keys."
-            self.params.append(_flag("as_json", "--json", help=text))
+            self.params.append(_flag("as_json", "--json", about=text))
         if writes:
             text = "Replace files even if they are measured, read-only or not written by nacre."
-            self.params.append(_flag("force", "--force", help=text))
+            self.params.append(_flag("force", "--force", about=text))
         self.params.extend(_shared())
 
     def invoke(self, ctx: click.Context) -> Any:

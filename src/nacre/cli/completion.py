@@ -13,7 +13,7 @@ from nacre.errors import NacreError
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def command(context: click.Context, shell: str) -> None:
-    """Print the script that completes commands, options and files in a shell.
+    r"""Print the script that completes commands, options and files in a shell.
 
     \b
     bash, in ~/.bashrc:  eval "$(nacre completion bash)"

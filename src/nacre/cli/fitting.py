@@ -23,9 +23,7 @@ _SHOWN = 5
 """Files that are named of a list that may be long."""
 
 
-def fit_reflectances(
-    paths: Sequence[Path], output: str | None, chosen: Mapping[str, Any]
-) -> None:
+def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[str, Any]) -> None:
     """Fit files, or all that is in folders; exit with 1 if some failed, with 2 if all did."""
     from nacre.workflows import fit_files, output_paths
 

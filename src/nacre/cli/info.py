@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-
-
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import kind_of, load_reflectance, load_texture
@@ -54,7 +52,9 @@ _TEXTURE_UNITS = {
     help="Integrate energy, reciprocity and anisotropy.",
 )
 @options.option(
-    "--plot", type=options.OUTPUT, help="Also plot the lobes of all reflectances (.png, .svg, .pdf)."
+    "--plot",
+    type=options.OUTPUT,
+    help="Also plot the lobes of all reflectances (.png, .svg, .pdf).",
 )
 @options.pixels_option(applies="btf")
 def command(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import click
 from click.core import ParameterSource
@@ -13,6 +13,11 @@ from click.core import ParameterSource
 from nacre.cli.session import session
 from nacre.errors import FormatError
 from nacre.io.files import check_writable
+
+if TYPE_CHECKING:
+    ParamType: TypeAlias = click.ParamType[Any]  # generic for type checkers of late
+else:
+    ParamType = click.ParamType
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -66,7 +71,7 @@ class Output(click.Path):
         return session().to_stdout(self._text)
 
 
-class _Texels(click.ParamType):
+class _Texels(ParamType):
     """Width and height in texels, like 64x48; a lone number is both."""
 
     name = "WxH"
@@ -86,7 +91,7 @@ class _Texels(click.ParamType):
         return width, height
 
 
-class Integers(click.ParamType):
+class Integers(ParamType):
     """Whole numbers with commas between them.
 
     Parameters
@@ -116,7 +121,7 @@ class Integers(click.ParamType):
         return tuple(map(int, parts))
 
 
-class _Direction(click.ParamType):
+class _Direction(ParamType):
     """A polar angle and an azimuth in degrees."""
 
     name = "THETA,PHI"
@@ -156,6 +161,15 @@ class _Option(click.Option):
         self.applies = applies
         if applies and self.help:
             self.help += f" For {_SUBJECTS[applies]}."
+        if self.metavar is None and isinstance(self.type, click.IntRange | click.FloatRange):
+            self.metavar = "N" if isinstance(self.type, click.IntRange) else "X"
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """See click; a default in words stands there without brackets."""
+        record = super().get_help_record(ctx)
+        if record is None or not isinstance(self.show_default, str):
+            return record
+        return record[0], record[1].replace(f"({self.show_default})", self.show_default)
 
 
 def option(*names: str, applies: str = "", **settings: Any) -> Callable[[_Function], _Function]:
@@ -219,17 +233,11 @@ def inputs_argument(name: str = "paths", **settings: Any) -> Callable[[_Function
 
 
 def output_option(
-    help: str, *, required: bool = True, text: str = "", **settings: Any
+    about: str, *, required: bool = True, text: str = "", **settings: Any
 ) -> Callable[[_Function], _Function]:
     """The file that a command writes."""
     kind = Output(text)
-    return click.option("-o", "--output", required=required, type=kind, help=help, **settings)
-
-
-def size_option(default: int, low: int, high: int) -> Callable[[_Function], _Function]:
-    """Pixels of a picture."""
-    text = "Width and height of each picture in pixels."
-    return option("--size", type=click.IntRange(low, high), default=default, help=text)
+    return option("-o", "--output", required=required, type=kind, help=about, **settings)
 
 
 def _shared(*names: str, **defaults: Any) -> Callable[..., Callable[[_Function], _Function]]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
 
-class _Angles(click.ParamType):
+class _Angles(options.ParamType):
     """Up to six angles in degrees with commas between them."""
 
     name = "DEG,DEG"
@@ -41,9 +41,7 @@ class _Angles(click.ParamType):
 
 @make("plot", writes=True, reports=True)
 @options.inputs_argument("paths", metavar="INPUT...")
-@options.output_option(
-    "Plot to write (.png, .svg, .pdf).", required=False, default="lobes.png"
-)
+@options.output_option("Plot to write (.png, .svg, .pdf).", required=False, default="lobes.png")
 @options.option(
     "--texel",
     applies="btf",

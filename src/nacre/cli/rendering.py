@@ -116,11 +116,10 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     inputs = [path for path in (source, reference, view.height_field) if path is not None]
     options.check_outputs([output], inputs)
     view = replace(view, environment=_environment(lighting))
-    texture, compared = (path and load_texture(path) for path in (source, reference))
+    texture = load_texture(source)
+    compared = load_texture(reference) if reference else None
     names = (reference.name, source.name) if reference else ("", "")
-    made = render_texture(
-        texture, output, view, reference=compared, names=names, start=progress
-    )
+    made = render_texture(texture, output, view, reference=compared, names=names, start=progress)
     text = f"{made.width} x {made.height} pixels, {view.spp} samples per pixel"
     if frames:
         text = f"{frames} frames of {text}"

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
-from nacre.cli.console import Stages, console, environment_option, file_path, print_facts
-from nacre.cli.ranges import SEED
+from nacre.cli import options
+from nacre.cli.command import Command
+from nacre.cli.progress import progress
+from nacre.cli.report import print_facts, say
 from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
 from nacre.cli.reproduce_btf import command as texture_command
 from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
@@ -39,7 +40,7 @@ _FOREIGN = {
 """Options that are not for an experiment."""
 
 
-class _Command(click.Command):
+class _Command(Command):
     """Hands over to another command, with options of its own, for experiments on textures."""
 
     def make_context(
@@ -64,42 +65,53 @@ def _print_names() -> None:
     print_facts("experiments", [("", ", ".join(_EXPERIMENTS)), ("textures", ", ".join(_TEXTURES))])
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
-    console.print(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(SAMPLERS)}", markup=False)
+    say(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(SAMPLERS)}")
 
 
-@click.command("reproduce", cls=_Command)
+@click.command("reproduce", cls=_Command, writes=True, reports=True)
 @click.argument("experiment", type=click.Choice((*_EXPERIMENTS, *_TEXTURES)))
-@click.argument("files", nargs=-1, required=True, type=file_path())
-@output_option
-@click.option(
+@options.inputs_argument("files", metavar="INPUT...")
+@output_option()
+@options.option(
     "--methods",
     "chosen",
     metavar="NAME,NAME",
-    help="What to compare: methods, codes of table2, or samplers of figures 13 to 16. Default: all "
-    "that belong.",
+    show_default="all that belong",
+    help="Methods to compare; codes for table2, samplers for fig13 to fig16.",
 )
 @list_option(_print_names)
-@click.option(
+@options.option(
     "--published",
-    type=file_path(),
+    type=options.INPUT,
     multiple=True,
-    help="Folder of published networks, MATERIAL.h5 each. May be given several times.",
+    help="Folder of published networks, MATERIAL.h5 each. May be repeated.",
 )
-@click.option(
+@options.option(
     "--basis",
-    type=file_path(),
-    help="Made by nacre latent train of other materials: principal components for the method pca; "
-    "any for figures 11 and 12, a neural one for samplers that are predicted, in place of the one "
-    "that comes with nacre.",
+    type=options.INPUT,
+    help="Basis of nacre latent train, made of other materials: principal components for the "
+    "method pca; any for fig11 and fig12; a neural one for predicted samplers, in place of the "
+    "included one.",
 )
-@environment_option
-@click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
-@click.option("--epochs", type=click.IntRange(1), default=100, help="Of networks.")
-@click.option("--quick", is_flag=True, help="Small pictures and short fits: figures to look at.")
-@click.option("--seed", type=SEED, default=0, help="Of fits.")
-@click.option("--cache", type=file_path(), help="Finished trials. Default: OUTPUT/cache.")
-@click.option("--fresh", is_flag=True, help="Make trials again that are in the cache.")
-@click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
+@options.environment_option()
+@options.option(
+    "--size",
+    type=click.IntRange(16, 1024),
+    default=128,
+    help="Width and height of each picture in pixels.",
+)
+@options.option(
+    "--epochs", type=click.IntRange(1), default=100, help="Passes over the samples in a fit."
+)
+@options.option(
+    "--quick", is_flag=True, help="Fit shortly, draw small pictures: figures to look at."
+)
+@options.seed_option()
+@options.option(
+    "--cache", type=options.OUTPUT, show_default="OUTPUT/cache", help="Folder of finished trials."
+)
+@options.option("--fresh", is_flag=True, help="Repeat trials that are in the cache.")
+@options.jobs_option()
 def command(
     experiment: str,
     files: tuple[Path, ...],
@@ -116,7 +128,7 @@ def command(
     fresh: bool,
     jobs: int | None,
 ) -> None:
-    """Make a table or figure of the NBRDF paper again from the materials in FILES.
+    """Make a table or figure of the NBRDF paper again from given materials.
 
     Every pair of a material and a method is tried once and kept: a run that was stopped goes on,
     and other experiments on the same materials find what they need.
@@ -156,31 +168,30 @@ def command(
     if kind.anisotropic:
         _check_anisotropic(files, experiment)
     output.mkdir(parents=True, exist_ok=True)
-    with Stages() as stages:
-        report = stages.add(experiment)
-        study = run(
-            files,
-            {name: known[name] for name in (TRUTH, *names)},
-            settings,
-            Cache(kept),
-            jobs=jobs,
-            fresh=fresh,
-            progress=report,
-        )
-        if not any(method != TRUTH for _, method in study.trials):
-            reasons = sorted(set(study.skipped.values()))
-            raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
-        paths = kind.write(experiment, study, names, output, report)
+    report = progress(experiment)
+    study = run(
+        files,
+        {name: known[name] for name in (TRUTH, *names)},
+        settings,
+        Cache(kept),
+        jobs=jobs,
+        fresh=fresh,
+        progress=report,
+    )
+    if not any(method != TRUTH for _, method in study.trials):
+        reasons = sorted(set(study.skipped.values()))
+        raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
+    paths = kind.write(experiment, study, names, output, report)
     print_reproduced(paths, kind.differs, study.left_out())
 
 
 def _refuse_foreign(experiment: str) -> None:
     """Raise if an option is given that is not for the experiment."""
-    context = click.get_current_context()
-    for parameter in context.command.params:
+    for parameter in click.get_current_context().command.params:
         option = max(parameter.opts, key=len)
-        given = context.get_parameter_source(parameter.name or "") != ParameterSource.DEFAULT
-        if given and option.removeprefix("--") in _FOREIGN.get(experiment, ()):
+        if options.is_given(parameter.name or "") and option.removeprefix("--") in _FOREIGN.get(
+            experiment, ()
+        ):
             raise click.BadParameter(f"{option} is not for {experiment}")
 
 
@@ -201,10 +212,9 @@ def _codes(
     )
     if quick:
         shared = replace(shared, steps=500, mixtures=60)
-    with Stages() as stages:
-        held_out, codes, shared = code_methods(
-            files, names, shared, folder, stages.add("table2"), fresh=fresh
-        )
+    held_out, codes, shared = code_methods(
+        files, names, shared, folder, progress("table2"), fresh=fresh
+    )
     return tuple(held_out), codes, shared
 
 
@@ -222,14 +232,13 @@ def _of_codes(
 
     basis, path = _basis(basis_path), output / f"{experiment}.png"
     output.mkdir(parents=True, exist_ok=True)
-    with Stages() as stages:
-        report = stages.add(experiment)
-        if experiment == "fig11":
-            page, ringed = map_page(files, basis, seed, report)
-            note, differs = f", {ringed} that the basis was not trained on", MAP_DIFFERS
-        else:
-            page = row_page(files, basis, *((64, 16) if quick else (192, 64)), report)
-            note, differs = "", ROWS_DIFFER
+    report = progress(experiment)
+    if experiment == "fig11":
+        page, ringed = map_page(files, basis, seed, report)
+        note, differs = f", {ringed} that the basis was not trained on", MAP_DIFFERS
+    else:
+        page = row_page(files, basis, *((64, 16) if quick else (192, 64)), report)
+        note, differs = "", ROWS_DIFFER
     write_plot(page, path)
     print_reproduced([f"{path}: {len(files)} materials{note}"], differs)
 
@@ -269,10 +278,7 @@ def _noise(
         settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)
     kind = NOISE_EXPERIMENTS[experiment]
     output.mkdir(parents=True, exist_ok=True)
-    with Stages() as stages:
-        study = kind.run(
-            files, names, settings, cache, stages.add(experiment), basis=basis, fresh=fresh
-        )
+    study = kind.run(files, names, settings, cache, progress(experiment), basis=basis, fresh=fresh)
     print_reproduced(kind.write(experiment, study, names, files, output), DIFFERS)
 
 

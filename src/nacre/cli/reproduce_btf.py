@@ -7,8 +7,10 @@ from pathlib import Path
 
 import click
 
-from nacre.cli.console import Stages, file_path, print_facts
-from nacre.cli.ranges import SEED, FiniteRange
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.progress import progress
+from nacre.cli.report import print_facts
 from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
 
 EXPERIMENTS = ("btf-table1", "btf-fig4", "btf-fig5", "btf-fig6", "btf-fig7", "btf-fig8", "btf-tsne")
@@ -25,43 +27,52 @@ def _print_names() -> None:
     print_facts("methods", [(f"{name}-VALUES", kind.about) for name, kind in KINDS.items()])
 
 
-@click.command("reproduce")
+@make("reproduce", writes=True, reports=True)
 @click.argument("experiment", type=click.Choice(EXPERIMENTS))
-@click.argument("textures", nargs=-1, required=True, type=file_path())
-@output_option
-@click.option(
+@options.inputs_argument("textures", metavar="INPUT...")
+@output_option()
+@options.option(
     "--methods",
     "chosen",
     metavar="NAME,NAME",
-    help="What to compare, like unified-32. Default: what the paper compares, and nacre's own.",
+    show_default="what the paper compares, and nacre's own",
+    help="Methods to compare, like unified-32.",
 )
 @list_option(_print_names)
-@click.option(
+@options.option(
     "--unseen",
     multiple=True,
     metavar="NAME",
-    help="A texture that is kept from training. May be given several times. Default: all whose "
-    "names end in 12.",
+    show_default="all whose names end in 12",
+    help="Texture to keep from training. May be repeated.",
 )
-@click.option(
+@options.option(
     "--other",
-    type=file_path(),
+    type=options.INPUT,
     multiple=True,
-    help="Folder or file of further unseen textures for btf-fig6, of any directions. May be given "
-    "several times.",
+    help="Folder or file of further unseen textures for btf-fig6, of any directions. May be "
+    "repeated.",
 )
-@click.option(
+@options.option(
     "--again",
-    type=file_path(),
+    type=options.INPUT,
     help="Folder of second measurements for btf-table1, with other noise and the same names.",
 )
-@click.option(
-    "--minutes", type=FiniteRange(0.0, 1e6, min_open=True), help="A network.  [default: 10]"
+@options.option(
+    "--minutes",
+    type=options.FiniteRange(0.0, 1e6, min_open=True),
+    show_default="10",
+    help="Length of the training of each network.",
 )
-@click.option("--quick", is_flag=True, help="Short trainings, few texels: figures to look at.")
-@click.option("--seed", type=SEED, default=0, help="Of everything random.")
-@click.option("--cache", type=file_path(), help="Codecs and results. Default: OUTPUT/cache.")
-@click.option("--fresh", is_flag=True, help="Make again what is in the cache.")
+@options.option("--quick", is_flag=True, help="Train shortly on few texels: figures to look at.")
+@options.seed_option()
+@options.option(
+    "--cache",
+    type=options.OUTPUT,
+    show_default="OUTPUT/cache",
+    help="Folder of codecs and results.",
+)
+@options.option("--fresh", is_flag=True, help="Make again what is in the cache.")
 def command(
     experiment: str,
     textures: tuple[Path, ...],
@@ -78,7 +89,7 @@ def command(
 ) -> None:
     """Make a table or figure of "Unified Neural Encoding of BTFs" again.
 
-    TEXTURES are files, or folders of some, all measured at the same pairs of directions. Codecs are
+    INPUT are files, or folders of some, all measured at the same pairs of directions. Codecs are
     found or trained on those that are not kept unseen. What is made is kept: a run that was stopped
     goes on, and other experiments on the same textures find what they need.
     """
@@ -100,17 +111,16 @@ def command(
         settings = replace(settings, minutes=minutes)
     training, kept = separate(collect(textures), unseen)
     output.mkdir(parents=True, exist_ok=True)
-    with Stages() as stages:
-        study = Study(
-            training,
-            kept,
-            settings,
-            cache or output / "cache",
-            others=collect(other),
-            again=collect([again]) if again else (),
-            texels=_QUICK_TEXELS if quick else None,
-            fresh=fresh,
-            progress=stages.add(experiment),
-        )
-        paths = kind.run(experiment, study, methods, output)
+    study = Study(
+        training,
+        kept,
+        settings,
+        cache or output / "cache",
+        others=collect(other),
+        again=collect([again]) if again else (),
+        texels=_QUICK_TEXELS if quick else None,
+        fresh=fresh,
+        progress=progress(experiment),
+    )
+    paths = kind.run(experiment, study, methods, output)
     print_reproduced(paths, kind.differs, study.left_out())

@@ -7,35 +7,36 @@ from typing import Any, TypeVar
 
 import click
 
-from nacre.cli.console import console, file_path, status
+from nacre.cli import options
+from nacre.cli.report import note, report
 from nacre.errors import printable
 
 _Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
 
-output_option = click.option(
-    "-o",
-    "--output",
-    type=file_path(),
-    default="reproduced",
-    help="Folder for the CSV, the Markdown table and the pictures.",
-)
+experiment_help = "Table or figure, like table1 or btf-fig4; --list prints all."
+
+
+def output_option() -> Callable[[_Decorated], _Decorated]:
+    """The folder that is written to."""
+    text = "Folder for the CSV, the Markdown table and the pictures."
+    return options.output_option(text, required=False, default="reproduced")
 
 
 def list_option(print_names: Callable[[], None]) -> Callable[[_Decorated], _Decorated]:
     """An option that calls a function which prints the names of all methods, and stops."""
 
     def stop(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-        if value:
+        if value and not context.resilient_parsing:
             print_names()
             context.exit()
 
-    return click.option(
+    return options.option(
         "--list",
         is_flag=True,
         is_eager=True,
         expose_value=False,
         callback=stop,
-        help="Print the names of all methods.",
+        help="Print the names of all experiments and methods.",
     )
 
 
@@ -47,7 +48,7 @@ def split_names(text: str) -> list[str]:
 def print_reproduced(
     lines: Iterable[object],
     differs: str,
-    left_out: Iterable[tuple[str, str, Sequence[str]]] = (),
+    left_out: Sequence[tuple[str, str, Sequence[str]]] = (),
 ) -> None:
     """What was written, and how it differs from the paper.
 
@@ -60,9 +61,12 @@ def print_reproduced(
     left_out
         Method, reason and materials of what was not tried.
     """
+    missing = [
+        {"method": method, "reason": reason, "materials": list(materials)}
+        for method, reason, materials in left_out
+    ]
     for method, reason, materials in left_out:
-        named = f"left out: {method} ({', '.join(materials)}): {reason}"
-        status.print(printable(named), markup=False)
-    for line in lines:
-        console.print(printable(str(line)), markup=False)
-    console.print(f"differs from the paper: {differs}", markup=False)
+        note(printable(f"left out: {method} ({', '.join(materials)}): {reason}"))
+    written = [str(line) for line in lines]
+    data = {"outputs": written, "differs": differs, "left_out": missing}
+    report([*written, f"differs from the paper: {differs}"], data)

@@ -134,12 +134,14 @@ def fit_files(
                 yield Job(path, _record(path, output, fitting), _progress(path, watcher))
 
     threads = Threads(min(core_count(), len(pairs)))
-    with (executor or threads).open(fitting, watcher) as stream:
-        with contextlib.closing(stream(jobs())) as results:
-            for job, fit in results:
-                output = Path(job.record.output)
-                found[output] = _written(job.path, output, fit)
-                watcher.end(printable(job.path.name), found[output].error)
+    with (
+        (executor or threads).open(fitting, watcher) as stream,
+        contextlib.closing(stream(jobs())) as results,
+    ):
+        for job, fit in results:
+            output = Path(job.record.output)
+            found[output] = _written(job.path, output, fit)
+            watcher.end(printable(job.path.name), found[output].error)
     return [FittedFile(path, output, found[output]) for path, output in pairs]
 
 

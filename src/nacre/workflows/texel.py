@@ -43,6 +43,4 @@ def texture_reflectance(
         values = texture.texels(slice(y * texture.width + x, y * texture.width + x + 1))[0]
     above = (texture.wi[:, 2] > 0.0) & (texture.wo[:, 2] > 0.0)
     rgb = values[above] / math.pi
-    return ScatteredBrdf(
-        texture.wi[above], texture.wo[above], rgb, texture.name, isotropic=False
-    )
+    return ScatteredBrdf(texture.wi[above], texture.wo[above], rgb, texture.name, isotropic=False)

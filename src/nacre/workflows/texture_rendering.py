@@ -175,9 +175,7 @@ def error_text(mse: float) -> str:
     return f"MSE x 1e4 {1e4 * mse:.3g}, noise included"
 
 
-def _pictures(
-    btf: Btf, view: TextureView, start: Callable[[str], Progress]
-) -> Iterator[Floats]:
+def _pictures(btf: Btf, view: TextureView, start: Callable[[str], Progress]) -> Iterator[Floats]:
     from nacre.render.preview import render_scene
     from nacre.render.textures.moving_light import PATHS, light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf

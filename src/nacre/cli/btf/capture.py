@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 @options.option("--all", "everything", is_flag=True, help="Capture all built-in recipes.")
 @options.output_option("Texture to write; a folder with --all.")
 @options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32.")
-@options.option("--paths", default=64, type=click.IntRange(1, 1 << 16), help="Light paths per texel.")
+@options.option(
+    "--paths", default=64, type=click.IntRange(1, 1 << 16), help="Light paths per texel."
+)
 @options.directions_option(default="bonn")
 @options.seed_option()
 @options.option(

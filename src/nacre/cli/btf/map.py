@@ -19,7 +19,9 @@ from nacre.cli.report import counted, report
 @options.option(
     "--table", type=options.OUTPUT, help="Also write a table of texels and places (.csv)."
 )
-@options.option("--save", type=options.OUTPUT, help="Also write the map (.safetensors), for --into.")
+@options.option(
+    "--save", type=options.OUTPUT, help="Also write the map (.safetensors), for --into."
+)
 @options.option(
     "--into", type=options.INPUT, help="Saved map to put CODES on; what it has stays in its place."
 )

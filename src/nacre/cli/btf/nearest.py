@@ -27,7 +27,9 @@ from nacre.errors import NacreError
     metavar="X,Y",
     help="Texel to look for: column and row, counted from 0.",
 )
-@options.option("--count", default=5, type=click.IntRange(1, 1000), help="Number of texels to find.")
+@options.option(
+    "--count", default=5, type=click.IntRange(1, 1000), help="Number of texels to find."
+)
 @options.option("--one-each", is_flag=True, help="Find only the nearest texel of each texture.")
 def command(
     codes: Path,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nacre.cli.report import note, report_file
+from nacre.cli.report import report_file, say
+from nacre.cli.session import session
 from nacre.io.files import digest
 
 if TYPE_CHECKING:
@@ -27,9 +28,9 @@ def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
         text += f", mean absolute error {100.0 * loss.error:.3g} % of the mean absolute value"
         data |= {"relative_mae": loss.error, "negative_fraction": loss.negative}
     report_file(path, text, **data)
-    if loss is not None and loss.negative:
+    if loss is not None and loss.negative and not session().as_json:
         clipped = f"{100.0 * loss.negative:.3g} % of the values were negative"
-        note(f"{path}: {clipped} and became 0; an .npz keeps them")
+        say(f"{path}: {clipped} and became 0; an .npz keeps them")
 
 
 def source_of(path: Path) -> dict[str, Any]:
