@@ -5,8 +5,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import click
@@ -14,11 +13,7 @@ import click
 import nacre
 from nacre.cli.report import detail, status
 from nacre.cli.session import session
-
-
-@contextmanager
-def overwrite(force: bool) -> Iterator[None]:
-    yield
+from nacre.io.outputs import overwrite, written_by
 
 
 def _set(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
@@ -91,7 +86,7 @@ class Command(click.Command):
 
         now, began = session(), time.monotonic()
         display = Display(ctx.command_path, status, quiet=now.quiet, verbose=now.verbose)
-        with display, overwrite(now.force):
+        with display, overwrite(now.force), written_by(ctx.command_path):
             now.display = display
             result = super().invoke(ctx)
         now.flush()

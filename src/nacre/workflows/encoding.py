@@ -290,8 +290,12 @@ class _Run:
     def save(self, path: Path, fingerprint: str) -> None:
         """Write it to a file, whole or not at all."""
         tensors: Tensors = {"codes": self.codes[: self.done], "errors": self.errors.sums}
-        header = {"mark": fingerprint}
-        write_encoded(path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header)
+        write_encoded(
+            path,
+            lambda header: to_bytes(_KEY, header, tensors, _LIMIT),
+            {"mark": fingerprint},
+            internal=True,
+        )
 
     def restore(self, path: Path, fingerprint: str) -> None:
         """Take up what a file has."""
