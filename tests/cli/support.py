@@ -9,10 +9,10 @@ from typing import Any
 from nacre.cli import main
 
 
-def run(*arguments: object) -> int:
-    """Exit code of a command in this process, without progress."""
+def run(*arguments: object, quiet: bool = True) -> int:
+    """Exit code of a command in this process, by default without progress and notes."""
     try:
-        main(["-q", *map(str, arguments)])
+        main([*(["-q"] if quiet else []), *map(str, arguments)])
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 from pathlib import Path
@@ -15,7 +14,7 @@ from nacre.btf import TableBtf
 from nacre.color import tone_map
 from nacre.measured.textures import UTIA
 from nacre.measured.textures.directions import from_degrees
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.specimens.images import png_bytes
 
 mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
@@ -50,13 +49,14 @@ def test_info_shows_what_is_there(capsys, cloth: TableBtf) -> None:
     shown = capsys.readouterr().out
     for words in ("cloth.npz", "6,561", "75  [degrees]", "236,196  [bytes]", "float16"):
         assert words in shown
-    assert run("info", "cloth.npz", "--json") == 0
-    facts = json.loads(capsys.readouterr().out)["facts"]
+    (facts,) = run_json(capsys, "info", "cloth.npz")
+    assert (facts["file"], facts["kind"]) == ("cloth.npz", "btf")
+    assert facts["light_polar_angle_max_deg"] == pytest.approx(75.0, abs=0.01)
     assert (facts["width"], facts["height"], facts["lights"], facts["views"]) == (3, 2, 81, 81)
-    assert facts["bytes"] == Path("cloth.npz").stat().st_size
-    np.testing.assert_allclose(facts["value range"], [0.25, 1.0], atol=0.01)
+    assert facts["size_bytes"] == Path("cloth.npz").stat().st_size
+    np.testing.assert_allclose(facts["value_range"], [0.25, 1.0], atol=0.01)
     expected = cloth.values.astype(float).mean(axis=(0, 1, 2))
-    np.testing.assert_allclose(facts["mean value"], expected, rtol=1e-3)
+    np.testing.assert_allclose(facts["mean_value"], expected, rtol=1e-3)
 
 
 def test_info_tells_of_pairs_that_repeat(capsys, cloth: TableBtf) -> None:
@@ -65,8 +65,8 @@ def test_info_tells_of_pairs_that_repeat(capsys, cloth: TableBtf) -> None:
     wi, wo = cloth.wi.copy(), cloth.wo.copy()
     wi[5:7], wo[5:7] = wi[4], wo[4]
     textures.save(TableBtf(cloth.values, wi, wo), "again.npz")
-    assert run("info", "again.npz", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["facts"]["pairs that repeat others"] == 2
+    (facts,) = run_json(capsys, "info", "again.npz")
+    assert facts["pairs_that_repeat_others"] == 2
 
 
 def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
@@ -117,7 +117,7 @@ def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
 
 
 def test_a_picture_of_the_nearest_pair(capsys, cloth: TableBtf) -> None:
-    options = ("--light", "58,3", "--view", "30,-91")
+    options = ("--wi", "58,3", "--wo", "30,-91")
     assert run("btf", "picture", "cloth.npz", "-o", "x.exr", *options) == 0
     shown = capsys.readouterr().out
     assert "60.0" in shown
@@ -165,7 +165,7 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
     values = np.zeros((9, 602, 2, 3), np.float32)
     values[:, ::3] = 0.9
     textures.save(TableBtf(values, wi, wi[[0, 0]]), "wide.npz")
-    assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--view", "0,0") == 0
+    assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--wo", "0,0") == 0
     sheet = np.array(mi.Bitmap("x.exr")).reshape(3, 2, 201, 3)
     np.testing.assert_allclose(sheet[:, :, :-1], 0.3, rtol=1e-5)
     np.testing.assert_allclose(sheet[:, :, -1], 0.45, rtol=1e-5)
@@ -182,8 +182,8 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
         (("convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
         (("convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),
         (("btf", "picture", "cloth.npz", "-o", "x.gif"), "a picture ends in one of"),
-        (("btf", "picture", "cloth.npz", "-o", "x.png", "--light", "90,0"), "below 90"),
-        (("btf", "picture", "cloth.npz", "-o", "x.png", "--view", "x"), "expected a polar"),
+        (("btf", "picture", "cloth.npz", "-o", "x.png", "--wi", "90,0"), "below 90"),
+        (("btf", "picture", "cloth.npz", "-o", "x.png", "--wo", "x"), "expected a polar"),
         (("info", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
         (("fit", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
         (("convert", "cloth.npz", "-o", "x.binary"), "see nacre btf info"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from nacre.btf import TableBtf
 from nacre.measured.textures import BONN
 from nacre.neural import Layer, NeuralBrdf
 from nacre.textures.codecs import save_codec
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.textures.codecs.basis.made import codec
 
 MODEL = "--codec", "model.safetensors"
@@ -41,31 +40,42 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("arguments", "words"),
     [
         ("btf decode texture.npz -o x.npz", "texture.npz: is a texture, expected an encoded"),
-        ("btf decode model.safetensors -o x.npz", "is a model of textures, expected an encoded"),
+        ("btf decode model.safetensors -o x.npz", "is a texture codec, expected an encoded"),
         ("btf decode paint.safetensors -o x.npz", "is one material, expected an encoded texture"),
         (
             "btf decode code.safetensors --directions berlin -o x.npz",
             "is neither a dome (bonn, utia)",
         ),
-        ("btf decode code.safetensors --directions model.safetensors -o x.npz", "is a model of"),
-        ("btf encode model.safetensors -o x.safetensors", "nacre btf encode --model takes it"),
-        ("btf encode paint.safetensors -o x.safetensors", "is one material, expected a texture"),
         (
-            "btf encode texture.npz -o x.safetensors --model code.safetensors",
-            "code.safetensors: is an encoded texture, expected a model of textures",
+            "btf decode code.safetensors --directions model.safetensors -o x.npz",
+            "is a texture codec",
         ),
-        ("btf compare texture.npz model.safetensors", "model.safetensors: is a model of textures"),
-        ("btf convert model.safetensors -o x.npz", "is a model of textures, expected a texture"),
+        ("fit model.safetensors -o x.safetensors", "nacre fit --codec takes it"),
+        ("fit paint.safetensors -o x.safetensors --resume", "--resume is for textures (BTFs)"),
+        ("fit texture.npz -o x.safetensors --preset draft", "--preset is for networks"),
+        ("fit texture.npz -o x.safetensors --model ggx", "--model is for reflectances (BRDFs)"),
+        ("fit texture.npz paint.safetensors", "one texture at a time"),
+        ("compare texture.npz paint.safetensors", "paint.safetensors: is a reflectance, and"),
+        ("render texture.npz --height 9", "--height is for reflectances (BRDFs)"),
+        ("render texture.npz --shape ball", "for which there are cylinder, sphere"),
+        ("convert texture.npz -o x.npz --material a", "--material is for reflectances"),
+        ("info texture.npz --no-physics", "--physics is for reflectances"),
+        (
+            "fit texture.npz -o x.safetensors --codec code.safetensors",
+            "code.safetensors: is an encoded texture, expected a texture codec",
+        ),
+        ("compare texture.npz model.safetensors", "model.safetensors: is a texture codec"),
+        ("convert model.safetensors -o x.npz", "is a texture codec"),
         ("btf picture paint.safetensors -o x.png", "is one material, expected a texture"),
-        ("btf train texture.npz model.safetensors -o x.safetensors", "is a model of textures"),
+        ("btf train texture.npz model.safetensors -o x.safetensors", "is a texture codec"),
         ("btf train factored -o x.safetensors", "where files in it are textures, name these"),
-        ("btf capture fabric01 --dome texture.npz -o x.npz", "expected bonn, utia or a list"),
+        ("btf capture fabric01 --directions texture.npz -o x.npz", "expected bonn, utia or a list"),
         ("btf capture texture.npz -o x.npz", "is a texture, expected the name of a recipe"),
-        ("btf convert texture.npz -o taken.npz", "taken.npz: is a directory"),
-        ("btf convert texture.npz -o textures", "textures: is a directory"),
+        ("convert texture.npz -o taken.npz", "taken.npz: is a directory"),
+        ("convert texture.npz -o textures", "textures: is a directory"),
         ("btf capture --all -o texture.npz", "texture.npz: is a file, expected a folder"),
-        ("fit textures -o library", "no measured materials found, but textures (BTFs); see nacre"),
-        ("fit factored -o library", "no measured materials found, but textures (BTFs); see nacre"),
+        ("fit textures -o library", "library: has no ending; write library.safetensors"),
+        ("fit factored -o library", "no measured materials found, but textures (BTFs); fit these"),
         ("reproduce btf-foo texture.npz", "'btf-table1'"),
     ],
 )
@@ -87,5 +97,5 @@ def test_textures_that_do_not_differ_have_an_infinite_psnr_which_json_has_not(he
     assert run("compare", "texture.npz", "texture.npz") == 0
     (line,) = (x for x in capsys.readouterr().out.splitlines() if "PSNR" in x)
     assert line.split()[1] == "inf"
-    assert run("compare", "texture.npz", "texture.npz", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["errors"]["PSNR"] is None
+    found = run_json(capsys, "compare", "texture.npz", "texture.npz")
+    assert found["psnr_db"] is None

@@ -23,6 +23,12 @@ from tests.textures.codecs.networks.made import OTHER, texture, write
 __all__ = ["one_thread"]
 
 
+def test_any_registered_codec_can_be_named(files, tmp_path, capsys):
+    output = tmp_path / "model.safetensors"
+    assert run("btf", "train", *files, "-o", output, "--model", "magic") == 2
+    assert "'magic' is no known" in capsys.readouterr().err
+
+
 @pytest.fixture
 def files(tmp_path: Path) -> list[Path]:
     return write(tmp_path, 2)
@@ -41,10 +47,11 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
         "max",
         "--batch",
         6,
-        "--precision", "half",
+        "--precision",
+        "half",
     )
     assert run("btf", "train", *files, "-o", output, *options, "--loss", "l2") == 0
-    assert f"{output}: 12 steps, 5 values a code, loss on held-out" in capsys.readouterr().out
+    assert f"{output}: 12 steps, latent size 5, loss on held-out" in capsys.readouterr().out
     network = load_codec(output)
     assert isinstance(network, UnifiedNetwork)
     assert network.settings.pooling == "max"
@@ -154,7 +161,7 @@ BASIS = "--steps", 20, "--code-dim", 5, "--seed", 3
 def test_the_default_model_is_trained_and_encodes_another_texture(files, tmp_path, capsys):
     output = tmp_path / "model.safetensors"
     assert run("btf", "train", *files, "-o", output, *BASIS, "--precision", "half") == 0
-    assert f"{output}: 20 steps, 5 values a code" in capsys.readouterr().out
+    assert f"{output}: 20 steps, latent size 5" in capsys.readouterr().out
     codec = load_codec(output)
     assert isinstance(codec, BasisCodec)
     assert codec.metadata["materials"] == ["0", "1"]
@@ -267,8 +274,8 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     basis, reference = BasisRecipe(), TrainingRecipe.named("reference")
     steps = basis.function_steps + basis.code_steps
     most = basis.luma_count + 2 * basis.chroma_count
-    assert f"[default: {steps}, of networks {TrainingRecipe().epochs} epochs" in shown
-    assert f"up to {most} of basis. [default: {basis.code_dim}, custom: 8]" in shown
+    assert f"[default: {steps}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
+    assert f"up to {most} for basis. [default: {basis.code_dim}; 8 for custom" in shown
     for word in ("batch", "learning_rate"):
         default = getattr(TrainingRecipe(), word), getattr(reference, word)
-        assert "[default: {}, of the reference {}]".format(*default) in shown
+        assert "[default: {}; {} with the reference recipe".format(*default) in shown

@@ -1,4 +1,4 @@
-"""`nacre btf average` and `nacre btf spread`."""
+"""`nacre btf average` and `nacre btf tile`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
     assert run("btf", "average", "texture.npz", "-o", "mean.safetensors", *MODEL) == 0
     assert "1 x 1" in capsys.readouterr().out
     assert nacre.load("mean.safetensors").name == "texture"
-    size = "--size", 4, 2
+    size = "--texels", "4x2"
     assert run("btf", "tile", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
     spread = textures.load("4.safetensors")
     assert (spread.width, spread.height, spread.pair_count) == (4, 2, 151 * 151)
@@ -45,7 +45,7 @@ def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
 
 def test_a_material_is_spread_over_given_directions(here) -> None:
     Path("two.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,0\n40,90,0,0\n")
-    arguments = "-o", "grey.npz", "--size", 3, 2, "--directions", "two.csv"
+    arguments = "-o", "grey.npz", "--texels", "3x2", "--directions", "two.csv"
     assert run("btf", "tile", "grey.json", *arguments) == 0
     grey = textures.load("grey.npz")
     assert (grey.width, grey.height, grey.pair_count) == (3, 2, 2)
@@ -55,17 +55,17 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("average gray.json -o x.npz", "is one material, expected a texture"),
+        ("average grey.json -o x.npz", "is one material, expected a texture"),
         ("average texture.npz -o x.json", "no format of textures ends in '.json'"),
-        ("average texture.npz -o x.npz --model model.safetensors", "--model encodes"),
+        ("average texture.npz -o x.npz --codec model.safetensors", "--codec encodes"),
         (
-            "average texture.npz -o x.safetensors --model texture.npz",
-            "texture, expected a model",
+            "average texture.npz -o x.safetensors --codec texture.npz",
+            "texture, expected a texture codec",
         ),
         ("average texture.npz -o texture.npz", "texture.npz"),
-        ("spread texture.npz -o x.npz", "is a texture (BTF), not one material; see nacre btf info"),
-        ("spread gray.json -o x.npz --size 0 3", "0 is not in the range"),
-        ("spread gray.json -o x.npz --directions berlin", "berlin"),
+        ("tile texture.npz -o x.npz", "is a texture (BTF), not one material; see nacre btf info"),
+        ("tile grey.json -o x.npz --texels 0x3", "expected 1 to 16384 texels"),
+        ("tile grey.json -o x.npz --directions berlin", "berlin"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:

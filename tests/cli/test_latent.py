@@ -28,7 +28,7 @@ GRID = ["--resolution", "30,15,15"]
 
 
 def test_a_material_goes_through_its_code(capsys, folder):
-    assert "8 materials, 9 values" in capsys.readouterr().out
+    assert "8 materials, latent size 9" in capsys.readouterr().out
     random = np.random.default_rng(1)
     w = random.normal(size=(2, 2000, 3))
     w[..., 2] = np.abs(w[..., 2]) + 0.3
@@ -48,7 +48,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     main(["latent", "train", *names, "-o", "n.safetensors", *NEURAL])
-    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("n.*")] == ["n.safetensors"]
     main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "c.json"])
     assert "6 values (24 bytes)" in capsys.readouterr().out
@@ -70,7 +70,7 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     options = ["--model", "hypernetwork", "--code-dim", "6", "--steps", "600"]
     main(["latent", "train", *names, "-o", "h.safetensors", *options])
-    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("h.*")] == ["h.safetensors"]
     main(["latent", "encode", "new.json", "--basis", "h.safetensors", "-o", "c.json"])
     for name in ("x.safetensors", "x.h5", "x.binary"):
@@ -88,7 +88,7 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300"]
     main(["latent", "train", *names, "-o", "a.safetensors", *options])
-    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]
     wi, wo = shared_directions(2000, 1)
     truth = NEW.eval(wi, wo)
@@ -104,13 +104,18 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "Missing command"),
+        (["train", "none.json", "made1.json", "-o", "x.safetensors"], "none.json: does not exist"),
+        (["train", ".", "-o", "x.safetensors"], "is a folder; name the files in it"),
+        (["frain"], "did you mean train?"),
         (["train", "made0.json", "-o", "x.safetensors"], "two materials"),
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
-        (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "theta_h"),
-        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "not for --model pca"),
-        (["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID], "for --model pca"),
+        (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "like 90,45,45"),
+        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "is --model pca"),
+        (
+            ["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID],
+            "--resolution is for --model pca",
+        ),
         (["encode", "new.json", "--basis", "new.json", "-o", "c.json"], "safetensors"),
         (["encode", "none.json", "--basis", "b.safetensors", "-o", "c.json"], "none.json"),
         (["encode", "new.json", "--basis", "b.safetensors", "-o", "c.binary"], "a .json file"),
@@ -121,7 +126,7 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
 def test_wrong_input_is_refused_and_leaves_nothing(folder, capsys, arguments, message):
     before = sorted(folder.iterdir())
     with pytest.raises(SystemExit) as stopped:
-        main(["latent", *arguments])
+        main(["-q", "latent", *arguments])
     assert stopped.value.code == 2
     error = capsys.readouterr().err
     assert message in error

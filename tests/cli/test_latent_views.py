@@ -95,7 +95,10 @@ def test_codes_that_are_alike_have_places():
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
         (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes 5 materials at least, got 2"),
-        (["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"], "m1.npz: is marked but not among"),
+        (
+            ["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"],
+            "m1.npz: is to be highlighted but not among",
+        ),
     ],
 )
 def test_wrong_usage_ends_in_one_line(here, capsys, arguments, words):

@@ -37,7 +37,8 @@ def coded(here):
 
 def test_reproduce_writes_and_says_what_differs(here, capsys):
     options = ["--quick", "--methods", "lambert,published", "-o", "out"]
-    assert run("reproduce", "fig10", "a.safetensors", "b.safetensors", *options) == 0
+    files = "a.safetensors", "b.safetensors"
+    assert run("reproduce", "fig10", *files, *options, quiet=False) == 0
     printed = capsys.readouterr()
     assert printed.out.splitlines()[:3] == ["out/fig10.csv", "out/fig10.md", "out/fig10.png"]
     assert "differs from the paper: spheres" in printed.out
@@ -135,7 +136,7 @@ def test_reproduce_lists_methods(here, capsys):
     ("arguments", "words"),
     [
         (["fig5", "a.safetensors"], "'fig5' is not one of"),
-        (["fig6"], "Missing argument 'FILES...'"),
+        (["fig6"], "Missing argument 'INPUT...'"),
         (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--methods", "ggx,magic"], "'magic' is no method"),

@@ -11,7 +11,6 @@ from typing import Any
 import click
 
 import nacre
-from nacre.cli.report import detail, status
 from nacre.cli.session import session
 from nacre.io.outputs import overwrite, written_by
 
@@ -83,6 +82,7 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """See click; shows progress meanwhile."""
         from nacre.cli.progress import Display
+        from nacre.cli.report import detail, status
 
         now, began = session(), time.monotonic()
         display = Display(ctx.command_path, status, quiet=now.quiet, verbose=now.verbose)

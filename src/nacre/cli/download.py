@@ -12,7 +12,7 @@ import click
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.progress import Line, progress
-from nacre.cli.report import note, print_facts, print_json, report_parts, say
+from nacre.cli.report import aside, print_facts, print_json, report_parts, say
 from nacre.cli.session import session
 from nacre.errors import NacreError
 
@@ -85,7 +85,7 @@ def command(
         finally:
             line.end()
         checked = "SHA-256 verified" if found.verified else "not verified: no known checksum"
-        note(f"{material}: {'downloaded' if found.fresh else 'already there'}, {checked}")
+        aside(f"{material}: {'downloaded' if found.fresh else 'already there'}, {checked}")
         if not session().as_json:
             say(str(found.path))
         results.append(

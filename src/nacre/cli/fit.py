@@ -26,7 +26,7 @@ class _Widths(options.Integers):
 
 @make("fit", writes=True, reports=True)
 @options.inputs_argument("paths", metavar="INPUT...")
-@click.option(
+@options.option(
     "-o",
     "--output",
     type=click.Path(),

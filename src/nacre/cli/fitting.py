@@ -10,7 +10,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.progress import progress
-from nacre.cli.report import fail, json_key, note, report, report_facts, report_parts
+from nacre.cli.report import fail, json_key, report, report_facts, report_parts, say
 from nacre.cli.session import session
 from nacre.cli.watcher import RunWatcher
 from nacre.errors import printable
@@ -27,14 +27,15 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
     """Fit files, or all that is in folders; exit with 1 if some failed, with 2 if all did."""
     from nacre.workflows import fit_files, output_paths
 
-    if any(path.is_dir() for path in paths):
-        _fit_folders(paths, Path(output or "."), chosen)
-        return
+    folders = any(path.is_dir() for path in paths)
     ending = _fitting(chosen).ending
     if output == "-":
-        if ending != ".json" or len(paths) > 1:
+        if ending != ".json" or len(paths) > 1 or folders:
             raise click.BadParameter("-o -: standard output takes one analytic model; name a file")
         output = str(session().to_stdout(ending))
+    if folders:
+        _fit_folders(paths, Path(output or "."), chosen)
+        return
     targets = output_paths(paths, output, ending)
     fitting = _fitting(chosen, targets[0].suffix)
     found = fit_files(
@@ -154,7 +155,7 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     (target,) = output_paths([source], output, ".safetensors")
     state = target.with_name(f"{target.name}.state")
     listed = [Path(directions)] if directions is not None else []
-    options.check_outputs([target, state], [source, codec or PUBLISHED, *listed])
+    options.check_outputs([target], [source, codec or PUBLISHED, *listed], [state])
     if codec is not None:
         expect(codec, "a texture codec")
     line = progress(target.stem)
@@ -186,6 +187,8 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
         "bytes of the source": found.source_nbytes,
         "ratio": found.source_nbytes / found.nbytes,
     }
-    report_facts(target.name, facts, UNITS, file=str(source), output=str(target))
-    if found.beside is not None:
-        note(f"{target}: keep {found.beside.name} beside it")
+    beside = found.beside and found.beside.name
+    names = {"file": str(source), "output": str(target), "keep_beside": beside}
+    report_facts(target.name, facts, UNITS, **names)
+    if beside and not session().as_json:
+        say(f"{target}: keep {beside} beside it")

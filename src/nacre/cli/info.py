@@ -13,7 +13,7 @@ from nacre.cli.plot import check_count, name_apart
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, report_parts
 from nacre.cli.session import session
-from nacre.errors import NacreError
+from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
@@ -100,6 +100,15 @@ def _facts(
     path: Path, physics: bool, pixels: Quantity | None, *, alone: bool
 ) -> tuple[str, dict[str, Any], Mapping[str, str], Brdf | None]:
     """Kind, facts, their units, and the reflectance if it is one."""
+    from nacre.io.tensors import has_header
+    from nacre.textures.codecs.codec_file import KEY, codec_facts
+
+    if has_header(path, KEY):
+        if pixels is not None:
+            raise FormatError(
+                f"{path}: is a texture codec, which has no images; leave out --pixels"
+            )
+        return "codec", codec_facts(path), {"bytes": "bytes"}, None
     kind = kind_of(path, refusing=alone)
     if kind == "btf":
         return kind, _texture_facts(path, pixels), _TEXTURE_UNITS, None

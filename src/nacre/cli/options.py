@@ -207,8 +207,19 @@ def is_given(name: str) -> bool:
     return source == ParameterSource.COMMANDLINE
 
 
-def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+def check_outputs(
+    outputs: Iterable[Path], inputs: Iterable[Path], internal: Iterable[Path] = ()
+) -> None:
     """Raise before work starts if a file could not be written at its end, or is an input.
+
+    Parameters
+    ----------
+    outputs
+        Files to write.
+    inputs
+        Files that are read.
+    internal
+        States and caches, which may be there but must not be inputs.
 
     Raises
     ------
@@ -216,9 +227,11 @@ def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
         If a folder is absent or not writable, or an output is a folder or an input.
     """
     taken = {path.resolve() for path in inputs}
-    for path in outputs:
+    outputs = list(outputs)
+    for path in (*outputs, *internal):
         if path.resolve() in taken:
             raise FormatError(f"{path}: is the input as well; name another output")
+    for path in outputs:
         check_writable(path)
 
 

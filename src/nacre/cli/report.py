@@ -52,14 +52,19 @@ def say(text: str, *, style: str | None = None, end: str = "\n") -> None:
 
 def note(text: str) -> None:
     """Print something to bear in mind, on standard error."""
+    aside(f"note: {text}")
+
+
+def aside(text: str) -> None:
+    """Print what happens on the way, on standard error."""
     if not session().quiet:
-        _aside(f"note: {text}")
+        _print_status(text)
 
 
 def detail(text: str) -> None:
     """Print something that only --verbose asks for, on standard error."""
     if session().verbose:
-        _aside(text)
+        _print_status(text)
 
 
 def fail(message: str) -> None:
@@ -77,7 +82,7 @@ def _unspooled(text: str) -> str:
     return text
 
 
-def _aside(text: str) -> None:
+def _print_status(text: str) -> None:
     now = session()
     if now.display is not None:
         now.display.clear()

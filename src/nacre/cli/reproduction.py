@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from nacre.cli import options
-from nacre.cli.report import note, report
+from nacre.cli.report import aside, report
 from nacre.errors import printable
 
 _Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
@@ -66,7 +66,7 @@ def print_reproduced(
         for method, reason, materials in left_out
     ]
     for method, reason, materials in left_out:
-        note(printable(f"left out: {method} ({', '.join(materials)}): {reason}"))
+        aside(printable(f"left out: {method} ({', '.join(materials)}): {reason}"))
     written = [str(line) for line in lines]
     data = {"outputs": written, "differs": differs, "left_out": missing}
     report([*written, f"differs from the paper: {differs}"], data)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from nacre.cli.progress import Line, progress
-from nacre.cli.report import note
+from nacre.cli.report import aside
 from nacre.runtime.progress import Progress
 from nacre.workflows import Watcher
 
@@ -28,7 +28,7 @@ class RunWatcher(Watcher):
 
     def dashboard(self, link: str) -> None:
         """See :class:`nacre.workflows.Watcher`."""
-        note(f"dashboard: {link}")
+        aside(f"dashboard: {link}")
 
     def begin(self, materials: int) -> None:
         """See :class:`nacre.workflows.Watcher`."""

@@ -160,7 +160,7 @@ def command(
             raise click.BadParameter(f"--{option} is for --model {' and '.join(kinds)}")
         settings[setting] = value
     if output.suffix.lower() == ".safetensors":
-        options.check_outputs(training_files(output, model), paths)
+        options.check_outputs([output], paths, training_files(output, model))
     found = train_codec(
         paths,
         output,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nacre.cli.report import report_file, say
+from nacre.cli.report import counted, report_file, say
 from nacre.cli.session import session
 from nacre.io.files import digest
 
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
     """A line on a texture that was written; `loss` is what saving it gave."""
-    text = f"{btf.width} x {btf.height} texels, {btf.pair_count:,} pairs of directions"
+    pairs = counted(btf.pair_count, "pair of directions", "pairs of directions")
+    text = f"{btf.width} x {btf.height} texels, {pairs}"
     data: dict[str, Any] = {
         "kind": "btf",
         "width": btf.width,
