@@ -184,9 +184,9 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
         (("btf", "picture", "cloth.npz", "-o", "x.gif"), "a picture ends in one of"),
         (("btf", "picture", "cloth.npz", "-o", "x.png", "--wi", "90,0"), "below 90"),
         (("btf", "picture", "cloth.npz", "-o", "x.png", "--wo", "x"), "expected a polar"),
-        (("info", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
-        (("fit", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
-        (("convert", "cloth.npz", "-o", "x.binary"), "see nacre btf info"),
+        (("convert", "cloth.npz", "-o", "x.binary"), "x.binary"),
+        (("latent", "encode", "cloth.npz", "-o", "x.json"), "not one material"),
+        (("btf", "tile", "cloth.npz", "-o", "x.npz"), "not one material"),
     ],
 )
 def test_mistakes_end_in_one_line(

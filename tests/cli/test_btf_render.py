@@ -86,7 +86,7 @@ def test_mistakes_are_told_before_anything_is_rendered(
         (("cloth.safetensors", "-o", "x.gif"), "a picture ends in one of"),
         (("cloth.safetensors", "--frames", 4), "directional or point light"),
         (("cloth.safetensors", "--frames", 1, *LIT), "--frames"),
-        (("cloth.safetensors", "--light-path", "over", *LIT), "add --frames"),
+        (("cloth.safetensors", "--light-path", "over", *LIT), "--frames"),
         (("cloth.safetensors", "--frames", 4, *LIT, "-o", "x.mp4"), "one of .gif, .png, .webp"),
         (("cloth.safetensors", "--frames", 9999, *LIT), "make fewer or smaller ones"),
         (("cloth.safetensors", "--height-field", "no.png"), "no.png: height field cannot be read"),
