@@ -128,7 +128,7 @@ def test_contrast_is_a_ratio_of_root_mean_squares():
     across[:, 2] = True
     found = seam_contrast(values, (across, down), tile=False)
     assert found.ratio == pytest.approx(3.0 / np.sqrt(16.0 / 34.0))
-    assert found.share == pytest.approx(4 / 38)
+    assert found.fraction == pytest.approx(4 / 38)
     assert seam_contrast(values, (down, down), tile=False).ratio is None
 
 
