@@ -28,6 +28,8 @@ _CHUNK = 512
 _PAIRS = 1 << 9
 """Pairs of directions at a time that are decoded: few enough for the cache."""
 VERSION = 2
+_VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
+"""Stays as it is: maps of texels know their codec by the hash of its header and weights."""
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
 _LARGEST = 1e9
@@ -182,7 +184,7 @@ class BasisCodec(TexelCodec):
             "version": VERSION,
             "model": self.kind,
             "numbers": numbers,
-            "values": "roots of pi f_r, linear Rec. 709, as gray values and pairs of colors",
+            "values": _VALUES,
             "metadata": metadata,
         }
         return header, written
