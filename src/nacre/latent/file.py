@@ -127,8 +127,7 @@ def load_code(path: PathLike, basis: AnyBasis) -> Coded:
         material = basis.decode([float(v) for v in values], str(name))
     except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(f"{path}: values: {reason(error)}") from error
-    material.source = {"file": Path(path).name}
-    return material
+    return material.replaced(source={"file": Path(path).name})
 
 
 def is_code(path: PathLike) -> bool:

@@ -180,8 +180,11 @@ class NeuralBasisBrdf(Brdf):
         If the code has another length, or a value is a million or more.
     """
 
+    isotropy_known = True
+
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
-        self.basis, self.code, self.name = basis, checked_code(code, len(basis)), name
+        super().__init__(name=name)
+        self.basis, self.code = basis, checked_code(code, len(basis))
         output = (basis.functions @ basis.shares(self.code)).astype(np.float32)
         self.layers = [*basis.hidden, Layer(output[:-1], output[-1])]
         check_weights(self.layers)

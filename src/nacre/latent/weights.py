@@ -93,7 +93,7 @@ class WeightBasis(abc.ABC):
         return CodedNetwork(self, code, name)
 
 
-class CodedNetwork(LobeSampledBrdf, NeuralBrdf):  # type: ignore[override]  # as in the former
+class CodedNetwork(LobeSampledBrdf, NeuralBrdf):
     """A network and the code that stands for it.
 
     Parameters
@@ -116,7 +116,6 @@ class CodedNetwork(LobeSampledBrdf, NeuralBrdf):  # type: ignore[override]  # as
         layers = network_layers(basis.weights(shortened(self.code)[None])[0])
         check_weights(layers)
         super().__init__(layers, name=name)
-        del self.__dict__["sampler"]  # so that lobes are fitted when they are first asked for
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
