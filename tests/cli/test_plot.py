@@ -97,7 +97,7 @@ def test_the_missing_extra_is_named_before_any_work(here, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     for arguments in (["plot", "cut.safetensors"], ["info", "cut.safetensors", "--plot", "x.png"]):
         assert run(*arguments) == 2
-        assert "nacre[plot]" in capsys.readouterr().err
+        assert "nacre-materials[plot]" in capsys.readouterr().err
 
 
 def test_info_shows_energy_reciprocity_and_units(here, capsys):
@@ -157,7 +157,7 @@ def test_a_texture_is_plotted_by_its_mean_or_a_texel(here, capsys):
     pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
     wi, wo = UTIA.pairs()
     values = np.full((2, 3, len(wi), 3), 0.5, np.float32)
-    nacre.textures.save(TableBtf(values, wi, wo, "cloth"), "cloth.npz")
+    nacre.save(TableBtf(values, wi, wo, "cloth"), "cloth.npz")
     found = run_json(capsys, "plot", "a.safetensors", "cloth.npz", "-o", "x.svg")
     assert found["materials"] == ["a.safetensors", "cloth.npz"]
     assert run("plot", "cloth.npz", "-o", "x.svg", "--texel", "2,1") == 0

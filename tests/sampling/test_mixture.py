@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.array import Components, Floats
-from nacre.geometry import join, split, turn
+from nacre.geometry import join, rotate, split
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.visible_normals import distribution, visible_density
 
@@ -20,7 +20,7 @@ COUNT = 100_000
 
 def view(degrees: float, turned: float = 0.6) -> Components:
     theta = math.radians(degrees)
-    wo = turn((math.sin(theta), 0.0, math.cos(theta)), turned)
+    wo = rotate((math.sin(theta), 0.0, math.cos(theta)), turned)
     return split(np.tile(wo, (COUNT, 1)))
 
 
@@ -92,11 +92,11 @@ def test_lobes_turn_with_the_view_or_stay() -> None:
     for name, same in (("two lobes", True), ("of a fixed axis", False)):
         mixture = MIXTURES[name]
         before = mixture.pdf_components(wi, wo)
-        after = mixture.pdf_components(turn(wi, 0.8), turn(wo, 0.8))
+        after = mixture.pdf_components(rotate(wi, 0.8), rotate(wo, 0.8))
         assert np.allclose(before, after, rtol=1e-9) is same
         if not same:
             moved = replace(mixture, angle=mixture.angle + 0.8)
-            after = moved.pdf_components(turn(wi, 0.8), turn(wo, 0.8))
+            after = moved.pdf_components(rotate(wi, 0.8), rotate(wo, 0.8))
             np.testing.assert_allclose(after, before, rtol=1e-9)
 
 

@@ -187,7 +187,7 @@ class AnalyticBrdf(LobeSampledBrdf):
         if set(values) != set(names):
             given = ", ".join(values)[:200]
             raise ValueError(f"{self.model} takes {', '.join(names)}; got {given}")
-        self.values: dict[str, Value] = {p.name: p.check(values[p.name]) for p in known}
+        self.values: Mapping[str, Value] = {p.name: p.check(values[p.name]) for p in known}
         self.metadata: Mapping[str, Any] = dict(metadata or {})
 
     @staticmethod

@@ -11,7 +11,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of, load_reflectance, load_texture
+from nacre.cli.materials import kind_of
 from nacre.cli.progress import progress
 from nacre.cli.report import json_key, keyed, print_facts, print_json, print_table, say
 from nacre.cli.session import session
@@ -86,13 +86,14 @@ def _reflectances(
     reference: Path, other: Path, output: Path, environment: Path | None, size: int
 ) -> None:
     from nacre.figures import picture
+    from nacre.formats import load_brdf
     from nacre.metrics import compare
     from nacre.render.environment import load_environment
     from nacre.render.preview import write_bytes
 
     report = progress(other.stem)
     report("reading", 0, 1)
-    materials = load_reflectance(reference), load_reflectance(other)
+    materials = load_brdf(reference), load_brdf(other)
     lighting = load_environment(environment) if environment else None
     comparison = compare(
         *materials,
@@ -124,21 +125,21 @@ def _textures(
     from contextlib import ExitStack
 
     from nacre.figures.texture_sheet import texture_sheet
+    from nacre.formats import identify, load_btf
     from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_comparison import compare_textures
     from nacre.metrics.texture_errors import UNITS
     from nacre.render.preview import write_bytes
-    from nacre.textures.formats import lies_in_images
-    from nacre.textures.identity import source_files
+    from nacre.workflows.identity import source_files
 
     paths = reference, other
-    images = [lies_in_images(path) for path in paths]
+    images = [bool(identify(path).claims_folder) for path in paths]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture is a folder of images")
     report = progress(other.stem)
     report("reading", 0, 1)
     textures = [
-        load_texture(path, pixels if inside else None)
+        load_btf(path, quantity=pixels if inside else None)
         for path, inside in zip(paths, images, strict=True)
     ]
     files = map(source_files, paths, textures)

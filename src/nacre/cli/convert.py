@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of, load_reflectance, load_texture
+from nacre.cli.materials import kind_of
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
 
@@ -55,27 +55,26 @@ def command(
         _reflectance(source, output, material, resolution)
         return
     from nacre.cli.btf.written import report_texture
-    from nacre.textures.formats import save, target
+    from nacre.formats import load_btf, save, target
 
-    target(output)
+    target(output, "btf")
     options.check_outputs([output], [source])
-    texture = load_texture(source, pixels)
-    given: dict[str, Any] = {"precision": precision, "components": components}
-    chosen = {name: value for name, value in given.items() if value is not None}
-    loss = save(texture, output, progress=progress(output.stem), **chosen)
+    texture = load_btf(source, quantity=pixels)
+    line = progress(output.stem)
+    loss = save(texture, output, progress=line, precision=precision, components=components)
     report_texture(output, texture, loss)
 
 
 def _reflectance(
     source: Path, output: Path, material: str | None, resolution: tuple[int, ...] | None
 ) -> None:
-    from nacre.formats import check_target, loses_bands, writer
+    from nacre.formats import check_target, load_brdf, loses_bands, writer
 
     write = writer(output, resolution)
     options.check_outputs([output], [source])
     report = progress(output.stem)
     report("reading", 0, 1)
-    brdf = load_reflectance(source, material)
+    brdf = load_brdf(source, material)
     check_target(output, brdf)
     report("writing", 0, 1)
     write(brdf, output)

@@ -144,7 +144,7 @@ def _facts(file: FittedFile) -> dict[str, Any]:
 
 def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
     """Encode a texture."""
-    from nacre.cli.btf.kinds import expect
+    from nacre.cli.materials import expect
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import PUBLISHED
     from nacre.workflows import encode_texture, output_paths

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, TypeAlias
 
 from nacre.cli.options import refuse
+from nacre.errors import FormatError
 
-if TYPE_CHECKING:
-    from nacre.brdf import Brdf
-    from nacre.btf import Btf
-    from nacre.measured.textures.image_folder import Quantity
+Kind: TypeAlias = Literal["a texture", "an encoded texture", "a texture codec"]
 
 _NAMES = {"brdf": "a reflectance", "btf": "a texture"}
+_TAKEN_BY: dict[Kind, str] = {
+    "a texture": "nacre fit encodes it, nacre btf train trains a codec on several",
+    "an encoded texture": "nacre btf decode and all commands on textures take it",
+    "a texture codec": "nacre fit --codec takes it",
+}
 
 
 def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
-    """Whether a path is a reflectance or a texture.
+    """Whether a path is a reflectance or a texture; what is neither is left to its reader.
 
-    A texture of one texel that was encoded is a reflectance.
+    An encoded texture of one texel is a reflectance.
 
     Parameters
     ----------
@@ -30,42 +33,48 @@ def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     Raises
     ------
     UsageError
-        If there is an option on the command line that is for the other kind.
+        If there is such an option.
     """
-    from nacre.io.tensors import has_header
-    from nacre.textures.formats import is_btf
-    from nacre.textures.latent_file import KEY, load_latent_map
+    from nacre.formats import identify, load_btf
 
-    texture = is_btf(path)
-    if texture and has_header(path, KEY):
-        texture = load_latent_map(path).codes.shape[:2] != (1, 1)
-    kind: Literal["brdf", "btf"] = "btf" if texture else "brdf"
+    try:
+        entry = identify(path)
+        texture = entry.kind == "btf"
+        if texture and entry.load_material is not None:
+            texture = load_btf(path).texel_count > 1
+    except FormatError:
+        return "brdf"
     if refusing:
+        kind = "btf" if texture else "brdf"
         refuse(("brdf", "network") if texture else ("btf",), f"{path} is {_NAMES[kind]}")
-    return kind
+    return "btf" if texture else "brdf"
 
 
-def load_reflectance(path: Path, material: str | None = None) -> Brdf:
-    """Read a reflectance.
+def expect(path: Path, *wanted: Kind) -> None:
+    """Refuse a file that is plainly of another kind, and say which commands take it.
 
-    Raises
-    ------
-    FormatError
-        If it cannot be read, or is a texture; the message names what makes a reflectance of one.
-    """
-    from nacre.formats import load
-
-    return load(path, material)
-
-
-def load_texture(path: Path, pixels: Quantity | None = None) -> Btf:
-    """Read a texture; `pixels` is what those of a folder of images mean.
+    What is damaged, absent or of no known kind is left to its reader.
 
     Raises
     ------
     FormatError
-        If it cannot be read, or is none.
+        If it is of none that are wanted.
     """
-    from nacre.textures.formats import load
+    from nacre.formats import describe_kind, is_btf
+    from nacre.io.tensors import has_header
+    from nacre.textures.codecs.codec_file import KEY as CODEC
+    from nacre.textures.latent_file import KEY as CODE
 
-    return load(path, pixels)
+    kind: Kind
+    if has_header(path, CODE):
+        kind = "an encoded texture"
+    elif has_header(path, CODEC):
+        kind = "a texture codec"
+    elif is_btf(path):
+        kind = "a texture"
+    elif described := describe_kind(path):
+        raise FormatError(f"{path}: is {described}, expected {wanted[0]}")
+    else:
+        return
+    if kind not in wanted:
+        raise FormatError(f"{path}: is {kind}, expected {wanted[0]}; {_TAKEN_BY[kind]}")

@@ -49,6 +49,7 @@ def command(
     brdf = scene_bsdf(source, name) if scene else described_bsdf(*_text(source, file=file))
     missing = brdf.left_out()
     brdf = brdf.replaced(name=output.stem)
+    brdf = brdf.replaced(name=output.stem)
     check_target(output, brdf)
     if target(output).holds == "neural":
         from nacre.neural import Recipe, fit

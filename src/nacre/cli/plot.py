@@ -10,7 +10,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of, load_reflectance, load_texture
+from nacre.cli.materials import kind_of
 from nacre.cli.progress import Line, progress
 from nacre.cli.report import report
 from nacre.errors import NacreError, printable
@@ -115,12 +115,13 @@ def command(
 
 def _load(path: Path, texel: tuple[int, int] | None, line: Line, *, several: bool) -> Brdf:
     """A reflectance, or the mean or one texel of a texture."""
+    from nacre.formats import load_brdf, load_btf
     from nacre.workflows import texture_reflectance
 
     # Among several, a texel is for those that are textures.
     if kind_of(path, refusing=not several) == "brdf":
-        return load_reflectance(path)
-    return texture_reflectance(load_texture(path), texel, line)
+        return load_brdf(path)
+    return texture_reflectance(load_btf(path), texel, line)
 
 
 def check_count(count: int) -> None:

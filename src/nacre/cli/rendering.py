@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
-from nacre.cli.materials import load_reflectance, load_texture
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, report
 from nacre.cli.session import session
@@ -64,6 +63,7 @@ def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) 
 
 def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     """Render an object of a reflectance."""
+    from nacre.formats import load_brdf
     from nacre.render.preview import check_image_path, render_preview, write_image
 
     _check_shape(source, chosen, "a reflectance", scene.SHAPES, scene.LIGHTS)
@@ -74,7 +74,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
     height = chosen["height"] or width
     line = progress(source.stem)
     line("reading", 0, 1)
-    brdf = load_reflectance(source)
+    brdf = load_brdf(source)
     environment = _environment(chosen["environment"])
     line("compiling", 0, 1)
     image = render_preview(
@@ -94,6 +94,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
 
 def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     """Render an object of a texture, or an animation of one."""
+    from nacre.formats import load_btf
     from nacre.workflows.texture_rendering import (
         TextureView,
         check_texture_view,
@@ -116,8 +117,8 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     inputs = [path for path in (source, reference, view.height_field) if path is not None]
     options.check_outputs([output], inputs)
     view = replace(view, environment=_environment(lighting))
-    texture = load_texture(source)
-    compared = load_texture(reference) if reference else None
+    texture = load_btf(source)
+    compared = load_btf(reference) if reference else None
     names = (reference.name, source.name) if reference else ("", "")
     made = render_texture(texture, output, view, reference=compared, names=names, start=progress)
     text = f"{made.width} x {made.height} pixels, {view.spp} samples per pixel"

@@ -180,6 +180,8 @@ class NeuralBasisBrdf(Brdf):
         If the code has another length, or a value is a million or more.
     """
 
+    isotropy_known = True
+
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
         super().__init__(name=name)
         self.basis, self.code = basis, checked_code(code, len(basis))

@@ -50,6 +50,8 @@ class MerlBrdf(LobeSampledBrdf):
         If `stored` has another shape or `interpolation` another value.
     """
 
+    isotropy_known = True
+
     def __init__(
         self,
         stored: npt.ArrayLike,

@@ -46,6 +46,8 @@ class RglBrdf(Brdf):
         Name of the material; the file's own description where empty.
     """
 
+    isotropy_known = True
+
     def __init__(self, tables: RglTables, name: str = "") -> None:
         self._warp = AdaptiveWarp(tables)
         super().__init__(name=name or tables.description, sampler=self._warp)

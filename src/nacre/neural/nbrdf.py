@@ -79,6 +79,8 @@ class NeuralBrdf(Brdf):
         How a file stores the weights, one of :data:`PRECISIONS`, which must hold them exactly.
     """
 
+    isotropy_known = True
+
     def __init__(
         self,
         layers: Sequence[Layer],
@@ -134,6 +136,11 @@ class NeuralBrdf(Brdf):
     def nbytes(self) -> int:
         """See :class:`nacre.brdf.Brdf`."""
         return PRECISIONS[self.precision].itemsize * self.weight_count
+
+    def summary(self) -> str:
+        """See :class:`nacre.brdf.Brdf`."""
+        sizes = "-".join(map(str, self.sizes))
+        return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""

@@ -37,6 +37,8 @@ class MitsubaBrdf(LobeSampledBrdf):
         If there is no LLVM that Mitsuba can use.
     """
 
+    isotropy_known = True
+
     def __init__(self, bsdf: Mapping[str, Any] | Any, name: str = "") -> None:
         super().__init__(name=name)
         self._mi = mitsuba()

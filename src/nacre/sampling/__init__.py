@@ -4,6 +4,7 @@ a material.
 
 from nacre.sampling.fit import fit_lobes
 from nacre.sampling.fitted import LobeSampledBrdf
+from nacre.sampling.isotropy import check_isotropic
 from nacre.sampling.lobes import BlinnPhongMixture, UniformSampler
 from nacre.sampling.mixture import GgxLobe, GgxMixture
 from nacre.sampling.registry import SAMPLERS, describe_sampler, make_sampler
@@ -18,6 +19,7 @@ __all__ = [
     "GgxMixture",
     "LobeSampledBrdf",
     "UniformSampler",
+    "check_isotropic",
     "describe_sampler",
     "draw_samples",
     "fit_blinn_phong",

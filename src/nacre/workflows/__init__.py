@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from nacre.workflows.executor import Executor, Threads
     from nacre.workflows.files import FittedFile, fit_files, output_paths
     from nacre.workflows.fitting import AnalyticFitting, Fitting, NetworkFitting
+    from nacre.workflows.inspection import Inspection, inspect
     from nacre.workflows.manifest import MANIFEST, Manifest, Record
     from nacre.workflows.measuring import described_bsdf, scene_bsdf
     from nacre.workflows.run import Outcome, fit_library
@@ -36,6 +37,7 @@ __all__ = [
     "Executor",
     "FittedFile",
     "Fitting",
+    "Inspection",
     "Manifest",
     "NetworkFitting",
     "Outcome",
@@ -53,6 +55,7 @@ __all__ = [
     "find_sources",
     "fit_files",
     "fit_library",
+    "inspect",
     "output_names",
     "output_paths",
     "render_texture",
@@ -72,6 +75,7 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "executor": ["Executor", "Threads"],
         "files": ["FittedFile", "fit_files", "output_paths"],
         "fitting": ["AnalyticFitting", "Fitting", "NetworkFitting"],
+        "inspection": ["Inspection", "inspect"],
         "manifest": ["MANIFEST", "Manifest", "Record"],
         "measuring": ["described_bsdf", "scene_bsdf"],
         "run": ["Outcome", "fit_library"],

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from nacre import latent
 from nacre.errors import FormatError, NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import PathLike
 from nacre.latent.file import save_basis
 from nacre.measured.merl import Resolution
@@ -69,7 +69,7 @@ def train_basis(
             raise FormatError(f"{path}: is a folder; name the files in it, like {path}/*")
         if not path.exists():
             raise FormatError(f"{path}: does not exist")
-    materials = [partial(load, path) for path in paths]
+    materials = [partial(load_brdf, path) for path in paths]
     chosen = {"steps": steps, "seed": seed}
     settings: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     states = [output.with_name(f"{output.name}.{name}") for name in ("state", "hypernetwork.state")]

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.uniform import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
-from nacre.cli.materials import load_texture
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -27,6 +26,7 @@ def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | N
     Written as codes, it is a reflectance to all commands: nacre fit makes a network of it, nacre
     compare and nacre plot show it.
     """
+    from nacre.formats import load_btf
     from nacre.textures.uniform import average
 
     check_codec(output, codec)
@@ -34,5 +34,5 @@ def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | N
     expect(source, "a texture", "an encoded texture")
     line = progress(output.stem)
     line("reading", 0, 1)
-    mean = average(load_texture(source, pixels), line)
+    mean = average(load_btf(source, quantity=pixels), line)
     write(mean, output, codec)

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 from nacre.cli.report import report_file
 

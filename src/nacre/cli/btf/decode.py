@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that the codes of nacre fit stand for, at its directions or at others."""
-    from nacre.textures.formats import save, target
+    from nacre.formats import save, target
     from nacre.textures.latent_file import load_latent_map
     from nacre.textures.latent_map import NeuralBtf
 
-    target(output)
+    target(output, "btf")
     inputs = [source, *([] if directions is None else [Path(directions)])]
     options.check_outputs([output], inputs)
     expect(source, "an encoded texture")
@@ -42,13 +42,13 @@ def command(source: Path, output: Path, directions: str | None) -> None:
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
+    from nacre.formats import load_btf
     from nacre.measured.textures.direction_list import DOMES, named_directions
-    from nacre.textures.formats import load
 
     path = Path(directions)
     listed = path.suffix.lower() == ".csv" or not path.exists()
     if directions.lower() in DOMES or listed:
         return named_directions(directions)
     expect(path, "a texture", "an encoded texture")
-    btf = load(path)
+    btf = load_btf(path)
     return btf.wi, btf.wo

@@ -10,8 +10,8 @@ import click
 import numpy as np
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.command import command as make
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_json, print_table, say
 from nacre.cli.session import session

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.command import command as make
-from nacre.cli.materials import load_texture
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
 from nacre.cli.session import session
@@ -44,14 +43,15 @@ def command(
     """
     from nacre.figures.texture_panels import texture_panels
     from nacre.figures.texture_views import in_rows, laid_out, nearest_pairs, reduced_pictures
+    from nacre.formats import load_btf
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_bytes, write_image
-    from nacre.textures.identity import source_files
+    from nacre.workflows.identity import source_files
 
     expect(source, "a texture", "an encoded texture")
     check_image_path(output)
     progress(output.stem)("reading", 0, 1)
-    btf = load_texture(source, pixels)
+    btf = load_btf(source, quantity=pixels)
     options.check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [wi] if wi else _LIGHTS, [wo] if wo else _VIEWS
     pairs = np.array(list(dict.fromkeys(nearest_pairs(btf, lights, views).flat)))

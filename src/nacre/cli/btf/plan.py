@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.command import command as make
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 from nacre.cli.report import report
 

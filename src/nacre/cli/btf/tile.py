@@ -7,7 +7,6 @@ from pathlib import Path
 from nacre.cli import options
 from nacre.cli.btf.uniform import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
-from nacre.cli.materials import load_reflectance
 from nacre.cli.progress import progress
 
 
@@ -21,12 +20,13 @@ def command(
     source: Path, output: Path, texels: tuple[int, int], directions: str, codec: Path | None
 ) -> None:
     """Make a texture that has one reflectance everywhere."""
+    from nacre.formats import load_brdf
     from nacre.measured.textures.direction_list import named_directions
-    from nacre.textures.uniform import spread
+    from nacre.textures.uniform import tile
 
     check_codec(output, codec)
     options.check_outputs([output], [source, *([codec] if codec else [])])
     line = progress(output.stem)
     line("evaluating", 0, 1)
-    texture = spread(load_reflectance(source), *named_directions(directions))
+    texture = tile(load_brdf(source), *named_directions(directions))
     write(texture, output, codec, texels)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
-from nacre.cli.btf.kinds import expect
 from nacre.cli.command import command as make
+from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 from nacre.cli.report import counted, report_file
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.written import report_texture
+from nacre.cli.materials import expect
 from nacre.cli.report import report_facts
 
 if TYPE_CHECKING:
@@ -25,11 +25,11 @@ def is_encoded(output: Path) -> bool:
 
 def check_codec(output: Path, codec: Path | None) -> None:
     """Refuse a codec that is none, or that nothing is encoded by, and formats that are unknown."""
-    from nacre.textures.formats import target
+    from nacre.formats import target
 
     encoded = is_encoded(output)
     if not encoded:
-        target(output)
+        target(output, "btf")
     if codec is None:
         return
     if not encoded:
@@ -40,9 +40,9 @@ def check_codec(output: Path, codec: Path | None) -> None:
 def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
     """Write a texture of one texel, repeated to width and height, and report what it became."""
     from nacre.btf import TableBtf
+    from nacre.formats import save
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
-    from nacre.textures.formats import save
     from nacre.textures.latent_file import save_latent_map
     from nacre.textures.latent_map import LatentMap
     from nacre.workflows.encoding import encode

@@ -8,7 +8,6 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import load_reflectance
 from nacre.cli.progress import progress
 from nacre.cli.report import report_file
 
@@ -25,6 +24,7 @@ from nacre.cli.report import report_file
 )
 def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
     """Find the code of an isotropic material."""
+    from nacre.formats import load_brdf
     from nacre.latent import Autoencoder, Basis, find_basis
     from nacre.latent import encode as find
     from nacre.latent.file import save_code
@@ -39,7 +39,7 @@ def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
         raise click.BadParameter(
             f"--no-refine: {basis_name} holds no principal components and no encoder"
         )
-    brdf = load_reflectance(source)
+    brdf = load_brdf(source)
     line("encoding", 0, 1)
     code = find(basis, brdf) if refine else basis.project(brdf)
     save_code(basis.decode(code, brdf.name), output)
