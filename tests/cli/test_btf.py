@@ -176,8 +176,8 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
     [
         (("info", "absent.npz"), "absent.npz: cannot be read"),
         (("info", "."), "neither images named"),
-        (("info", "cloth.npz", "--pixels", "radiance"), "state nothing"),
-        (("convert", "cloth.npz", "-o", "x.csv"), "no format of textures ends in '.csv'"),
+        (("info", "cloth.npz", "--pixels", "radiance"), "says what its values are"),
+        (("convert", "cloth.npz", "-o", "x.csv"), "files hold one material, not a texture"),
         (("convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
         (("convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
         (("convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),

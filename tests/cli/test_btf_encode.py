@@ -76,7 +76,7 @@ def test_what_is_in_a_model_is_shown(felt, capsys):
     assert (found["file"], found["kind"]) == ("model.safetensors", "codec")
     assert found["size_bytes"] == Path("model.safetensors").stat().st_size
     assert run("info", "model.safetensors", "--pixels", "radiance") == 2
-    assert "model.safetensors: is a texture codec, which has no images" in capsys.readouterr().err
+    assert "model.safetensors: has no images" in capsys.readouterr().err
 
 
 def test_other_directions(felt, capsys):

@@ -40,7 +40,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     [
         ("btf decode texture.npz -o x.npz", "texture.npz: is a texture, expected an encoded"),
         ("btf decode model.safetensors -o x.npz", "is a texture codec, expected an encoded"),
-        ("btf decode paint.safetensors -o x.npz", "is one material, expected an encoded texture"),
+        (
+            "btf decode paint.safetensors -o x.npz",
+            "is one material (nacre neural material), expected",
+        ),
         (
             "btf decode code.safetensors --directions berlin -o x.npz",
             "is neither a dome (bonn, utia)",
@@ -49,7 +52,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "btf decode code.safetensors --directions model.safetensors -o x.npz",
             "is a texture codec",
         ),
-        ("fit model.safetensors -o x.safetensors", "nacre fit --codec takes it"),
+        (
+            "fit model.safetensors -o x.safetensors",
+            "is a texture codec; nacre fit encodes textures by it",
+        ),
         ("fit paint.safetensors -o x.safetensors --resume", "--resume is for textures (BTFs)"),
         ("fit texture.npz -o x.safetensors --preset draft", "--preset is for networks"),
         ("fit texture.npz -o x.safetensors --model ggx", "--model is for reflectances (BRDFs)"),
@@ -63,11 +69,17 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "fit texture.npz -o x.safetensors --codec code.safetensors",
             "code.safetensors: is an encoded texture, expected a texture codec",
         ),
-        ("compare texture.npz model.safetensors", "model.safetensors: is a texture codec"),
+        ("compare texture.npz model.safetensors", "is a texture codec"),
         ("convert model.safetensors -o x.npz", "is a texture codec"),
-        ("btf picture paint.safetensors -o x.png", "is one material, expected a texture"),
+        (
+            "btf picture paint.safetensors -o x.png",
+            "is one material (nacre neural material), expected",
+        ),
         ("btf train texture.npz model.safetensors -o x.safetensors", "is a texture codec"),
-        ("btf train factored -o x.safetensors", "where files in it are textures, name these"),
+        (
+            "btf train factored -o x.safetensors",
+            "where files in it are materials or",
+        ),
         ("btf capture fabric01 --directions texture.npz -o x.npz", "expected bonn, utia or a list"),
         ("btf capture texture.npz -o x.npz", "is a texture, expected the name of a recipe"),
         ("convert texture.npz -o taken.npz", "taken.npz: is a directory"),

@@ -54,15 +54,15 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("average grey.json -o x.npz", "is one material, expected a texture"),
-        ("average texture.npz -o x.json", "no format of textures ends in '.json'"),
+        ("average grey.json -o x.npz", "is one material (analytic), expected a texture"),
+        ("average texture.npz -o x.json", "analytic files hold one material"),
         ("average texture.npz -o x.npz --codec model.safetensors", "--codec encodes"),
         (
             "average texture.npz -o x.safetensors --codec texture.npz",
             "texture, expected a texture codec",
         ),
         ("average texture.npz -o texture.npz", "texture.npz"),
-        ("tile texture.npz -o x.npz", "is a texture (BTF), not one material; see nacre btf info"),
+        ("tile texture.npz -o x.npz", "is a texture (BTF), not one material; nacre btf average"),
         ("tile grey.json -o x.npz --texels 0x3", "expected 1 to 16384 texels"),
         ("tile grey.json -o x.npz --directions berlin", "berlin"),
     ],

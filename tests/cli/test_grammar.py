@@ -61,7 +61,7 @@ def test_every_command_takes_the_shared_options(name):
 
 def test_an_option_means_the_same_everywhere():
     types: dict[str, set[str]] = {}
-    for name, command in LEAVES.items():
+    for command in LEAVES.values():
         for o in options(command):
             flag = max(o.opts, key=len)
             types.setdefault(flag, set()).add(f"{type(o.type).__name__} {o.nargs}")

@@ -71,7 +71,6 @@ def command(
         )
     output = output or Path(f"{other.stem}_compared.png")
     check_image_path(output, DISPLAY_IMAGES)
-    options.check_outputs([output], [reference, other])
     if kinds[0] == "brdf":
         _reflectances(reference, other, output, environment, size)
     else:
@@ -91,6 +90,7 @@ def _reflectances(
     from nacre.render.environment import load_environment
     from nacre.render.preview import write_bytes
 
+    options.check_outputs([output], [reference, other])
     report = progress(other.stem)
     report("reading", 0, 1)
     materials = load_brdf(reference), load_brdf(other)
@@ -143,7 +143,7 @@ def _textures(
         for path, inside in zip(paths, images, strict=True)
     ]
     files = map(source_files, paths, textures)
-    options.check_outputs([output], [file for some in files for file in some])
+    options.check_outputs([output], [*paths, *(file for some in files for file in some)])
     with ExitStack() as stack:
         readable = [stack.enter_context(transposed(btf, progress=report)) for btf in textures]
         found = compare_textures(*readable, pairs=pairs, seed=seed, progress=report)

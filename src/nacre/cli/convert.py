@@ -9,7 +9,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of
+from nacre.cli.materials import check_pixels, kind_of
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
 
@@ -59,6 +59,7 @@ def command(
 
     target(output, "btf")
     options.check_outputs([output], [source])
+    check_pixels(source, pixels)
     texture = load_btf(source, quantity=pixels)
     line = progress(output.stem)
     loss = save(texture, output, progress=line, precision=precision, components=components)

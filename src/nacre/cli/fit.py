@@ -11,6 +11,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.fitting import fit_reflectances, fit_texture
 from nacre.cli.materials import kind_of
+from nacre.errors import FormatError
 
 
 class _Widths(options.Integers):
@@ -152,10 +153,21 @@ def command(paths: tuple[Path, ...], output: str | None, **chosen: Any) -> None:
     short codes; the result is a texture to all commands, decoded as it is used. A fit of a texture
     that was stopped keeps its state beside the output: --resume continues it.
     """
-    kinds = {kind_of(path, refusing=len(paths) == 1) for path in paths}
+    kinds = {_kind(path, alone=len(paths) == 1) for path in paths}
     if kinds == {"brdf"}:
         fit_reflectances(paths, output, chosen)
     elif len(paths) == 1:
         fit_texture(paths[0], output, chosen)
     else:
         raise click.UsageError("fit one texture at a time, apart from reflectances")
+
+
+def _kind(path: Path, *, alone: bool) -> str:
+    """The kind of an input; folders of materials and bad files are left to fits of reflectances."""
+    if options.is_given("directions"):
+        options.refuse(("brdf", "network"), "--directions is given, which is for textures")
+        return "btf"
+    try:
+        return kind_of(path, refusing=alone)
+    except FormatError:
+        return "brdf"

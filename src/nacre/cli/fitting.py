@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nacre.cli import options
+from nacre.cli.materials import check_pixels, expect
 from nacre.cli.progress import progress
 from nacre.cli.report import fail, json_key, report, report_facts, report_parts, say
 from nacre.cli.session import session
@@ -144,7 +145,6 @@ def _facts(file: FittedFile) -> dict[str, Any]:
 
 def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
     """Encode a texture."""
-    from nacre.cli.materials import expect
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import PUBLISHED
     from nacre.workflows import encode_texture, output_paths
@@ -156,6 +156,10 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     state = target.with_name(f"{target.name}.state")
     listed = [Path(directions)] if directions is not None else []
     options.check_outputs([target], [source, codec or PUBLISHED, *listed], [state])
+    if directions is None:
+        check_pixels(source, chosen["pixels"])
+    elif not source.is_dir():
+        raise click.BadParameter("--directions is for a folder of images; leave it out")
     if codec is not None:
         expect(codec, "a texture codec")
     line = progress(target.stem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from nacre.cli.plot import check_count, name_apart
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, report_parts
 from nacre.cli.session import session
-from nacre.errors import NacreError
+from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
     from nacre.brdf import Brdf
@@ -56,7 +57,8 @@ def command(
     for index, path in enumerate(paths):
         line("reading", index, len(paths), path.name)
         if len(paths) == 1:  # of several, an option is for those that it is for
-            kind_of(path)
+            with suppress(FormatError):  # of other files than materials
+                kind_of(path)
         try:
             found = inspect(path, physics=physics, pixels=pixels)
         except NacreError as error:

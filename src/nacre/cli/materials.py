@@ -19,9 +19,7 @@ _TAKEN_BY: dict[Kind, str] = {
 
 
 def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
-    """Whether a path is a reflectance or a texture; what is neither is left to its reader.
-
-    An encoded texture of one texel is a reflectance.
+    """Whether a path is a reflectance or a texture; an encoded texture of one texel is the former.
 
     Parameters
     ----------
@@ -34,20 +32,32 @@ def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     ------
     UsageError
         If there is such an option.
+    FormatError
+        If it is neither.
     """
     from nacre.formats import identify, load_btf
 
-    try:
-        entry = identify(path)
-        texture = entry.kind == "btf"
-        if texture and entry.load_material is not None:
-            texture = load_btf(path).texel_count > 1
-    except FormatError:
-        return "brdf"
+    entry = identify(path)
+    kind: Literal["brdf", "btf"] = entry.kind
+    if kind == "btf" and entry.load_material is not None and load_btf(path).texel_count == 1:
+        kind = "brdf"
     if refusing:
-        kind = "btf" if texture else "brdf"
-        refuse(("brdf", "network") if texture else ("btf",), f"{path} is {_NAMES[kind]}")
-    return "btf" if texture else "brdf"
+        refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {_NAMES[kind]}")
+    return kind
+
+
+def check_pixels(path: Path, pixels: str | None) -> None:
+    """Refuse --pixels for a texture whose file says what its values are.
+
+    Raises
+    ------
+    FormatError
+        If it is no folder of images and no list of photographs.
+    """
+    from nacre.formats import identify
+
+    if pixels is not None and identify(path).claims_folder is None:
+        raise FormatError(f"{path}: says what its values are; --pixels is for folders of images")
 
 
 def expect(path: Path, *wanted: Kind) -> None:

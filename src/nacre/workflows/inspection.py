@@ -88,6 +88,8 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     entry = identify(path)
     if entry.kind == "brdf":
         return _reflectance(path, load_brdf(path), physics)
+    if pixels is not None and entry.claims_folder is None:
+        raise FormatError(f"{path}: says what its values are; --pixels is for folders of images")
     texture = load_btf(path, quantity=pixels)
     if texture.texel_count == 1 and entry.load_material is not None:
         return _reflectance(path, load_brdf(path), physics)

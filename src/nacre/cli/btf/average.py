@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from nacre.cli import options
 from nacre.cli.btf.uniform import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
+from nacre.cli.materials import check_pixels, expect
 from nacre.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | N
     check_codec(output, codec)
     options.check_outputs([output], [source, *([codec] if codec else [])])
     expect(source, "a texture", "an encoded texture")
+    check_pixels(source, pixels)
     line = progress(output.stem)
     line("reading", 0, 1)
     mean = average(load_btf(source, quantity=pixels), line)

@@ -9,7 +9,7 @@ import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
+from nacre.cli.materials import check_pixels, expect
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
 from nacre.cli.session import session
@@ -49,6 +49,7 @@ def command(
     from nacre.workflows.identity import source_files
 
     expect(source, "a texture", "an encoded texture")
+    check_pixels(source, pixels)
     check_image_path(output)
     progress(output.stem)("reading", 0, 1)
     btf = load_btf(source, quantity=pixels)
