@@ -21,9 +21,10 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf import Btf
+from nacre.formats import load_btf
 from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
-from nacre.textures import LatentMap, load
+from nacre.textures import LatentMap
 from nacre.textures.box_filter import halved_rows
 from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.basis import BasisCodec
@@ -82,7 +83,7 @@ def main() -> None:
     assert isinstance(codec, BasisCodec)
     rows, brightness = [], []
     for path in options.captures:
-        btf = load(path)
+        btf = load_btf(path)
         codes = encode(btf, codec).codes
         latent = LatentMap(codes, codec, btf.wi, btf.wo, btf.name)
         random = np.random.default_rng(9)

@@ -62,7 +62,7 @@ def train(
 ) -> None:
     """Make a basis from the isotropic materials in FILES."""
     from nacre import latent
-    from nacre.formats import load
+    from nacre.formats import load_brdf
     from nacre.latent.file import AnyBasis, save_basis
     from nacre.measured.merl import Resolution
 
@@ -84,7 +84,7 @@ def train(
     states = [output.with_name(f"{output.name}.{name}") for name in ("state", "hypernetwork.state")]
     basis: AnyBasis
     with Stages() as stages:
-        materials = [partial(load, path) for path in files]
+        materials = [partial(load_brdf, path) for path in files]
         report = stages.add("basis")
         if model == "pca":
             basis = latent.train(materials, values, separate=separate, progress=report, **grid)
@@ -130,7 +130,7 @@ def train(
 )
 def encode(source: Path, basis_name: str, output: Path, project: bool) -> None:
     """Find the code of the isotropic material in SOURCE."""
-    from nacre.formats import load
+    from nacre.formats import load_brdf
     from nacre.latent import Autoencoder, Basis, find_basis
     from nacre.latent import encode as find
     from nacre.latent.file import save_code
@@ -140,9 +140,9 @@ def encode(source: Path, basis_name: str, output: Path, project: bool) -> None:
     check_outputs([output], [source, Path(basis_name)])
     basis = find_basis(basis_name)
     if not project:
-        code = find(basis, brdf := load(source))
+        code = find(basis, brdf := load_brdf(source))
     elif isinstance(basis, Basis | Autoencoder):
-        code = basis.project(brdf := load(source))
+        code = basis.project(brdf := load_brdf(source))
     else:
         raise click.BadParameter(
             f"--project: {basis_name} holds no principal components and no encoder"

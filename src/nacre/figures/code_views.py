@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.latent import encode
 from nacre.latent.file import AnyBasis, Coded, is_code, load_code
 from nacre.latent.map import embed, map_figure
@@ -35,7 +35,7 @@ def coded(files: Sequence[Path], basis: AnyBasis, progress: Progress | None = No
         if is_code(path):
             found.append(load_code(path, basis))
         else:
-            brdf = load(path)
+            brdf = load_brdf(path)
             found.append(basis.decode(encode(basis, brdf), brdf.name))
         if progress:
             progress("encoding", index + 1, len(files), "")

@@ -13,7 +13,7 @@ import numpy as np
 from nacre import latent
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent import (
     Autoencoder,
@@ -148,7 +148,7 @@ def code_methods(
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
     hashes = [digest(path) for path in training]
-    materials = [partial(load, path) for path in training]
+    materials = [partial(load_brdf, path) for path in training]
     bases: dict[str, AnyBasis] = {}
     wanted = {CODES[name].model for name in names}
     for model in _MODELS:

@@ -67,16 +67,15 @@ def command(
     Ctrl-C nothing is lost, and a minute at most when it is killed. Images are read first, into a
     temporary file; that much is done again.
     """
-    from nacre.measured.textures.photographs import load_photographs
+    from nacre.formats import load_btf
     from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_errors import UNITS
     from nacre.textures.codecs.codec_file import load_codec
-    from nacre.textures.formats import load
-    from nacre.textures.identity import source_files, source_mark
     from nacre.textures.latent_file import check_latent_path, save_latent_map
     from nacre.textures.latent_map import LatentMap
     from nacre.textures.pretrained import PUBLISHED
     from nacre.workflows.encoding import encode
+    from nacre.workflows.identity import source_files, source_mark
 
     model = model or PUBLISHED
     check_latent_path(output)
@@ -95,7 +94,7 @@ def command(
         raise FormatError(f"{source}: --directions is for a folder of images; leave it out")
     expect(model, "a model of textures")
     codec = load_codec(model)
-    btf = load_photographs(source, directions, pixels) if listed else load(source, pixels)
+    btf = load_btf(source, quantity=pixels, directions=directions)
     marks = [source_mark(source, btf), str(pixels), *map(digest, [model, *listed])]
     began = time.monotonic()
     with Stages() as stages:

@@ -165,12 +165,12 @@ def command(
         raise click.BadParameter("--pooling is for --model unified")
     from functools import partial
 
+    from nacre.formats import load_btf
     from nacre.textures.codecs.codec_file import save_codec
     from nacre.textures.codecs.networks import CustomSettings, TrainingRecipe, UnifiedSettings
     from nacre.textures.codecs.networks.distributed import processes
     from nacre.textures.codecs.networks.training import train_network
-    from nacre.textures.formats import load
-    from nacre.textures.identity import source_mark
+    from nacre.workflows.identity import source_mark
 
     state, journal = (
         output.with_name(f"{output.name}.{kind}") for kind in ("state", "journal.csv")
@@ -194,7 +194,7 @@ def command(
     with processes(device) as (members, own), Stages() as stages:
         network = train_network(
             files,
-            partial(load, quantity=pixels),
+            partial(load_btf, quantity=pixels),
             settings,
             recipe,
             steps=steps,
@@ -235,13 +235,13 @@ def _train_basis(
     from dataclasses import asdict, replace
     from functools import partial
 
+    from nacre.formats import load_btf
     from nacre.textures.codecs.basis.file import VERSION
     from nacre.textures.codecs.basis.recipe import BasisRecipe
     from nacre.textures.codecs.basis.stages import Stages as KeptStages
     from nacre.textures.codecs.basis.training import train_basis
     from nacre.textures.codecs.codec_file import save_codec
-    from nacre.textures.formats import load
-    from nacre.textures.identity import source_mark
+    from nacre.workflows.identity import source_mark
 
     if int(os.environ.get("WORLD_SIZE", "1")) > 1:
         raise click.UsageError("--model basis is trained by one process; leave out torchrun")
@@ -263,7 +263,7 @@ def _train_basis(
 
     def opened(path: Path) -> Btf:
         """A texture by the name that its errors should have."""
-        return load(path, pixels).replaced(name=str(path))
+        return load_btf(path, quantity=pixels).replaced(name=str(path))
 
     textures = [partial(opened, path) for path in files]
     with Stages() as stages:

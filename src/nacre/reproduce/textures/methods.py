@@ -138,11 +138,11 @@ def _network(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
+    from nacre.formats import load_btf
     from nacre.textures.codecs.networks.custom import CustomSettings
     from nacre.textures.codecs.networks.recipe import TrainingRecipe
     from nacre.textures.codecs.networks.training import train_network
     from nacre.textures.codecs.networks.unified import UnifiedSettings
-    from nacre.textures.formats import load
 
     given: dict[str, Any] = {"seed": settings.seed}
     sizes: UnifiedSettings | CustomSettings = UnifiedSettings(latent=method.values)
@@ -153,7 +153,7 @@ def _network(
         given["held_out"] = 0.0
     return train_network(
         [material.path for material in training],
-        load,
+        load_btf,
         sizes,
         TrainingRecipe(**given),
         minutes=settings.minutes,

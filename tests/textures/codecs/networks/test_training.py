@@ -203,9 +203,8 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
 
 
 def test_images_are_read_once(tmp_path):
-    plain = [texture(seed) for seed in range(2)]
-    for made in plain:
-        made.values = made.values.astype(np.float16).astype(np.float32)
+    made = [texture(seed) for seed in range(2)]
+    plain = [m.replaced(values=m.values.astype(np.float16).astype(np.float32)) for m in made]
     images = [ByImage(made) for made in plain]
     assert same(train(files=images, steps=30), train(files=plain, steps=30))
     for made in images:

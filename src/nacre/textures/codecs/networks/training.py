@@ -74,7 +74,7 @@ def train_network(
         caller to remove once the network is saved.
     mark
         What must be the same for that, besides what this function sees: the files are known to it
-        by names of materials and sizes only; see :func:`nacre.textures.identity.source_mark`.
+        by names of materials and sizes only; see :func:`nacre.workflows.identity.source_mark`.
     save_every
         Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
         is interrupted by Ctrl-C.

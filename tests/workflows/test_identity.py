@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from nacre.errors import FormatError
-from nacre.textures import load
-from nacre.textures.identity import source_mark
+from nacre.formats import load_btf
+from nacre.workflows.identity import source_mark
 from tests.reproduce.textures.made import write
 from tests.textures.codecs.networks.made import texture
 from tests.textures.support import pixels, write_image
@@ -73,7 +73,7 @@ def test_photographs_have_the_mark_of_the_list_and_all_images(photographs, name)
 
 
 def test_images_that_were_loaded_are_not_looked_at_again(photographs, monkeypatch):
-    mark, loaded = source_mark(photographs), load(photographs)
+    mark, loaded = source_mark(photographs), load_btf(photographs)
     monkeypatch.setattr("nacre.measured.textures.image_folder.read_header", None)
     assert source_mark(photographs, loaded) == mark
 
