@@ -59,6 +59,14 @@ class Sampler(Frozen):
         return {"kind": self.kind, **(asdict(self) if is_dataclass(self) else {})}
 
     @classmethod
+    def parametrizations(cls) -> Mapping[str, Any]:
+        """How networks predict samplers of this kind, by name in files.
+
+        See :class:`nacre.sampling.parametrizations.Parametrization`.
+        """
+        return {}
+
+    @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> Sampler:
         """The sampler that :meth:`describe` gave this description of.
 

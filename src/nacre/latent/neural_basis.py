@@ -32,7 +32,7 @@ from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.numerics.channels import CHROMA, TURNS
 from nacre.numerics.layer import Layer
 from nacre.sampling import fit_lobes
-from nacre.sampling.parametrizations import BEST_FAMILY
+from nacre.sampling.parametrizations import BEST
 
 Double = npt.NDArray[np.float64]
 
@@ -197,7 +197,7 @@ class NeuralBasisBrdf(Brdf):
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
         """Lobes that the basis predicts; without a predictor, lobes fitted to the material."""
-        predict = self.basis.predictors.get(BEST_FAMILY)
+        predict = self.basis.predictors.get(BEST)
         return predict(self.code) if predict else fit_lobes(self)
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
@@ -214,7 +214,7 @@ class NeuralBasisBrdf(Brdf):
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
         facts = super().describe() | code_facts(self.code, self.basis.nbytes)
-        if BEST_FAMILY in self.basis.predictors:
+        if BEST in self.basis.predictors:
             facts["sampler"] = f"predicted: {self.sampler}"
         return facts
 

@@ -122,6 +122,16 @@ class GgxMixture(Sampler):
         return {**super().describe(), "lobes": lobes}
 
     @classmethod
+    def parametrizations(cls) -> Mapping[str, Any]:
+        """See :class:`nacre.brdf.Sampler`."""
+        from nacre.sampling.parametrizations import (
+            MixtureParametrization,
+            SingleLobeParametrization,
+        )
+
+        return {"ggx": SingleLobeParametrization(), "mixture": MixtureParametrization()}
+
+    @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
         """See :class:`nacre.brdf.Sampler`."""
 

@@ -11,7 +11,7 @@ from nacre.numerics.newton import Terms
 from nacre.sampling.mixture import GgxMixture, Values
 from nacre.sampling.mixture_parameters import (
     LARGEST_SHIFT,
-    LEAST_COSINE,
+    MIN_COSINE,
     ROUGHNESSES,
     bounded,
     columns,
@@ -122,9 +122,9 @@ class MixtureMoment:
         """Values (m, c) of free parameters (m, c), and their derivatives (m, c, c)."""
         shares, roughnesses, shifts = bounded(rows, self.lobes)
         chain = np.zeros((*rows.shape, rows.shape[1]))
-        part = shares / (1.0 - LEAST_COSINE)
+        part = shares / (1.0 - MIN_COSINE)
         square = np.eye(shares.shape[1]) * part[:, None] - part[:, :, None] * part[:, None]
-        chain[:, self._shares, self._shares] = (1.0 - LEAST_COSINE) * square
+        chain[:, self._shares, self._shares] = (1.0 - MIN_COSINE) * square
         low, high = np.log(ROUGHNESSES)
         place = (np.log(roughnesses) - low) / (high - low)
         slope = roughnesses * (high - low) * place * (1.0 - place)

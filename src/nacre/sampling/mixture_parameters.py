@@ -14,7 +14,7 @@ import numpy as np
 from nacre.array import Array, Floats, namespace
 from nacre.sampling.mixture import GgxLobe, GgxMixture, Values
 
-LEAST_COSINE = 0.01
+MIN_COSINE = 0.01
 """Share of the cosine lobe: it bounds every weight."""
 LARGEST_SHIFT = 1.0
 ROUGHNESSES = 0.004, 1.5
@@ -38,7 +38,7 @@ def bounded(rows: Array, lobes: int) -> tuple[Array, Array, Array]:
     shares, roughnesses, shifts = (rows[..., part] for part in columns(lobes))
     powers = namespace(rows).exp(_clipped(shares))
     return (
-        (1.0 - LEAST_COSINE) * powers / (1.0 + powers.sum(-1)[..., None]),
+        (1.0 - MIN_COSINE) * powers / (1.0 + powers.sum(-1)[..., None]),
         bounded_roughness(roughnesses),
         LARGEST_SHIFT * (2.0 * logistic(2.0 * shifts) - 1.0),
     )
