@@ -1,6 +1,6 @@
 """Microfacets of any reflectance: which normals it has, and what of them a direction sees.
 
-Light sent straight back tells the density of microfacet normals D: with G the share that a
+Light sent straight back tells the density of microfacet normals D: with G the fraction that a
 direction sees, f_r(o, o) cos(o) = F D(o) / (4 sigma(o)), where sigma(o), the projected area of all
 facets, is the integral of D(m) max(m . o, 0) over normals m. So D is an eigenvector of a linear
 operator, and power iteration finds it (Dupuy, Heitz, Iehl, Poulin and Ostromoukhov 2015,
@@ -23,11 +23,11 @@ _Floats: TypeAlias = npt.NDArray[np.floating]
 GRAZING = math.radians(89.9)
 """Polar angle that stands for the horizon, at which f_r is not defined."""
 
-_TURNS = 16
+_DIFFERENCE_AZIMUTHS = 16
 """Azimuths of the difference vector that a highlight is averaged over."""
 _ITERATIONS = 100
 _CONVERGED = 1e-5
-_LEAST = 1e-30
+_TINY_DENSITY = 1e-30
 
 
 def polar_nodes(count: int) -> _Floats:
@@ -169,7 +169,7 @@ class NormalGrid:
         theta_d
             Angle between half vector and either direction, in radians.
         """
-        phi_d = 2.0 * math.pi * (np.arange(_TURNS) + 0.5) / _TURNS
+        phi_d = 2.0 * math.pi * (np.arange(_DIFFERENCE_AZIMUTHS) + 0.5) / _DIFFERENCE_AZIMUTHS
         half = split(self._views[..., None, :])
         wi, wo = map(join, from_half_difference(half, from_spherical(theta_d + 0.0 * phi_d, phi_d)))
         value, known = _known(brdf, wi, wo)
@@ -197,7 +197,7 @@ def _mended(values: _Floats, known: npt.NDArray[np.bool_]) -> _Floats:
         np.interp(nodes, nodes[mask], row[mask]) if mask.any() else row
         for row, mask in zip(values, known, strict=True)
     ]
-    return np.stack(mended) / max(float(values.max()), _LEAST)
+    return np.stack(mended) / max(float(values.max()), _TINY_DENSITY)
 
 
 def _trapezoid(count: int) -> _Floats:
