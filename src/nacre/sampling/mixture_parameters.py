@@ -1,7 +1,7 @@
 """Parameters of a :class:`GgxMixture` that may have any value, for fits and for networks.
 
-They are a matrix, a row for each cosine of the view: logarithms of the fractions of the uniform, the
-squared and the GGX lobes relative to that of the cosine lobe; roughnesses along and across, and
+They are a matrix, a row for each cosine of the view: logarithms of the fractions of the uniform,
+the squared and the GGX lobes relative to that of the cosine lobe; roughnesses along and across, and
 shifts, of all lobes, through functions that keep them within bounds.
 """
 
