@@ -73,7 +73,8 @@ class CodeSettings(Settings):
         """The settings in one line, for people."""
         return (
             f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
-            f"materials other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
+            f"materials other than those below, trained for {self.steps:,} steps at most; "
+            f"seed {self.seed}"
         )
 
     def recipe(self, kind: str) -> Any:

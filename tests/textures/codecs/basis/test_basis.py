@@ -11,7 +11,7 @@ from nacre.errors import NacreError
 from nacre.geometry import join
 from nacre.measured.textures import UTIA
 from nacre.measured.textures.domes import BONN, Dome, below, pairs
-from nacre.numerics.channels import CHROMA, LUMA, PERMUTATIONS, CHROMA_PERMUTATIONS, split_colors
+from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS, LUMA, PERMUTATIONS, split_colors
 from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.colors import (
     join_components,
