@@ -95,9 +95,9 @@ class Cache:
         if endings and trial.method != TRUTH:  # the material itself need not be kept
             save(fitted, self._path(key, f".fitted{endings[0]}"))
         arrays = {f"{n} {part}": a for n, p in pictures.items() for part, a in asdict(p).items()}
-        with atomic_path(self._path(key, ".npz")) as temporary:
+        with atomic_path(self._path(key, ".npz"), internal=True) as temporary:
             np.savez_compressed(temporary, **arrays)
-        with atomic_path(self._path(key, ".json")) as temporary:
+        with atomic_path(self._path(key, ".json"), internal=True) as temporary:
             temporary.write_text(json.dumps(asdict(trial)), encoding="utf-8")
 
     def _path(self, key: str, ending: str) -> Path:

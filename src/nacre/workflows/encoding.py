@@ -142,7 +142,12 @@ class _Run:
     def save(self, path: Path, mark: str) -> None:
         """Write it to a file, whole or not at all."""
         tensors: Tensors = {"codes": self.codes[: self.done], "errors": self.errors.sums}
-        write_encoded(path, lambda header: to_bytes(_KEY, header, tensors, _LIMIT), {"mark": mark})
+        write_encoded(
+            path,
+            lambda header: to_bytes(_KEY, header, tensors, _LIMIT),
+            {"mark": mark},
+            internal=True,
+        )
 
     def restore(self, path: Path, mark: str) -> None:
         """Take up what a file has."""
