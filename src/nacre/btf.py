@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.runtime.described import Described
 
 Indices = npt.NDArray[np.integer[Any]]
 
 
-class Btf(abc.ABC):
+class Btf(Described):
     """A grid of texels, each an apparent BRDF known at the same pairs of directions.
 
     Values are reflectance factors, pi f_r, as linear Rec. 709 RGB without the cosine: 1 is a
@@ -22,7 +23,6 @@ class Btf(abc.ABC):
     many at once. Texel `y * width + x` lies in row y from the top, column x.
     """
 
-    name: str = ""
     width: int
     height: int
     wi: Floats
@@ -51,6 +51,10 @@ class Btf(abc.ABC):
     def pair_count(self) -> int:
         """Pairs of directions, n."""
         return len(self.wi)
+
+    def summary(self) -> str:
+        """Size in a few words; :meth:`describe` has all facts."""
+        return f"{self.width} x {self.height} texels, {self.pair_count} pairs of directions"
 
     def describe(self) -> dict[str, Any]:
         """Facts about this texture in the order they should be shown; angles are in degrees."""

@@ -89,9 +89,8 @@ def load(path: PathLike, material: str | None = None) -> Brdf:
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
     brdf: Brdf = entry.load(path, material) if entry.several else entry.load(path)
-    brdf.source = {"file": path.name, "sha256": digest(path)}
-    brdf.name = brdf.name or path.stem
-    return brdf
+    source = {"file": path.name, "sha256": digest(path)}
+    return brdf.replaced(source=source, name=brdf.name or path.stem)
 
 
 def _of_texture(path: Path) -> Brdf:
@@ -105,9 +104,8 @@ def _of_texture(path: Path) -> Brdf:
     except ValueError as error:
         told = "see nacre btf info, or nacre btf average, which makes one of it"
         raise FormatError(f"{path}: {error}; {told}") from error
-    brdf.source = {"file": path.name, "sha256": digest(path)}
-    brdf.name = brdf.name or path.stem
-    return brdf
+    source = {"file": path.name, "sha256": digest(path)}
+    return brdf.replaced(source=source, name=brdf.name or path.stem)
 
 
 def save(brdf: Brdf, path: PathLike) -> None:

@@ -31,7 +31,6 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -152,10 +151,9 @@ def relative_times(
         (MEASURED, "table"): mi.load_dict({"type": "measured", "filename": str(path)})
     }
     for name, fit in SAMPLERS.items():
-        sampled = nacre.load(path)
-        sampled.sampler = fit(table)
-        bsdfs[name, "table"] = nacre.render.bsdf(sampled)
-        bsdfs[name, "network"] = nacre.render.bsdf(replace(network, sampler=sampled.sampler))
+        sampler = fit(table)
+        for kind, brdf in (("table", nacre.load(path)), ("network", network)):
+            bsdfs[name, kind] = nacre.render.bsdf(brdf.replaced(sampler=sampler))
     scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
     for seed in range(options.rounds + 2):
@@ -178,9 +176,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
     samplers = SAMPLERS | predicted(options.basis)
     for name, fit in samplers.items():
-        sampled = nacre.load(path)
-        sampled.sampler = fit(table)
-        bsdfs[name] = nacre.render.bsdf(sampled)
+        bsdfs[name] = nacre.render.bsdf(nacre.load(path).replaced(sampler=fit(table)))
     return {
         name: {light: noise(mi, bsdf, light, options.size, options.repetitions) for light in LIGHTS}
         for name, bsdf in bsdfs.items()

@@ -121,11 +121,11 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
+    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         Autoencoder.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
-    with pytest.raises(NacreError, match="of another training"):
+    with pytest.raises(NacreError, match="of another run"):
         Autoencoder.train(MATERIALS[1:], RECIPE, checkpoint=state)
     whole, seen = state.read_bytes(), []
     resumed = Autoencoder.train(

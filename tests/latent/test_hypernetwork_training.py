@@ -82,13 +82,13 @@ def test_the_same_seed_gives_the_same_and_another_does_not(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
+    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         train(random_basis(), RECIPE, checkpoint=state, progress=stop_at(100, "hypernetwork"))
     fewer = replace(random_basis(), examples=random_basis().examples[1:])
     for basis in (random_basis(2, 2), fewer):
-        with pytest.raises(NacreError, match="of another training"):
+        with pytest.raises(NacreError, match="of another run"):
             train(basis, RECIPE, checkpoint=state)
     whole, seen = state.read_bytes(), []
     resumed = train(

@@ -74,7 +74,7 @@ def test_examples_are_codes_of_the_training_materials(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
+    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
@@ -91,11 +91,11 @@ def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeyp
 
 
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_EVERY", 10)
+    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
         NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))
-    with pytest.raises(NacreError, match="of another training"):
+    with pytest.raises(NacreError, match="of another run"):
         NeuralBasis.train(MATERIALS[1:], RECIPE, checkpoint=state)
     for content in (state.read_bytes()[:-100], b"", b"nothing"):
         state.write_bytes(content)

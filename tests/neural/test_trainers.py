@@ -87,7 +87,7 @@ has = sys.argv[1] == "avx2"
 features = llvmlite.binding.FeatureMap(avx=has)
 llvmlite.binding.get_host_cpu_features = lambda: features
 from nacre.neural.kernel import KernelTrainer
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.neural.samples import Samples, aligned
 from nacre.neural.simd import LANES
 assert LANES == (8 if has else 4)

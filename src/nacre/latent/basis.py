@@ -127,9 +127,9 @@ class LatentBasis(Frozen):
         base
             A basis of the kind :attr:`builds_on`; trained as well where None.
         checkpoint
-            File for the state of the training, from which a later call goes on. It stays, for the
-            caller to remove once the basis is saved; see :meth:`states`. Ignored where training
-            takes seconds.
+            File of a :class:`nacre.runtime.store.Store` for the state of the training, from which a
+            later call goes on. It stays, for the caller to remove once the basis is saved. Not used
+            where training takes seconds.
         progress
             Called as it goes on.
 
@@ -141,11 +141,6 @@ class LatentBasis(Frozen):
             If there are fewer than two materials, one is known at none of the directions, training
             diverges, or the checkpoint is of another training or damaged.
         """
-
-    @classmethod
-    def states(cls, checkpoint: Path) -> list[Path]:
-        """Files that a training with this checkpoint may leave."""
-        return [checkpoint]
 
     @classmethod
     def recipe(cls, options: Mapping[str, Any]) -> Any:

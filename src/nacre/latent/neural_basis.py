@@ -265,8 +265,11 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
         If the code has another length, or a value is a million or more.
     """
 
+    isotropy_known = True
+
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
-        self.basis, self.code, self.name = basis, basis.checked(code), name
+        super().__init__(name=name)
+        self.basis, self.code = basis, basis.checked(code)
         output = (basis.functions @ basis.channel_weights(self.code)).astype(np.float32)
         self.inputs, self.layers = ENHANCED, [*basis.hidden, Layer(output[:-1], output[-1])]
         check_weights(self.layers)

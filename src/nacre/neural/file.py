@@ -14,7 +14,7 @@ from nacre.io.tensors import from_file, to_bytes
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import Layer
-from nacre.sampling.header import describe_sampler, make_sampler
+from nacre.sampling import describe_sampler, make_sampler
 
 VERSION = 1
 _LIMIT = 1 << 26
@@ -108,7 +108,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
     known = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
     if not known:
-        raise ValueError(f"unknown parametrization {header['parametrization']!r}; update nacre")
+        raise ValueError(f"unknown parametrization {header['parametrisation']!r}; update nacre")
     inputs, isotropic = known[0]
     metadata = {key: value for key, value in header.items() if key not in _FIXED}
     for key in ("source", "fit", "quality"):

@@ -164,8 +164,7 @@ def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
 def _network(layers: list[Layer], name: str) -> NeuralBrdf:
     check_weights(layers)
     network = NeuralBrdf(layers, name=name)
-    network.sampler = fit_lobes(network)
-    return network
+    return network.replaced(sampler=fit_lobes(network))
 
 
 FORMATS = (

@@ -22,6 +22,7 @@ from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import CooperativeNetwork
 from nacre.render.textures.plugins import plugins as btf_plugins
 from nacre.render.textures.plugins import texture_bsdf
+from nacre.sampling import check_isotropic
 from nacre.textures.uniform import TexelBrdf
 
 
@@ -82,6 +83,7 @@ def bsdf(brdf: Brdf, weights: str = "literals", precision: str = "single") -> An
         If an option is unknown or does not apply, or `brdf` is not traceable.
     """
     mi = mitsuba()
+    check_isotropic(brdf)
     neural = isinstance(brdf, NeuralBrdf)
     if not neural and (weights, precision) != ("literals", "single"):
         raise NacreError(f"weights and precision are for networks, not {type(brdf).__name__}")

@@ -37,14 +37,16 @@ class MitsubaBrdf(LobeSampledBrdf):
         If there is no LLVM that Mitsuba can use.
     """
 
+    isotropy_known = True
+
     def __init__(self, bsdf: Mapping[str, Any] | Any, name: str = "") -> None:
+        super().__init__(name=name)
         self._mi = mitsuba()
         if not self._mi.variant().endswith("_ad_rgb"):
             raise NacreError(
                 f"needs Mitsuba's llvm_ad_rgb or cuda_ad_rgb, not {self._mi.variant()}"
             )
         self._bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
-        self.name = name
         # Flags do not tell of normals that a texture tilts.
         anisotropic = self._bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
         self.isotropic = not anisotropic and unchanged_by_quarter_turn(self)

@@ -21,6 +21,7 @@ from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
 from nacre.runtime.progress import Progress, named
+from nacre.runtime.store import Store
 
 HELD_OUT = 0.2
 """Fraction of the materials that is held out."""
@@ -158,7 +159,7 @@ def code_methods(
         if found is None:
             state = path.with_suffix(".state")
             if fresh:
-                state.unlink(missing_ok=True)
+                Store(state).remove()
             folder.mkdir(parents=True, exist_ok=True)
             found = BASES[kind].train(
                 materials,
@@ -168,7 +169,7 @@ def code_methods(
                 progress=named(progress, kind),
             )
             save_basis(found, path)
-            state.unlink(missing_ok=True)
+            Store(state).remove()
         bases[kind] = found
         return found
 

@@ -13,6 +13,7 @@ from nacre.io.files import PathLike
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import BASES, save_basis
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.workflows.sources import find_sources
 
 
@@ -77,6 +78,5 @@ def train_basis(
         [partial(load, path) for path in paths], recipe, checkpoint=checkpoint, progress=progress
     )
     save_basis(basis, output)
-    for state in basis_type.states(checkpoint):
-        state.unlink(missing_ok=True)
+    Store(checkpoint).remove()
     return basis

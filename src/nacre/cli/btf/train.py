@@ -263,9 +263,7 @@ def _train_basis(
 
     def opened(path: Path) -> Btf:
         """A texture by the name that its errors should have."""
-        texture = load(path, pixels)
-        texture.name = str(path)
-        return texture
+        return load(path, pixels).replaced(name=str(path))
 
     textures = [partial(opened, path) for path in files]
     with Stages() as stages:
