@@ -33,7 +33,7 @@ from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.sampling.mixtures import MIXTURES
 from tests.specimens import SPECIMENS
 
-WRITABLE = [entry for entry in formats.formats() if entry.save is not None]
+WRITABLE = [entry for entry in formats.formats("brdf") if entry.save is not None]
 QUICK = settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
+from nacre.formats import is_btf
+from nacre.formats import load_btf as load
 from nacre.io.files import digest
 from nacre.measured.textures import UTIA
-from nacre.textures import LatentMap, NeuralBtf, load, load_latent_map, save_latent_map
+from nacre.textures import LatentMap, NeuralBtf, load_latent_map, save_latent_map
 from nacre.textures.codecs import save_codec
-from nacre.textures.formats import is_btf
 from nacre.textures.latent_map import CodecFile
 from tests.textures.codec_files import header_and_tensors, rewrite
 from tests.textures.codecs.basis.made import codec
@@ -72,7 +73,7 @@ def test_an_encoded_texture_is_a_texture(path):
     np.testing.assert_allclose(
         pictures.reshape(2, 15, 3), expected[:, [7, 3000]].swapaxes(0, 1), rtol=1e-4, atol=1e-5
     )
-    other = btf.decoded(*PAIRS)
+    other = btf.at_directions(*PAIRS)
     expected = made.codec.decoder(*PAIRS)(made.codes.reshape(-1, 2))
     np.testing.assert_allclose(other.texels(np.array([14, 2])), expected[[14, 2]], atol=1e-5)
 

@@ -29,16 +29,15 @@ _PROCESSES = 0xFFFFFF
 
 
 def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
-    """Up to `count` bytes from the start of a file; none where it cannot be read."""
+    """Up to `count` bytes from the start of a regular file; none where it cannot be read."""
     try:
-        with Path(path).open("rb") as file:
-            return file.read(count)
-    except OSError:
+        return read_head(path, count)
+    except FormatError:
         return b""
 
 
-def read_head(path: PathLike) -> bytes:
-    """The first bytes of a file, up to :data:`HEAD`.
+def read_head(path: PathLike, count: int = HEAD) -> bytes:
+    """Up to `count` bytes from the start of a file; never waits, as a pipe would make it.
 
     Raises
     ------
@@ -47,16 +46,32 @@ def read_head(path: PathLike) -> bytes:
     """
     path = Path(path)
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            kind = "a directory" if path.is_dir() else "not a regular file"
-            raise FormatError(f"{path}: is {kind}, expected a file")
+        check_regular(path)
         with path.open("rb") as file:
-            head = file.read(HEAD)
+            head = file.read(count)
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
     if not head:
         raise FormatError(f"{path}: is empty")
     return head
+
+
+def check_regular(path: Path) -> int:
+    """Size in bytes of a regular file.
+
+    Raises
+    ------
+    FormatError
+        If it is another thing: a folder, or a pipe, which to open could wait for ever.
+    OSError
+        If there is nothing, or it cannot be asked.
+    """
+    found = path.stat()
+    if stat.S_ISDIR(found.st_mode):
+        raise FormatError(f"{path}: is a directory, expected a file")
+    if not stat.S_ISREG(found.st_mode):
+        raise FormatError(f"{path}: is not a regular file, but a pipe or a device")
+    return found.st_size
 
 
 def read_bytes(path: PathLike, limit: int) -> bytes:
@@ -69,9 +84,7 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
     """
     path = Path(path)
     try:
-        size = path.stat().st_size
-        if path.is_dir():
-            raise FormatError(f"{path}: is a directory, expected a file")
+        size = check_regular(path)
         if size == 0:
             raise FormatError(f"{path}: is empty")
         if size > limit:

@@ -20,7 +20,7 @@ from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
 from nacre.latent.directions import check_isotropic
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.runtime.frozen import Frozen
+from nacre.runtime.described import Described, readable_size
 from nacre.runtime.progress import Progress
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ LARGEST = 1e6
 Vector = npt.NDArray[np.float64]
 
 
-class LatentBasis(Frozen):
+class LatentBasis(Described):
     """A space of isotropic reflectances: it finds the code of one, and decodes any code.
 
     A subclass has a :attr:`kind` and a :attr:`Recipe`, gives :meth:`decode`, :meth:`pack`,
@@ -222,6 +222,13 @@ class LatentBasis(Frozen):
         for name in sorted(tensors):
             digest.update(tensors[name].tobytes())
         return digest.hexdigest()
+
+    def summary(self) -> str:
+        """Number of values in a code, and size, in a few words."""
+        return f"{self.code_dim} values, {readable_size(self.nbytes)}"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.summary()}>"
 
     def _without_predictors(self) -> LatentBasis:
         """The same space of codes: predictors may be trained again."""

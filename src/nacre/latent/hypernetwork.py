@@ -47,7 +47,7 @@ HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
 """Weights and biases of the hidden layers."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hypernetwork(WeightBasis):
     """Four layers from a code to the weights of a network, about the basis that has the code.
 

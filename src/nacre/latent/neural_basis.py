@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -54,7 +54,7 @@ _FARTHEST = 100.0
 """Bound of the values that are found."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NeuralBasis(LatentBasis):
     """A network whose outputs are functions that materials are sums of.
 
@@ -197,7 +197,7 @@ class NeuralBasis(LatentBasis):
         return NeuralBasisBrdf(self, code, name)
 
     def _without_predictors(self) -> NeuralBasis:
-        return replace(self, predictors={})
+        return self.replaced(predictors={})
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
         """See :class:`LatentBasis`."""

@@ -87,7 +87,7 @@ def leading_components(
         Shape (rows, n).
     orders
         A group of orders of the n columns, like those of
-        :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
     count
         Of components.
     seed

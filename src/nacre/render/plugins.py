@@ -106,11 +106,11 @@ def _register_variant(_: str | None, variant: str) -> None:
 
 
 def _read(mi: Any, properties: Any) -> Brdf:
-    from nacre.formats import load
+    from nacre.formats import load_brdf
 
     if "filename" not in properties:
         raise FormatError(f"{properties.plugin_name()}: give it the property 'filename'")
-    brdf: Brdf = load(str(mi.file_resolver().resolve(properties["filename"])))
+    brdf: Brdf = load_brdf(str(mi.file_resolver().resolve(properties["filename"])))
     return brdf
 
 

@@ -21,7 +21,7 @@ import numpy as np
 import nacre
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load, save
+from nacre.formats import load_brdf, save
 from nacre.io.files import atomic_path
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
@@ -76,7 +76,7 @@ class Cache:
             path = self._path(key, f".fitted{ending}")
             if path.is_file():
                 try:
-                    return load(path)
+                    return load_brdf(path)
                 except NacreError:
                     return None
         return None

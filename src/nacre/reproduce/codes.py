@@ -12,7 +12,7 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import BASES, load_basis, save_basis
@@ -145,7 +145,7 @@ def code_methods(
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
     hashes = [digest(path) for path in training]
-    materials = [partial(load, path) for path in training]
+    materials = [partial(load_brdf, path) for path in training]
     bases: dict[str, LatentBasis] = {}
 
     def basis(kind: str) -> LatentBasis:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import FormatError, NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import PathLike
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import BASES, save_basis
@@ -75,7 +75,10 @@ def train_basis(
         raise NacreError(f"{named}: a basis needs at least two materials, found {found}")
     checkpoint = output.with_name(f"{output.name}.state")
     basis = basis_type.train(
-        [partial(load, path) for path in paths], recipe, checkpoint=checkpoint, progress=progress
+        [partial(load_brdf, path) for path in paths],
+        recipe,
+        checkpoint=checkpoint,
+        progress=progress,
     )
     save_basis(basis, output)
     Store(checkpoint).remove()

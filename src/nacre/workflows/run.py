@@ -11,12 +11,12 @@ from pathlib import Path
 
 import nacre
 from nacre.errors import FormatError, NacreError, printable
+from nacre.formats import is_btf
 from nacre.io.files import PathLike, abandoned, atomic_path, digest
 from nacre.io.outputs import check_replaceable, overwrite
 from nacre.runtime.lock import exclusive
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
-from nacre.textures.formats import is_btf
 from nacre.workflows.executor import Executor, Job, Stream, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.manifest import Manifest, Record

@@ -1,16 +1,16 @@
-"""What tells whether the files of a texture are those of an earlier time, without reading them."""
+"""Whether the files of a texture are those of an earlier time, told without reading them."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 from nacre.btf import Btf
 from nacre.errors import FormatError
+from nacre.formats import identify, load_btf
 from nacre.io.files import PathLike
-from nacre.measured.textures.image_folder import ImageFolderBtf
 from nacre.measured.textures.photographs import LIST
-from nacre.textures.formats import lies_in_images, load
 
 
 def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
@@ -19,34 +19,36 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     Parameters
     ----------
     path
-        As :func:`nacre.textures.load` takes it.
+        As :func:`nacre.load` takes it.
     texture
         What that gave, where it was called before: images are looked at once.
 
     Raises
     ------
     FormatError
-        As :func:`nacre.textures.load`, though of a single file no more than its first bytes is
+        As :func:`nacre.load`, though of a single file no more than its first bytes is
         read.
     """
     path = Path(path)
-    if texture is None and lies_in_images(path):
-        texture = load(path)
-    if not isinstance(texture, ImageFolderBtf):
+    if texture is None and identify(path).claims_folder:
+        texture = load_btf(path)
+    if texture is None or not texture.files:
         return [path]
     listed = path / LIST if path.is_dir() else path
     return [*([listed] if listed.is_file() else []), *texture.files]
 
 
-def source_mark(path: PathLike, texture: Btf | None = None) -> str:
+def source_fingerprint(path: PathLike, files: Sequence[Path] | None = None) -> str:
     """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
 
-    A folder keeps its mark when it is moved, not when it is renamed or copied without its times.
+    A folder keeps it when it is moved, not when it is renamed or copied without its times.
 
     Parameters
     ----------
-    path, texture
-        As :func:`source_files` takes them.
+    path
+        As :func:`source_files` takes it.
+    files
+        What that gave, if it was called before.
 
     Raises
     ------
@@ -56,7 +58,7 @@ def source_mark(path: PathLike, texture: Btf | None = None) -> str:
     path = Path(path)
     folder = path if path.is_dir() else path.parent
     total = hashlib.sha256(path.resolve().name.encode(errors="surrogateescape"))
-    for file in source_files(path, texture):
+    for file in source_files(path) if files is None else files:
         try:
             facts = file.stat()
         except OSError as error:
