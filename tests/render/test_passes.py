@@ -15,7 +15,7 @@ from nacre.render.preview import render_scene
 from nacre.render.textures.scene import describe_texture_scene
 from tests.textures.codecs.basis.made import codec as basis_codec
 
-from .btf.made import latent, picture
+from .textures.made import latent, picture
 
 
 def scene(mi: Any, size: int) -> Any:

@@ -19,7 +19,7 @@ from nacre.measured.merl import tabulate
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
-from .btf.made import FlatCodec, latent
+from .textures.made import FlatCodec, latent
 from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
 
