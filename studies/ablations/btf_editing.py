@@ -32,9 +32,8 @@ from nacre.textures.capture.recipe import Recipe, built_in
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.formats import load, save
-from nacre.textures.pretrained import PUBLISHED
 from studies.speed.table import markdown
 
 DOME = Dome("coarse", ((0.0, 1, 0.0), (25.0, 6, 0.0), (50.0, 12, 0.0), (70.0, 12, 15.0)))

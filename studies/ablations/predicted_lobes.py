@@ -46,7 +46,7 @@ from nacre.latent import (
 )
 from nacre.latent.file import load_basis, save_basis
 from nacre.neural import Layer
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.newton import minimize
 from nacre.reproduce.codes import split as split_files
 from nacre.runtime.parallel import one_blas_thread
@@ -123,7 +123,7 @@ def labeled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePred
     adam = torch.optim.Adam(network.parameters(), 1e-3, weight_decay=1e-5)
     for _ in range(recipe.steps):
         index = random.integers(len(codes), size=recipe.batch)
-        drawn = basis.reordered(codes[index], random.integers(len(ORDERS), size=recipe.batch))
+        drawn = basis.reordered(codes[index], random.integers(len(PERMUTATIONS), size=recipe.batch))
         drawn += JITTER * random.normal(size=drawn.shape)
         loss = (
             (torch.sigmoid(network(torch.from_numpy(drawn).float())) - targets[index])

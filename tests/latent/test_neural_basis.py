@@ -14,7 +14,7 @@ from nacre.latent import NeuralBasis, NeuralBasisBrdf, encode_neural
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.measured import MerlBrdf
 from nacre.neural.inputs import ENHANCED
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 from tests.latent.made import GRID, predictor, random_basis
 from tests.reflectances import Brushed
 
@@ -57,7 +57,7 @@ def test_channels_that_change_places_change_the_code_alike(index):
     made = random_basis()
     (code,) = made.reordered(CODE[None], index)
     one, other = (made.decode(c).eval(WI, WO) for c in (CODE, code))
-    np.testing.assert_allclose(one[:, ORDERS[index]], other, rtol=1e-4)
+    np.testing.assert_allclose(one[:, PERMUTATIONS[index]], other, rtol=1e-4)
 
 
 class Partly(NeuralBasisBrdf):

@@ -54,7 +54,7 @@ def whole_basis(separate: bool = False) -> Basis:
 
 
 def grey(made: Basis) -> np.ndarray:
-    return np.abs(made.colors.sum(axis=1)) > 1.5
+    return np.abs(made.colours.sum(axis=1)) > 1.5
 
 
 @pytest.mark.parametrize("separate", [False, True])
@@ -83,7 +83,7 @@ def test_components_are_orthonormal_and_codes_have_unit_variance():
     made = whole_basis()
     assert 0 < grey(made).sum() < len(made)
     gram = (made.components @ made.components.T)[np.ix_(made.uses, made.uses)]
-    products = gram * (made.colors @ made.colors.T)
+    products = gram * (made.colours @ made.colours.T)
     np.testing.assert_allclose(products, np.eye(len(made)), atol=1e-5)
     codes = np.array([made.project(m()) for m in MATERIALS])
     # Permuting channels turns the two values of a component into each other.

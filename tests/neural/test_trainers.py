@@ -13,7 +13,7 @@ import pytest
 
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 
@@ -87,7 +87,7 @@ has = sys.argv[1] == "avx2"
 features = llvmlite.binding.FeatureMap(avx=has)
 llvmlite.binding.get_host_cpu_features = lambda: features
 from nacre.neural.kernel import KernelTrainer
-from nacre.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.neural.samples import Samples, aligned
 from nacre.neural.simd import LANES
 assert LANES == (8 if has else 4)

@@ -55,7 +55,7 @@ def test_wavefronts_show_what_whole_paths_do(rgb: Any) -> None:
     import drjit as dr
 
     codec = basis_codec(1)
-    codes = latent(np.random.default_rng(0).normal(size=(4, 4, codec.values)), codec)
+    codes = latent(np.random.default_rng(0).normal(size=(4, 4, codec.code_dim)), codec)
     bsdf = texture_bsdf(codes, decoder="network")
     shown = rgb.load_dict(describe_texture_scene(bsdf, size=(24, 24)))
     assert needs_wavefronts(shown)

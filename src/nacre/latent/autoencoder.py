@@ -15,7 +15,7 @@ from nacre.brdf import Brdf
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation
 from nacre.latent.weights import COUNT, Matrix, WeightBasis, bent, dense
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from nacre.latent.weights import COUNT, SHAPES
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.training import schedule
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")

@@ -19,7 +19,7 @@ from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import Samples
 from nacre.neural.training import initial_layers, train
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 

@@ -22,7 +22,7 @@ from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis, bent, dense
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 COLUMN = SIZES[-2] + 1
 """Weights and bias of one output."""

@@ -27,7 +27,7 @@ from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.training import initial_layers, schedule
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")

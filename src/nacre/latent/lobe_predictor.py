@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Sampler
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.sampling.parametrizations import FAMILIES
 
 

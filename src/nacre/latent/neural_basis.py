@@ -29,8 +29,8 @@ from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.neural.inputs import ENHANCED, network_inputs
 from nacre.neural.nbrdf import OUTPUTS, check_weights
-from nacre.numerics.channels import CHROMA, TURNS
-from nacre.numerics.layer import Layer
+from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
+from nacre.numerics.mlp import Layer
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST_FAMILY
 
@@ -138,10 +138,10 @@ class NeuralBasis:
         codes
             Shape (n, k).
         orders
-            Which of the six :data:`nacre.numerics.channels.ORDERS`, shape (n,) or for all codes
+            Which of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or for all codes
             alike.
         """
-        pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ TURNS[orders]
+        pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ CHROMA_PERMUTATIONS[orders]
         return np.concatenate([codes[:, : self.greys], pairs.reshape(len(codes), -1)], axis=1)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:

@@ -11,7 +11,7 @@ from nacre.io.tensors import Tensors, check_numbers
 from nacre.latent.codes import LARGEST
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 
 def pack(basis: NeuralBasis) -> tuple[dict[str, Any], Tensors]:

@@ -22,7 +22,7 @@ from nacre.latent.refine import GAIN
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")

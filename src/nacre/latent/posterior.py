@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.latent.neural_basis import NeuralBasis, grown
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import one_blas_thread
 
@@ -67,7 +67,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
         cosine = samples.cosine[:, None].astype(np.float64)
         target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
         known = basis.examples.astype(np.float64)
-        orders = range(len(ORDERS))
+        orders = range(len(PERMUTATIONS))
         centres = np.concatenate([basis.reordered(known, order) for order in orders])
         code = np.zeros(len(basis))
         for step in range(1, _STEPS + 1):

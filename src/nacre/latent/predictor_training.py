@@ -23,7 +23,7 @@ from nacre.latent.recipes import PredictorRecipe
 from nacre.latent.training_codes import Codes, draw_codes
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 
 Codes: TypeAlias = npt.NDArray[np.floating]
 
@@ -31,7 +31,7 @@ def draw_codes(
 
     def materials() -> Codes:
         chosen = codes[random.integers(len(codes), size=count)]
-        return basis.reordered(chosen, random.integers(len(ORDERS), size=count))
+        return basis.reordered(chosen, random.integers(len(PERMUTATIONS), size=count))
 
     one, other = materials(), materials()
     share = random.uniform(*_STRETCH, (count, 1))

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from nacre.latent.codes import checked_code, code_facts
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.sampling.fitted import LobeSampledBrdf
 
 SIZES = (6, *HIDDEN, OUTPUTS)

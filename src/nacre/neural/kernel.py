@@ -31,7 +31,7 @@ from nacre.neural.simd import (
     prefetch_block,
     sum_lanes,
 )
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3

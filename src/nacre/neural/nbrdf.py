@@ -20,7 +20,7 @@ from nacre.neural.inputs import (
     network_inputs,
     turns_half_vector,
 )
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37

@@ -11,7 +11,7 @@ from nacre.array import Components
 from nacre.errors import require
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 
 def pack_layers(mi: Any, layers: Sequence[Layer], half: bool, layout: str) -> list[tuple[Any, Any]]:

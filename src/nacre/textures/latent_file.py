@@ -27,9 +27,13 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import codec_fingerprint, load_codec, pack_codec, unpack_codec
+from nacre.textures.codecs.codec_file import (
+    PUBLISHED,
+    codec_fingerprint,
+    load_codec,
+    unpack_codec,
+)
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
-from nacre.textures.pretrained import PUBLISHED
 
 VERSION = 1
 KEY = "nacre latent map"
@@ -116,7 +120,7 @@ def _encode(latent: LatentMap) -> bytes:
         raise FormatError(str(error)) from error
     tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
     if latent.reference is None:
-        model, weights = pack_codec(latent.codec, None)
+        model, weights = latent.codec.pack(None)
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}

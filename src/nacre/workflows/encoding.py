@@ -15,12 +15,20 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, reason
-from nacre.io.files import write_encoded
+from nacre.io.files import PathLike, digest, write_encoded
 from nacre.io.tensors import Tensors, check_numbers, from_file, to_bytes
+from nacre.measured.textures.image_folder import Quantity
+from nacre.measured.textures.photographs import load_photographs
+from nacre.measured.textures.transposition import transposed
 from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+from nacre.textures.formats import load
+from nacre.textures.identity import source_files, source_fingerprint
+from nacre.textures.latent_file import check_latent_path, save_latent_map
+from nacre.textures.latent_map import CodecFile, LatentMap
 
 BLOCK = 1 << 28
 """Bytes of values that are read at a time; two such blocks are in memory."""
@@ -38,7 +46,7 @@ class Encoding:
     Parameters
     ----------
     codes
-        Shape (height, width, values).
+        Shape (height, width, code_dim).
     errors
         Of what the codes decode to.
     compared
@@ -57,7 +65,7 @@ def encode(
     half: bool = False,
     texels_per_block: int | None = None,
     state: Path | None = None,
-    mark: str = "",
+    fingerprint: str = "",
     save_every: float = _SAVE_EVERY,
     progress: Progress = silent,
 ) -> Encoding:
@@ -79,7 +87,7 @@ def encode(
     state
         File that keeps what is done, for a later call to go on from. It stays, for the caller to
         remove once the codes are saved.
-    mark
+    fingerprint
         What must be the same for that, besides what this function sees.
     save_every
         Seconds between times that it is written: no more is lost when the process is killed, and
@@ -92,17 +100,19 @@ def encode(
     FormatError
         If the texture cannot be read, or the state not be written.
     NacreError
-        If the codec is for other directions, a code is no number, or the state is of another
+        If the codec is for other directions, a code is not finite, or the state is of another
         encoding or damaged.
     """
     total = btf.texel_count
     step = texels_per_block or max(1, BLOCK // (12 * btf.pair_count))
     compared = min(btf.pair_count, max(1, _COMPARED // total))
     dtype = np.dtype(np.float16 if half else np.float32)
-    run = _Run(np.empty((total, codec.values), dtype), ErrorSums(), 0)
-    mark = f"{mark} {btf.width} {btf.height} {btf.pair_count} {step} {codec.values} {dtype}"
+    run = _Run(np.empty((total, codec.code_dim), dtype), ErrorSums(), 0)
+    fingerprint = (
+        f"{fingerprint} {btf.width} {btf.height} {btf.pair_count} {step} {codec.code_dim} {dtype}"
+    )
     if state is not None and state.exists():
-        run.restore(state, mark)
+        run.restore(state, fingerprint)
     if run.done < total:
         encoder = on_all_cores(codec, codec.encoder(btf.wi, btf.wo))
     saved = time.monotonic()
@@ -111,7 +121,7 @@ def encode(
             with np.errstate(over="ignore"):
                 codes = encoder(texels).astype(dtype)
             if not np.isfinite(codes).all():
-                raise NacreError(f"{btf.name}: some texels have codes that are no numbers")
+                raise NacreError(f"{btf.name}: some texels have codes that are not finite")
             chosen = _pairs(btf.pair_count, compared, block.start)
             wi, wo = btf.wi[chosen], btf.wo[chosen]
             decode = on_all_cores(codec, codec.decoder(wi, wo))
@@ -120,17 +130,155 @@ def encode(
                 run.errors.add(texels[:, chosen], found, wo)
                 run.codes[block], run.done = codes, block.stop
             if state is not None and time.monotonic() - saved > save_every:
-                run.save(state, mark)
+                run.save(state, fingerprint)
                 saved = time.monotonic()
             mse = 1e4 * run.errors.result().mse
             progress("encoding", run.done, total, f"MSE x 1e4 {mse:.3g}")
     except KeyboardInterrupt:
         if state is not None:
             with uninterrupted():
-                run.save(state, mark)
+                run.save(state, fingerprint)
         raise
-    codes = run.codes.reshape(btf.height, btf.width, codec.values)
+    codes = run.codes.reshape(btf.height, btf.width, codec.code_dim)
     return Encoding(codes, run.errors.result(), compared)
+
+
+@dataclass(frozen=True, eq=False)
+class EncodedTexture:
+    """What :func:`encode_texture` wrote.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    latent
+        What is in it.
+    errors, compared
+        See :class:`Encoding`.
+    seconds
+        That reading and encoding took.
+    source_nbytes, nbytes
+        Sizes of all files of the source, and of the file written.
+    beside
+        The codec's file, if it must stay beside the file written; else None.
+    """
+
+    path: Path
+    latent: LatentMap
+    errors: Errors
+    compared: int
+    seconds: float
+    source_nbytes: int
+    nbytes: int
+    beside: Path | None
+
+
+def encode_texture(
+    source: PathLike,
+    output: PathLike,
+    *,
+    model: PathLike | None = None,
+    directions: PathLike | None = None,
+    pixels: Quantity | None = None,
+    reference: bool = False,
+    half: bool = False,
+    texels_per_block: int | None = None,
+    resume: bool = False,
+    progress: Progress = silent,
+) -> EncodedTexture:
+    """Encode a texture into a file, in little memory.
+
+    Until all is done, a state beside the output keeps the codes: nothing is lost after Ctrl-C, and
+    a minute at most when the process is killed.
+
+    Parameters
+    ----------
+    source
+        A file, a folder of images, or a list of photographs.
+    output
+        File (`.safetensors`) to write.
+    model
+        File of the codec; the pretrained one where None.
+    directions
+        List of directions (`.csv`) of the images in the folder `source`, where it is not there.
+    pixels
+        What the pixels of a folder of images hold, see :func:`nacre.textures.load`.
+    reference
+        Whether the file names the codec's file, which must then stay beside it unless it is the
+        pretrained one; else the codec is written into it.
+    half
+        Whether codes are of half precision.
+    texels_per_block
+        Texels that are read at a time; as many as :data:`BLOCK` holds where None.
+    resume
+        Whether to go on where an earlier call was stopped.
+    progress
+        Called with pictures read, then texels done.
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be read or written, or is of another kind.
+    NacreError
+        If an earlier call was stopped and `resume` is not given, the state is of another encoding,
+        or the codec is for other directions.
+    """
+    source, output, model = Path(source), check_latent_path(output), Path(model or PUBLISHED)
+    if reference and model != PUBLISHED and model.resolve().parent != output.resolve().parent:
+        raise FormatError(
+            f"{model}: is not in the folder of {output}, as a model that is only named must be; "
+            "copy it there, or embed it"
+        )
+    state = output.with_name(f"{output.name}.state")
+    if state.exists() and not resume:
+        raise NacreError(
+            f"{state}: an encoding or a training was stopped here; add --resume to go on with the "
+            "same command, or remove the file"
+        )
+    codec = load_codec(model)
+    if directions is None:
+        btf = load(source, pixels)
+    elif source.is_dir():
+        btf = load_photographs(source, directions, pixels)
+    else:
+        raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
+    files, model_digest = source_files(source, btf), digest(model)
+    listed = "" if directions is None else digest(Path(directions))
+    fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
+    began = time.monotonic()
+    with transposed(btf, output.parent, progress=progress) as texels:
+        found = encode(
+            texels,
+            codec,
+            half=half,
+            texels_per_block=texels_per_block,
+            state=state,
+            fingerprint=fingerprint.rstrip(),
+            progress=progress,
+        )
+    seconds = time.monotonic() - began
+    facts = {
+        "source": {
+            "file": source.resolve().name,
+            "sha256": digest(source) if source.is_file() else None,
+        },
+        "model": model.name,
+        "errors": found.errors.facts() | {"pairs compared a texel": found.compared},
+    }
+    named = CodecFile(model.name, model_digest) if reference else None
+    latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, named, facts)
+    save_latent_map(latent, output)
+    state.unlink(missing_ok=True)
+    return EncodedTexture(
+        output,
+        latent,
+        found.errors,
+        found.compared,
+        seconds,
+        sum(path.stat().st_size for path in files),
+        output.stat().st_size,
+        model if reference and model != PUBLISHED else None,
+    )
 
 
 class _Run:
@@ -139,17 +287,18 @@ class _Run:
     def __init__(self, codes: npt.NDArray[Any], errors: ErrorSums, done: int) -> None:
         self.codes, self.errors, self.done = codes, errors, done
 
-    def save(self, path: Path, mark: str) -> None:
+    def save(self, path: Path, fingerprint: str) -> None:
         """Write it to a file, whole or not at all."""
         tensors: Tensors = {"codes": self.codes[: self.done], "errors": self.errors.sums}
-        write_encoded(path, lambda header: to_bytes(_KEY, header, tensors, _LIMIT), {"mark": mark})
+        header = {"mark": fingerprint}
+        write_encoded(path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header)
 
-    def restore(self, path: Path, mark: str) -> None:
+    def restore(self, path: Path, fingerprint: str) -> None:
         """Take up what a file has."""
         advice = "remove it to begin anew"
         try:
             header, tensors = from_file(path, _KEY, _LIMIT, "the state of an encoding")
-            if header["mark"] != mark:
+            if header["mark"] != fingerprint:
                 raise NacreError(f"{path}: is of another encoding; {advice}")
             codes = tensors["codes"]
             if codes.dtype != self.codes.dtype or codes.shape[1:] != self.codes.shape[1:]:

@@ -16,7 +16,7 @@ from nacre.textures import LatentMap
 from nacre.textures.capture import capture
 from nacre.textures.capture.recipe import find
 from nacre.textures.codecs import load_codec
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED
 from tests.render.chi_square import chi_square
 
 from .made import centres, hemisphere, hits

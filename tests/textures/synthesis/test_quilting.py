@@ -11,14 +11,11 @@ import pytest
 from nacre.errors import FormatError, NacreError
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
-from nacre.textures.embedding import appearance
 from nacre.textures.synthesis import synthesize
-from nacre.textures.synthesis.cuts import inside_cuts, minimum_error_cut
-from nacre.textures.synthesis.features import texel_features
-from nacre.textures.synthesis.patch_search import PatchSearch
+from nacre.textures.synthesis.patches import PatchSearch, inside_cuts, minimum_error_cut
+from nacre.textures.synthesis.quilted_map import texel_features
 from nacre.textures.synthesis.quilting import Quilting, quilt
-from nacre.textures.synthesis.scale import overlap_of, patch_size, tiles
-from nacre.textures.synthesis.seams import seam_contrast, seams
+from nacre.textures.synthesis.seams import overlap_of, patch_size, seam_contrast, seams, tiles
 from tests.textures.codecs.basis.made import codec
 
 
@@ -82,7 +79,7 @@ def test_the_search_is_the_sum_of_squares_at_every_position(periodic):
 def test_distances_of_appearance_are_those_of_roots_of_reflectance():
     made = latent(8, 8)
     found = texel_features(made).reshape(64, -1)
-    roots = appearance(made.codec, (made.wi, made.wo))(made.codes.reshape(64, 2))
+    roots = made.codec.embedding(made.wi, made.wo)(made.codes.reshape(64, 2))
     assert np.abs(found.mean(0)).max() < 1e-5
     a, b = np.triu_indices(64, 1)
     expected = np.square(roots[a] - roots[b]).sum(1)

@@ -17,14 +17,13 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
-from nacre.numerics.truncated_svd import leading_directions
+from nacre.numerics.pca import leading_directions
 from nacre.render.textures.angle_grid import node_directions
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.box_filter import level_shapes
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.codec import TexelMap, on_all_cores
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.mipmap import fill_levels, recorded
+from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
 GREYS, CHROMAS = 96, 16
 """Functions of gray values, and of both values of pairs of colors."""
@@ -75,7 +74,7 @@ def factor(
         Of the grid of directions, at least 2.
     levels
         Of the pyramid of means of reflectance that weights are of, from the map itself; see
-        :func:`nacre.textures.box_filter.level_shapes`.
+        :func:`nacre.textures.mipmap.level_shapes`.
     progress
         Called with the nodes done.
 

@@ -18,7 +18,7 @@ from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, require
 from nacre.render import adapter
 from nacre.render.engine import mitsuba
-from nacre.render.textures.decoders import BasisDecoder, HitDecoder, NetworkDecoder, TableDecoder
+from nacre.render.textures.decoders import HIT_DECODERS, HitDecoder, TableDecoder
 from nacre.render.textures.factors import CHROMAS, GREYS, factor
 from nacre.render.textures.lobes import latent_lobes, table_lobes
 from nacre.render.textures.measured import MeasuredDecoder, Sides
@@ -28,12 +28,9 @@ from nacre.render.textures.relief import Relief, read_heights
 from nacre.render.textures.texels import INTERPOLATIONS, Records, TexelGrid, record_bytes
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.tilted import TiltedMixture
-from nacre.textures.box_filter import level_shapes
-from nacre.textures.codecs.basis.codec import BasisCodec
-from nacre.textures.codecs.principal.codec import PcaCodec
 from nacre.textures.latent_file import load_latent_map
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.mipmap import LatentPyramid
+from nacre.textures.mipmap import LatentPyramid, level_shapes
 
 DECODERS = "table", "network"
 COEFFICIENTS = "auto", "texture", "hit"
@@ -217,14 +214,19 @@ def plugins(variant: str) -> dict[str, Any]:
         ) -> tuple[int, int, Floats]:
             latent: LatentMap = load_latent_map(path) if path is not None else source
             codec, codes = latent.codec, latent.codes
-            if isinstance(codec, PcaCodec):
+            if not codec.any_directions:
                 raise NacreError(
-                    f"{latent.name}: principal components are known at their own directions only; "
-                    "decode it (nacre btf decode) and render that with measuredbtf"
+                    f"{latent.name}: its codec knows its own directions only; decode it (nacre btf "
+                    "decode) and render that with measuredbtf"
                 )
             height, width, values = codes.shape
             resolution = int(_number(properties, "resolution", RESOLUTION, 2.0))
             tabulated = _choice(properties, "decoder", DECODERS) == "table"
+            if not tabulated and codec.hit_form not in HIT_DECODERS:
+                raise NacreError(
+                    f"{latent.name}: a codec of kind {codec.kind} cannot run at every hit; take "
+                    "decoder 'table'"
+                )
             half = _choice(properties, "precision", ("single", "half")) == "half"
             coefficients = _choice(properties, "coefficients", COEFFICIENTS)
 
@@ -234,8 +236,8 @@ def plugins(variant: str) -> dict[str, Any]:
             def texel_bytes(numbers: int, half: bool) -> int:
                 return texels * record_bytes(numbers, half)
 
-            expanded = isinstance(codec, BasisCodec) and coefficients != "hit"
-            wide = len(codec.prior.deviations) if isinstance(codec, BasisCodec) else values
+            wide = codec.expanded_dim or values
+            expanded = codec.expanded_dim is not None and coefficients != "hit"
             if coefficients == "auto" and texel_bytes(wide, half) > self.memory:
                 expanded = False
             needed = texel_bytes(wide if expanded else values, half)
@@ -252,10 +254,7 @@ def plugins(variant: str) -> dict[str, Any]:
             if self.pixel_angle:
                 maps = list(LatentPyramid.build(latent, progress=progress).levels)
             flat = np.concatenate([one.reshape(-1, values) for one in maps])
-            if isinstance(codec, BasisCodec):
-                self.decoder = BasisDecoder(mi, codec, flat, expanded, half)
-            else:
-                self.decoder = NetworkDecoder(mi, codec, flat, half)
+            self.decoder = HIT_DECODERS[codec.hit_form](mi, codec, flat, expanded, half)
             return height, width, latent_lobes(latent)
 
     class MeasuredTexture(Texture):

@@ -11,8 +11,7 @@ from scipy.ndimage import minimum_filter, uniform_filter
 
 from nacre.array import Floats
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.synthesis.cuts import inside_cuts
-from nacre.textures.synthesis.patch_search import PatchSearch
+from nacre.textures.synthesis.patches import PatchSearch, inside_cuts
 
 _REPETITION = 0.3
 """How much errors of patches count more where the input has been used as often as on average."""

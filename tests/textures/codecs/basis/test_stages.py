@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from nacre.btf import TableBtf
-from nacre.textures.codecs.basis.stages import Stages
+from nacre.textures.codecs.basis.codec import BasisCodec
 from tests.textures.codecs.basis.test_basis import SMALL, made_texture
+from tests.textures.support import run_of
 
 pytest.importorskip("torch", reason="training takes PyTorch")
 
@@ -24,7 +25,7 @@ def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:
     from nacre.textures.codecs.basis.training import train_basis
 
     recipe = BasisRecipe(
-        values=4, greys=6, chromas=2, width=8, wide=8, hidden=8, completing=8, texels=16,
+        code_dim=4, luma_count=6, chroma_count=2, width=8, wide=8, hidden=8, completing=8, texels=16,
         coded_texels=16, function_steps=4, code_steps=4,
     )  # fmt: skip
     wi, wo = SMALL.pairs()
@@ -42,16 +43,15 @@ def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:
         return lambda: Counting(made_texture(seed, wi, wo).values, wi, wo)
 
     textures = [opening(seed) for seed in range(5)]
-    stages = Stages(tmp_path / "state", "mark")
+    run = run_of(textures, state=tmp_path / "state")
     with pytest.raises(Killed):
-        train_basis(textures, recipe, stages=stages)
+        train_basis(run, recipe)
     killing = False
-    resumed = train_basis(textures, recipe, stages=stages)
+    resumed = train_basis(run, recipe)
     assert reads == {0: 2, 1: 2, 2: 2, 3: 3, 4: 2}
     kept = {path.name for path in tmp_path.iterdir()}
     assert not any("texels-" in name or "coefficients-" in name for name in kept)
-    whole = train_basis(textures, recipe)
+    whole = train_basis(run_of(textures), recipe)
     for one, other in ((resumed.decode, whole.decode), (resumed.complete, whole.complete)):
         np.testing.assert_array_equal(one.linear, other.linear)
-    stages.remove()
-    assert not list(tmp_path.iterdir())
+    assert set(BasisCodec.state_files(tmp_path / "state")) == set(tmp_path.iterdir())

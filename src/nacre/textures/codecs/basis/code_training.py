@@ -1,4 +1,4 @@
-"""Codes of the default codec: an autoencoder over coefficients, and what it errs by."""
+"""Codes of the default codec: an autoencoder over coefficients, and its errors."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from nacre.array import Floats
-from nacre.numerics.channels import TURNS
+from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
-from nacre.textures.codecs.basis.functions import FunctionValues
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
 from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 512
@@ -93,7 +92,7 @@ class _Training:
     def autoencoder(self, report: Progress, stages: Stages) -> _Coder:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
-        forward, back = _linear_start(self._data, deviations, self._recipe.values)
+        forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
         encode = SkipTraining(forward, hidden, self._generator)
         decode = SkipTraining(back, hidden, self._generator)
 
@@ -122,8 +121,10 @@ class _Training:
             wanted = torch.cat([part.of(self._values) for part in parts])
             pairs = list(zip(parts, subsets, strict=True))
             seen = torch.cat([part.of(estimates[subset]) for part, subset in pairs])
-            shares = torch.cat([known[subset].expand(len(part.one), -1) for part, subset in pairs])
-            found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
+            fractions = torch.cat(
+                [known[subset].expand(len(part.one), -1) for part, subset in pairs]
+            )
+            found = complete(torch.cat([seen / self._scale, fractions], 1)) * self._scale
             return self._error(found - wanted, parts)
 
         self._descend([complete], loss, "completion", report, stages)
@@ -135,8 +136,8 @@ class _Training:
         values, residuals = self._data.values, self._data.residuals + 1e-7
         energy = np.square(values).sum(1) / 3.0 + residuals
         covariance = np.zeros((values.shape[1],) * 2)
-        for estimate, share in zip(self._estimates, self._known, strict=True):
-            error = values - complete.given(share)(estimate)
+        for estimate, fraction in zip(self._estimates, self._known, strict=True):
+            error = values - complete.given(fraction)(estimate)
             error /= np.sqrt(energy)[:, None]
             covariance += error.T @ error
         covariance /= len(self._estimates) * len(values)
@@ -165,9 +166,9 @@ class _Training:
         parts = []
         for order in self._orders[self._draw(len(self._orders), _PARTS)]:
             one, other = self._draw(len(self._values), 2 * count).chunk(2)
-            share = torch.rand(count, 1, generator=self._generator)
-            share *= torch.rand(count, 1, generator=self._generator) < _MIXED
-            parts.append(_Part(one, other, share, order))
+            fraction = torch.rand(count, 1, generator=self._generator)
+            fraction *= torch.rand(count, 1, generator=self._generator) < _MIXED
+            parts.append(_Part(one, other, fraction, order))
         return parts
 
     def _error(self, difference: Tensor, parts: list[_Part]) -> Tensor:
@@ -177,21 +178,21 @@ class _Training:
 
 
 class _Part(NamedTuple):
-    """Pairs of texels, the share of the second ones in their mixture, an order of the channels."""
+    """Pairs of texels, fractions of the second ones in mixtures, an order of the channels."""
 
     one: Tensor
     other: Tensor
-    share: Tensor
+    fraction: Tensor
     order: Tensor
 
     def of(self, table: Tensor) -> Tensor:
         """Coefficients of the mixtures, from a table of those of all texels."""
-        return torch.lerp(table[self.one], table[self.other], self.share) @ self.order
+        return torch.lerp(table[self.one], table[self.other], self.fraction) @ self.order
 
     def left(self, residuals: Tensor) -> Tensor:
         """What the functions leave of mixtures: that of two texels is taken to be independent."""
-        share = self.share[:, 0]
-        return residuals[self.one] * (1.0 - share) ** 2 + residuals[self.other] * share**2
+        fraction = self.fraction[:, 0]
+        return residuals[self.one] * (1.0 - fraction) ** 2 + residuals[self.other] * fraction**2
 
 
 def _first_prior(data: TrainingTexels) -> Prior:
@@ -216,10 +217,12 @@ def _estimates(
 
 def _orders_of_channels(functions: FunctionValues) -> Floats:
     """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
-    greys, chromas = functions.grey.shape[1], functions.chroma.shape[1]
-    changes = np.tile(np.eye(greys + 2 * chromas, dtype=np.float32), (len(TURNS), 1, 1))
-    for change, turn in zip(changes, TURNS, strict=True):
-        change[greys:, greys:] = np.kron(turn, np.eye(chromas))
+    luma_count, chroma_count = functions.luma.shape[1], functions.chroma.shape[1]
+    changes = np.tile(
+        np.eye(luma_count + 2 * chroma_count, dtype=np.float32), (len(CHROMA_PERMUTATIONS), 1, 1)
+    )
+    for change, permutation in zip(changes, CHROMA_PERMUTATIONS, strict=True):
+        change[luma_count:, luma_count:] = np.kron(permutation, np.eye(chroma_count))
     return changes
 
 

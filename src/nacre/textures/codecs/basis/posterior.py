@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.functions import FunctionValues
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 
 Double = npt.NDArray[np.float64]
 
@@ -56,20 +55,20 @@ class Observation:
 
     def __init__(self, functions: FunctionValues, prior: Prior) -> None:
         self.functions, self.prior = functions, prior
-        grey, chroma = (
-            block.astype(np.float64).T @ block for block in (functions.grey, functions.chroma)
+        luma, chroma = (
+            block.astype(np.float64).T @ block for block in (functions.luma, functions.chroma)
         )
-        self.sizes = [len(grey), len(chroma), len(chroma)]
+        self.sizes = [len(luma), len(chroma), len(chroma)]
         self.gram = np.zeros((sum(self.sizes),) * 2)
         start = 0
-        for block in (grey, chroma, chroma):
+        for block in (luma, chroma, chroma):
             self.gram[start : start + len(block), start : start + len(block)] = block
             start += len(block)
 
     def moments(self, texels: Floats) -> Floats:
         """Products of the functions with roots of reflectance (b, n, 3) less the mean: (b, K)."""
-        grey, chroma = split_reflectance(texels, self.functions.mean)
-        parts = [grey @ self.functions.grey, *(c @ self.functions.chroma for c in chroma)]
+        luma, chroma = split_reflectance(texels, self.functions.mean)
+        parts = [luma @ self.functions.luma, *(c @ self.functions.chroma for c in chroma)]
         return np.concatenate(parts, axis=1)
 
     @cached_property

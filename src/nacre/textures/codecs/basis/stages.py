@@ -13,7 +13,7 @@ from nacre.io.files import write_encoded
 from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.runtime.checkpoint import load_state, save_state
 from nacre.runtime.interrupts import uninterrupted
-from nacre.textures.codecs.basis.file import pack_fields, unpack_fields
+from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
 
 _KEY = "nacre training stage"
 _LIMIT = 1 << 34
@@ -87,7 +87,7 @@ class Stages:
         name: str,
         count: int,
         tensors: Sequence[Any],
-        optimisers: Sequence[Any],
+        optimizers: Sequence[Any],
         generator: Any,
     ) -> Iterator[int]:
         """Numbers of steps, from the first that has not been taken; Ctrl-C waits for their ends.
@@ -110,8 +110,8 @@ class Stages:
         def restore(state: dict[str, Any]) -> int:
             for mine, saved in zip(tensors, state["tensors"], strict=True):
                 mine.data.copy_(saved)
-            for optimiser, saved in zip(optimisers, state["optimisers"], strict=True):
-                optimiser.load_state_dict(saved)
+            for optimizer, saved in zip(optimizers, state["optimizers"], strict=True):
+                optimizer.load_state_dict(saved)
             generator.set_state(state["generator"])
             return int(state["step"])
 
@@ -119,7 +119,7 @@ class Stages:
             if path is not None:
                 state = {
                     "tensors": [tensor.detach() for tensor in tensors],
-                    "optimisers": [optimiser.state_dict() for optimiser in optimisers],
+                    "optimizers": [optimizer.state_dict() for optimizer in optimizers],
                     "generator": generator.get_state(),
                     "step": step,
                 }

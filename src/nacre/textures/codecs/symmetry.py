@@ -1,4 +1,4 @@
-"""Turns about the normal that map a set of directions onto itself."""
+"""Rotations about the normal that map a set of directions onto itself."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from nacre.array import Floats
 from nacre.geometry import join, split, turn
 from nacre.measured.textures.directions import SAME
 
-_MOST_TURNS = 24
+_MAX_ROTATIONS = 24
 
 
-def symmetric_turns(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
-    """Orders of the pairs, shape (n,) each, that stand for the texel turned about its normal.
+def symmetric_rotations(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
+    """Orders of the pairs, shape (n,) each, that stand for the texel rotated about its normal.
 
-    Values v of a texel become v[order] when it is turned. The first order changes nothing. They are
-    the multiples of the smallest angle 2 pi / k, k up to 24, that the set of pairs allows: six for
-    the domes of Bonn and UTIA's neighbor, one for scattered directions.
+    Values v of a texel become v[order] when it is rotated. The first order changes nothing. They
+    are the multiples of the smallest angle 2 pi / k, k up to 24, that the set of pairs allows: six
+    for the domes of Bonn and UTIA's neighbor, one for scattered directions.
     """
     pairs = np.concatenate([wi, wo], axis=1)
     tree = KDTree(pairs)
-    for count in range(_MOST_TURNS, 1, -1):
+    for count in range(_MAX_ROTATIONS, 1, -1):
         orders = [np.arange(len(wi))]
         for k in range(1, count):
             order = _order(tree, wi, wo, 2.0 * math.pi * k / count)
