@@ -64,7 +64,7 @@ def test_an_animation_of_a_moving_light(capsys: pytest.CaptureFixture[str], clot
 
     options = ("--size", 24, "--spp", 1, "--frames", 3, "--path", "over", *LIT)
     assert run("btf", "render", "grey.npz", *options) == 0
-    assert "gray.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
+    assert "grey.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
     assert run("btf", "render", "grey.npz", *options, "--reference", "grey.npz", "-o", "a.png") == 0
     shown = capsys.readouterr().out
     assert "a.png: 3 frames of 800 x 404 pixels, 1 samples per pixel, MSE x 1e4 0," in shown
