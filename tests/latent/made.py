@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nacre.analytic import Ggx
-from nacre.latent import Autoencoder, Basis, Hypernetwork, LobePredictor, NeuralBasis, train
+from nacre.latent import Autoencoder, Hypernetwork, LobePredictor, NeuralBasis, PcaBasis, PcaRecipe
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT
 from nacre.latent.weights import COUNT, flat_weights
 from nacre.measured.merl import Resolution
@@ -37,8 +37,8 @@ NEW = material(100)
 
 
 @cache
-def basis(values: int = 6, separate: bool = False) -> Basis:
-    return train(MATERIALS, values, GRID, separate=separate)
+def basis(values: int = 6, separate: bool = False) -> PcaBasis:
+    return PcaBasis.train(MATERIALS, PcaRecipe(values, GRID, separate))
 
 
 @cache

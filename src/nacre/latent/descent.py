@@ -26,7 +26,7 @@ def descend(
     adam: Any,
     loss: Callable[[int], Tensor],
     rates: npt.NDArray[np.float32],
-    mark: str,
+    fingerprint: str,
     checkpoint: Path | None,
     report: Progress,
     stage: str = "training",
@@ -42,7 +42,7 @@ def descend(
         so that training goes on as if it never stopped.
     rates
         Learning rate of every step.
-    mark
+    fingerprint
         What must be the same for a training to go on.
     checkpoint
         File for the state; begins there if it exists.
@@ -58,7 +58,7 @@ def descend(
     """
     step, last = 0, math.inf
     if checkpoint is not None and checkpoint.exists():
-        step, last = _resume(adam, mark, checkpoint)
+        step, last = _resume(adam, fingerprint, checkpoint)
     with one_thread():
         for index in range(step, len(rates)):
             for group in adam.param_groups:
@@ -71,30 +71,30 @@ def descend(
             if step % 50 == 0 or step == len(rates):
                 report(stage, step, len(rates), f"loss {last:.4f}")
             if checkpoint is not None and step % _SAVE_EVERY == 0:
-                _save(adam, mark, step, last, checkpoint)
+                _save(adam, fingerprint, step, last, checkpoint)
     if not math.isfinite(last):
         raise NacreError("training of the basis diverged; lower the learning rate")
     return last
 
 
-def _resume(adam: Any, mark: str, checkpoint: Path) -> tuple[int, float]:
+def _resume(adam: Any, fingerprint: str, checkpoint: Path) -> tuple[int, float]:
     def restore(state: dict[str, Any]) -> tuple[int, float]:
         adam.load_state_dict(state["adam"])
         for mine, saved in zip(_parameters(adam), state["parameters"], strict=True):
             mine.data.copy_(saved)
         return int(state["step"]), float(state["loss"])
 
-    return load_state(checkpoint, mark, restore)
+    return load_state(checkpoint, fingerprint, restore)
 
 
-def _save(adam: Any, mark: str, step: int, loss: float, checkpoint: Path) -> None:
+def _save(adam: Any, fingerprint: str, step: int, loss: float, checkpoint: Path) -> None:
     state = {
         "step": step,
         "loss": loss,
         "adam": adam.state_dict(),
         "parameters": [p.data for p in _parameters(adam)],
     }
-    save_state(checkpoint, mark, state)
+    save_state(checkpoint, fingerprint, state)
 
 
 def _parameters(adam: Any) -> list[Tensor]:

@@ -17,9 +17,9 @@ from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
     input_count,
-    network_inputs,
     turns_half_vector,
 )
+from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
@@ -62,7 +62,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
 
 
 @dataclass(eq=False)
-class NeuralBrdf(Brdf):
+class NeuralBrdf(NetworkBrdf):
     """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
 
     Parameters
@@ -137,14 +137,9 @@ class NeuralBrdf(Brdf):
         same = {entry.name: getattr(self, entry.name) for entry in fields(NeuralBrdf)}
         return NeuralBrdf(**same | {"layers": layers})
 
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        xp = namespace(*wi, *wo)
-        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic, self.inputs)
-        for index, layer in enumerate(self.layers):
-            if index:
-                values = [xp.maximum(v, 0.0) for v in values]
-            values = xp.dense(values, layer.weights, layer.biases)
+    def from_outputs(self, values: Sequence[Array]) -> Components:
+        """See :class:`nacre.neural.network.NetworkBrdf`."""
+        xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
