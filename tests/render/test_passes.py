@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.errors import NacreError
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.passes import PASS, accumulate, needs_wavefronts, pass_sizes, wavefront_pass
 from nacre.render.preview import render_scene
 from nacre.render.textures.scene import describe_texture_scene

@@ -372,7 +372,7 @@ def test25_what_was_refused_is_not_rendered_with(rgb: Any) -> None:
         nacre.render.bsdf(network(1), "textures")
     codes = latent(np.ones((2, 2, 3)), FlatCodec())
     with pytest.raises(nacre.NacreError) as second:
-        nacre.render.texture_bsdf(codes, resolution=40, memory=8)
+        nacre.render.bsdf(codes, resolution=40, memory=8)
     assert first.tb is not None
     assert second.tb is not None  # both keep what was begun, as notebooks do
     image = np.array(rgb.render(rgb.load_dict(sphere_scene(rgb, {"type": "diffuse"})), spp=1))

@@ -269,6 +269,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
         self.basis, self.code, self.name = basis, basis.checked(code), name
         output = (basis.functions @ basis.channel_weights(self.code)).astype(np.float32)
         self.inputs, self.layers = ENHANCED, [*basis.hidden, Layer(output[:-1], output[-1])]
+        self.shared_layers = len(basis.hidden)
         check_weights(self.layers)
 
     @property
