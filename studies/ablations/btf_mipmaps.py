@@ -21,9 +21,10 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf import Btf
+from nacre.formats import load_btf as load
 from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
-from nacre.textures import LatentMap, load
+from nacre.textures import LatentMap
 from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project

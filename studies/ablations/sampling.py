@@ -31,7 +31,6 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -42,8 +41,7 @@ import nacre
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
-from nacre.latent import NeuralBasis
-from nacre.latent.pretrained import find_basis
+from nacre.latent import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.render.environment import load_environment
 from nacre.reproduce.samplers import PREDICTED, sampler
@@ -95,8 +93,8 @@ SAMPLERS: dict[str, Callable[[Brdf], Sampler]] = {
 def predicted(name: str) -> dict[str, Callable[[Brdf], Sampler]]:
     """Samplers that a basis predicts, by name."""
     basis = find_basis(name)
-    if not isinstance(basis, NeuralBasis):
-        raise NacreError(f"{name}: is no neural basis")
+    if not basis.predictors:
+        raise NacreError(f"{name}: predicts no lobes")
     return {f"`{kind}`": sampler(kind, basis) for kind in PREDICTED}
 
 
@@ -153,10 +151,9 @@ def relative_times(
         (MEASURED, "table"): mi.load_dict({"type": "measured", "filename": str(path)})
     }
     for name, fit in SAMPLERS.items():
-        sampled = nacre.load(path)
-        sampled.sampler = fit(table)
-        bsdfs[name, "table"] = nacre.render.bsdf(sampled)
-        bsdfs[name, "network"] = nacre.render.bsdf(replace(network, sampler=sampled.sampler))
+        sampler = fit(table)
+        for kind, brdf in (("table", nacre.load(path)), ("network", network)):
+            bsdfs[name, kind] = nacre.render.bsdf(brdf.replaced(sampler=sampler))
     scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
     for seed in range(options.rounds + 2):
@@ -179,9 +176,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
     samplers = SAMPLERS | predicted(options.basis)
     for name, fit in samplers.items():
-        sampled = nacre.load(path)
-        sampled.sampler = fit(table)
-        bsdfs[name] = nacre.render.bsdf(sampled)
+        bsdfs[name] = nacre.render.bsdf(nacre.load(path).replaced(sampler=fit(table)))
     return {
         name: {light: noise(mi, bsdf, light, options.size, options.repetitions) for light in LIGHTS}
         for name, bsdf in bsdfs.items()

@@ -72,14 +72,14 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
     for material in materials:
         table = folder / "rgl" / f"{material}_rgb.bsdf"
         network = nacre.load(folder / "pretrained" / "rgl" / f"{material}_rgb.h5")
-        network.sampler = LOBES
+        network = network.replaced(sampler=LOBES)
         found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
         found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
         truth = nacre.load(table)
         for inputs in ("paper", "enhanced"):
             fitted = nacre.fit(truth, nacre.Recipe(inputs=inputs, epochs=5))
-            fitted.sampler = LOBES
-            found[f"{material}, nbrdf of {inputs} inputs"] = nacre.render.bsdf(fitted)
+            bsdf = nacre.render.bsdf(fitted.replaced(sampler=LOBES))
+            found[f"{material}, nbrdf of {inputs} inputs"] = bsdf
         if cooperative:
             found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(network, "cooperative")
     return found

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import nacre
 from nacre import textures
 from tests.cli.support import run
 from tests.render.textures.made import latent, picture
@@ -23,7 +24,7 @@ def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     codes = np.random.default_rng(1).normal(size=(2, 4, 2))
     textures.save_latent_map(latent(codes, codec(1)), "cloth.safetensors")
-    textures.save(picture(np.full((2, 4, 3), 0.5)), "grey.npz")
+    nacre.save(picture(np.full((2, 4, 3), 0.5)), "grey.npz")
     return tmp_path
 
 

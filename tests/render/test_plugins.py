@@ -95,8 +95,8 @@ LOBES = [
 def test03_samples_follow_the_density(
     rgb: Any, name: str, specular: float, exponent: float, degrees: float
 ) -> None:
-    brdf = reflectance(name)
-    brdf.sampler = nacre.sampling.BlinnPhongMixture(specular, exponent)
+    sampler = nacre.sampling.BlinnPhongMixture(specular, exponent)
+    brdf = reflectance(name).replaced(sampler=sampler)
     test = chi_square(rgb, nacre.render.bsdf(brdf), degrees)
     assert test.run(test_count=3 * len(LOBES), quiet=True), test.messages
 
@@ -415,24 +415,21 @@ assert nacre.render.mitsuba("scalar_rgb").variant() == "llvm_ad_rgb"
     [(m, a) for m in MIXTURES for a in GRAZING if m != "sharp" or 0.0 < a < 80.0],
 )
 def test22_samples_of_ggx_mixtures_follow_the_density(rgb: Any, name: str, degrees: float) -> None:
-    brdf = network(1)
-    brdf.sampler = MIXTURES[name]
+    brdf = network(1).replaced(sampler=MIXTURES[name])
     test = chi_square(rgb, nacre.render.bsdf(brdf), degrees)
     assert test.run(test_count=len(MIXTURES) * len(GRAZING), quiet=True), test.messages
 
 
 @pytest.mark.parametrize("name", ["sharp and diffuse", "two lobes"])
 def test23_a_density_of_ggx_that_is_off_is_found(rgb: Any, name: str) -> None:
-    brdf = network(1)
-    brdf.sampler = MIXTURES[name]
+    brdf = network(1).replaced(sampler=MIXTURES[name])
     for distort in (lambda pdf, wo: 1.06 * pdf, lambda pdf, wo: pdf * (1.0 + 0.1 * wo.x)):
         assert not chi_square(rgb, nacre.render.bsdf(brdf), 45.0, distort).run(quiet=True)
 
 
 @pytest.mark.parametrize("name", MIXTURES)
 def test24_densities_of_ggx_mixtures_are_numpys(rgb: Any, directions: Pairs, name: str) -> None:
-    brdf, (wi, wo) = network(1), directions
-    brdf.sampler = MIXTURES[name]
+    brdf, (wi, wo) = network(1).replaced(sampler=MIXTURES[name]), directions
     bsdf, context = nacre.render.bsdf(brdf), rgb.BSDFContext()
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
     expected = brdf.pdf(wi, wo)

@@ -61,7 +61,7 @@ class ByImage(TableBtf):
         raise AssertionError("reads every image")
 
     def images(self, chosen: Indices | slice) -> npt.NDArray[np.float32]:
-        self.read += np.arange(self.pair_count)[chosen].tolist()
+        self.read.extend(np.arange(self.pair_count)[chosen].tolist())
         return super().images(chosen)
 
 

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
+from nacre.formats import is_btf
+from nacre.formats import load_btf as load
 from nacre.io.files import digest
 from nacre.measured.textures import UTIA
-from nacre.textures import LatentMap, NeuralBtf, load, load_latent_map, save_latent_map
+from nacre.textures import LatentMap, NeuralBtf, load_latent_map, save_latent_map
 from nacre.textures.codecs import save_codec
-from nacre.textures.formats import is_btf
 from nacre.textures.latent_map import CodecFile
 from tests.textures.codec_files import header_and_tensors, rewrite
 from tests.textures.codecs.basis.made import codec

@@ -98,14 +98,14 @@ def train(
 )
 def encode(source: Path, basis_name: str, output: Path, refine: bool) -> None:
     """Find the code of an isotropic material."""
-    from nacre.formats import load
+    from nacre.formats import load_brdf
     from nacre.latent import find_basis, save_code
 
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
     check_outputs([output], [source, Path(basis_name)])
     basis = find_basis(basis_name)
-    brdf = load(source)
+    brdf = load_brdf(source)
     code = basis.encode(brdf, refine=refine)
     save_code(basis.decode(code, brdf.name), output)
     console.print(f"{output}: {len(code)} values ({4 * len(code)} bytes)", markup=False)

@@ -252,7 +252,7 @@ def _noise(
     fresh: bool,
 ) -> None:
     """The figures of noise, which compare samplers and not representations."""
-    from nacre.formats import load
+    from nacre.formats import load_brdf
     from nacre.reproduce.noise import NoiseSettings
     from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
     from nacre.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS
@@ -261,7 +261,7 @@ def _noise(
     if chosen:
         names = _names(chosen, SAMPLERS)
     else:  # codes are for isotropic materials
-        coded = all(load(path).isotropic for path in files)
+        coded = all(load_brdf(path).isotropic for path in files)
         names = [name for name in DEFAULT if coded or name not in PREDICTED]
     settings = NoiseSettings(seed=seed)
     if quick:
@@ -294,8 +294,8 @@ def _names(chosen: str, known: Container[str]) -> list[str]:
 
 def _check_anisotropic(files: tuple[Path, ...], experiment: str) -> None:
     """Raise if a material is isotropic."""
-    from nacre.formats import load
+    from nacre.formats import load_brdf
 
     for path in files:
-        if load(path).isotropic:
+        if load_brdf(path).isotropic:
             raise NacreError(f"{path}: is isotropic; {experiment} is of anisotropic materials")

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.color import tone_map
 from nacre.errors import require
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import is_code, load_code
 from nacre.latent.map import embed
@@ -41,7 +41,7 @@ def coded(
         if is_code(path):
             found.append(load_code(path, basis))
         else:
-            brdf = load(path)
+            brdf = load_brdf(path)
             found.append(basis.decode(basis.encode(brdf), brdf.name))
         progress("encoding", index + 1, len(files), "")
     return found

@@ -26,7 +26,7 @@ from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
 from nacre.runtime.progress import Progress
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Autoencoder(WeightBasis):
     """Two layers from the 675 weights of a network to a code, and two back.
 

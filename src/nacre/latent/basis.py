@@ -20,7 +20,7 @@ from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
 from nacre.latent.directions import check_isotropic
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.runtime.frozen import Frozen
+from nacre.runtime.described import Described, readable_size
 from nacre.runtime.progress import Progress
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ LARGEST = 1e6
 Vector = npt.NDArray[np.float64]
 
 
-class LatentBasis(Frozen):
+class LatentBasis(Described):
     """A space of isotropic reflectances: it finds the code of one, and decodes any code.
 
     A subclass has a :attr:`kind` and a :attr:`Recipe`, gives :meth:`decode`, :meth:`pack`,
@@ -127,9 +127,9 @@ class LatentBasis(Frozen):
         base
             A basis of the kind :attr:`builds_on`; trained as well where None.
         checkpoint
-            File for the state of the training, from which a later call goes on. It stays, for the
-            caller to remove once the basis is saved; see :meth:`states`. Ignored where training
-            takes seconds.
+            File of a :class:`nacre.runtime.store.Store` for the state of the training, from which a
+            later call goes on. It stays, for the caller to remove once the basis is saved. Not used
+            where training takes seconds.
         progress
             Called as it goes on.
 
@@ -141,11 +141,6 @@ class LatentBasis(Frozen):
             If there are fewer than two materials, one is known at none of the directions, training
             diverges, or the checkpoint is of another training or damaged.
         """
-
-    @classmethod
-    def states(cls, checkpoint: Path) -> list[Path]:
-        """Files that a training with this checkpoint may leave."""
-        return [checkpoint]
 
     @classmethod
     def recipe(cls, options: Mapping[str, Any]) -> Any:
@@ -227,6 +222,13 @@ class LatentBasis(Frozen):
         for name in sorted(tensors):
             digest.update(tensors[name].tobytes())
         return digest.hexdigest()
+
+    def summary(self) -> str:
+        """Number of values in a code, and size, in a few words."""
+        return f"{self.code_dim} values, {readable_size(self.nbytes)}"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.summary()}>"
 
     def _without_predictors(self) -> LatentBasis:
         """The same space of codes: predictors may be trained again."""

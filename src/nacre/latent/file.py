@@ -142,8 +142,7 @@ def load_code(path: PathLike, basis: LatentBasis) -> CodedBrdf:
         material = basis.decode([float(v) for v in values], name)
     except (ValueError, OverflowError) as error:
         raise FormatError(f"{path}: values: {reason(error)}") from error
-    material.source = {"file": Path(path).name}
-    return material
+    return material.replaced(source={"file": Path(path).name})
 
 
 def is_code(path: PathLike) -> bool:

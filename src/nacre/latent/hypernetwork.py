@@ -39,6 +39,7 @@ from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 
 COLUMN = SIZES[-2] + 1
 """Weights and bias of one output."""
@@ -46,7 +47,7 @@ HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
 """Weights and biases of the hidden layers."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hypernetwork(WeightBasis):
     """Four layers from a code to the weights of a network, about the basis that has the code.
 
@@ -137,11 +138,6 @@ class Hypernetwork(WeightBasis):
         return cls(basis, **named_layers(tensors, cls.LAYERS), metadata=header["metadata"])
 
     @classmethod
-    def states(cls, checkpoint: Path) -> list[Path]:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
-        return [checkpoint, checkpoint.with_name(f"{checkpoint.name}-neural")]
-
-    @classmethod
     def train(
         cls,
         materials: Sequence[Callable[[], Brdf]],
@@ -158,7 +154,7 @@ class Hypernetwork(WeightBasis):
         if base is None:
             steps = min(recipe.steps, BasisRecipe.steps)
             settings = BasisRecipe(code_dim=recipe.code_dim, steps=steps, seed=recipe.seed)
-            state = cls.states(checkpoint)[1] if checkpoint else None
+            state = Store(checkpoint).file("neural") if checkpoint else None
             base = NeuralBasis.train(materials, settings, checkpoint=state, progress=progress)
         assert isinstance(base, NeuralBasis)
         return train_hypernetwork(base, recipe, checkpoint=checkpoint, progress=progress)

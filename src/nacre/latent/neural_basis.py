@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -54,7 +54,7 @@ _FARTHEST = 100.0
 """Bound of the values that are found."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NeuralBasis(LatentBasis):
     """A network whose outputs are functions that materials are sums of.
 
@@ -197,7 +197,7 @@ class NeuralBasis(LatentBasis):
         return NeuralBasisBrdf(self, code, name)
 
     def _without_predictors(self) -> NeuralBasis:
-        return replace(self, predictors={})
+        return self.replaced(predictors={})
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
         """See :class:`LatentBasis`."""
@@ -265,8 +265,11 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
         If the code has another length, or a value is a million or more.
     """
 
+    isotropy_known = True
+
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
-        self.basis, self.code, self.name = basis, basis.checked(code), name
+        super().__init__(name=name)
+        self.basis, self.code = basis, basis.checked(code)
         output = (basis.functions @ basis.channel_weights(self.code)).astype(np.float32)
         self.inputs, self.layers = ENHANCED, [*basis.hidden, Layer(output[:-1], output[-1])]
         self.shared_layers = len(basis.hidden)

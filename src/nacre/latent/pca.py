@@ -48,7 +48,7 @@ _TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")
 """Of a file."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PcaBasis(LatentBasis):
     """Principal components over the nodes of a grid at which every training material is known.
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.geometry import join, split, to_spherical, turn, uniform_hemisphere
+from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.latent.directions import isotropic_values, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.sampling.moment import propose_lights
@@ -145,7 +145,7 @@ def lit_views(seed: int) -> LitViews:
     squared_sines = (np.arange(_VIEWS) + 0.5) / _VIEWS  # a sphere shows all of them alike
     wo, wi, density = propose_lights(squared_sines, _PER_VIEW, seed)
     azimuth = to_spherical(split(wo))[1]
-    wo, wi = (join(turn(split(w), -azimuth)) for w in (wo, wi))
+    wo, wi = (join(rotate(split(w), -azimuth)) for w in (wo, wi))
     random = np.random.default_rng((seed, 6))
     above = join(uniform_hemisphere(*random.random((2, _VIEWS, _LIGHTS))))
     near = wo[:, :1] * (-1.0, -1.0, 1.0) + random.normal(0.0, _SPREAD, above.shape)

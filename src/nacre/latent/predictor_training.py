@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -69,7 +68,7 @@ def with_predictors(
     """
     if not len(basis.examples):
         raise NacreError("predictors of lobes need a basis with examples")
-    return replace(basis, predictors=train_predictors(basis, basis.examples, recipe, progress))
+    return basis.replaced(predictors=train_predictors(basis, basis.examples, recipe, progress))
 
 
 def train_predictors(

@@ -145,7 +145,7 @@ class WeightBasis(LatentBasis):
         return CodedNetwork(self, code, name)
 
 
-class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):  # type: ignore[override]  # as in the former
+class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
     """A network and the code that stands for it.
 
     Parameters
@@ -168,7 +168,6 @@ class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):  # type: ignore[over
         layers = network_layers(basis.weights(clipped(self.code)[None])[0])
         check_weights(layers)
         super().__init__(layers, name=name)
-        del self.__dict__["sampler"]  # so that lobes are fitted when they are first asked for
 
 
 def clipped(code: npt.ArrayLike) -> Matrix:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats
 from nacre.brdf import Brdf
-from nacre.geometry import split, turn
+from nacre.geometry import rotate, split
 from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
@@ -126,4 +126,4 @@ def direction_inputs(samples: DirectionSamples, isotropic: bool, inputs: str = P
 def _spread_azimuths(wi: Components, wo: Components) -> tuple[Components, Components]:
     """Pairs turned about the normal, one after the other by the golden angle."""
     angle = (np.arange(len(wi[0])) * _GOLDEN_ANGLE).astype(np.float32)
-    return turn(wi, angle), turn(wo, angle)
+    return rotate(wi, angle), rotate(wo, angle)

@@ -17,6 +17,7 @@ from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import WEIGHTS, BufferedNetwork, first_in_buffer, opaque
 from nacre.render.textures.plugins import plugins as texture_plugins
 from nacre.render.textures.plugins import texture_bsdf
+from nacre.sampling import check_isotropic
 from nacre.textures.latent_map import LatentMap
 
 
@@ -82,6 +83,7 @@ def bsdf(material: Brdf | Btf | LatentMap, **options: Any) -> Any:
     mi = mitsuba()
     if not isinstance(material, Brdf):
         return texture_bsdf(material, **options)
+    check_isotropic(material)
     if not material.traceable:
         if (original := getattr(material, "bsdf", None)) is not None:
             return original
@@ -130,9 +132,9 @@ def _plugins(variant: str) -> dict[str, Any]:
             return 0 if brdf.isotropic else mi.BSDFFlags.Anisotropic
 
         def read(self, properties: Any) -> Brdf:
-            from nacre.formats import load
+            from nacre.formats import load_brdf
 
-            loaded: Brdf = load(material_path(properties))
+            loaded: Brdf = load_brdf(material_path(properties))
             return loaded
 
         def prepare_network(self, weights: str, half: bool) -> None:

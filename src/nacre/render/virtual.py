@@ -43,8 +43,10 @@ class MitsubaBrdf(LobeSampledBrdf):
     """
 
     traceable = False
+    isotropy_known = True
 
     def __init__(self, bsdf: Mapping[str, Any] | Any, name: str = "") -> None:
+        super().__init__(name=name)
         self._mi = mitsuba()
         if not self._mi.variant().endswith("_ad_rgb"):
             raise NacreError(

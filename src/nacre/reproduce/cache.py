@@ -21,7 +21,7 @@ import numpy as np
 import nacre
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load, save
+from nacre.formats import load_brdf, save
 from nacre.io.files import atomic_path
 from nacre.reproduce.methods import TRUTH, Method
 from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
@@ -76,7 +76,7 @@ class Cache:
             path = self._path(key, f".fitted{ending}")
             if path.is_file():
                 try:
-                    return load(path)
+                    return load_brdf(path)
                 except NacreError:
                     return None
         return None
@@ -95,9 +95,9 @@ class Cache:
         if endings and trial.method != TRUTH:  # the material itself need not be kept
             save(fitted, self._path(key, f".fitted{endings[0]}"))
         arrays = {f"{n} {part}": a for n, p in pictures.items() for part, a in asdict(p).items()}
-        with atomic_path(self._path(key, ".npz")) as temporary:
+        with atomic_path(self._path(key, ".npz"), internal=True) as temporary:
             np.savez_compressed(temporary, **arrays)
-        with atomic_path(self._path(key, ".json")) as temporary:
+        with atomic_path(self._path(key, ".json"), internal=True) as temporary:
             temporary.write_text(json.dumps(asdict(trial)), encoding="utf-8")
 
     def _path(self, key: str, ending: str) -> Path:

@@ -12,7 +12,7 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import BASES, load_basis, save_basis
@@ -21,6 +21,7 @@ from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
 from nacre.runtime.progress import Progress, named
+from nacre.runtime.store import Store
 
 HELD_OUT = 0.2
 """Fraction of the materials that is held out."""
@@ -73,7 +74,8 @@ class CodeSettings(Settings):
         """The settings in one line, for people."""
         return (
             f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
-            f"materials other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
+            f"materials other than those below, trained for {self.steps:,} steps at most; "
+            f"seed {self.seed}"
         )
 
     def recipe(self, kind: str) -> Any:
@@ -143,7 +145,7 @@ def code_methods(
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
     hashes = [digest(path) for path in training]
-    materials = [partial(load, path) for path in training]
+    materials = [partial(load_brdf, path) for path in training]
     bases: dict[str, LatentBasis] = {}
 
     def basis(kind: str) -> LatentBasis:
@@ -157,7 +159,7 @@ def code_methods(
         if found is None:
             state = path.with_suffix(".state")
             if fresh:
-                state.unlink(missing_ok=True)
+                Store(state).remove()
             folder.mkdir(parents=True, exist_ok=True)
             found = BASES[kind].train(
                 materials,
@@ -167,7 +169,7 @@ def code_methods(
                 progress=named(progress, kind),
             )
             save_basis(found, path)
-            state.unlink(missing_ok=True)
+            Store(state).remove()
         bases[kind] = found
         return found
 

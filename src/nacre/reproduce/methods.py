@@ -12,7 +12,7 @@ from nacre import analytic
 from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent.file import load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
@@ -172,7 +172,7 @@ def _published(folders: tuple[Path, ...]) -> Method:
         name = f"{Path((brdf.source or {}).get('file', brdf.name)).stem}.h5"
         for folder in folders:
             if (folder / name).is_file():
-                return load(folder / name)
+                return load_brdf(folder / name)
         raise UnavailableError(f"no published network {name} in the folders given")
 
     about = "network that the authors published, hidden layers 21-21"

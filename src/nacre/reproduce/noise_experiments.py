@@ -9,7 +9,7 @@ from typing import Any
 
 from nacre.brdf import Brdf
 from nacre.figures.plot import write_plot
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import atomic_path
 from nacre.latent.basis import LatentBasis
 from nacre.render.kitchen import describe_kitchen
@@ -68,7 +68,7 @@ class NoiseExperiment:
             If a file cannot be read, its material not rendered, or lobes are to be predicted
             without a basis that does.
         """
-        brdfs: dict[str, Brdf] = {path.stem: load(path) for path in files}
+        brdfs: dict[str, Brdf] = {path.stem: load_brdf(path) for path in files}
         every = {"all": list(brdfs.values())}
         groups = every if self.together else {name: [brdf] for name, brdf in brdfs.items()}
         chosen = {name: sampler(name, basis) for name in samplers}

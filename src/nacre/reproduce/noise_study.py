@@ -111,7 +111,7 @@ def run_noise(
             (truth,) = kept
         else:
             truth = reference(describe, brdfs, settings, step(f"{name}, reference"))
-            with atomic_path(path) as temporary:
+            with atomic_path(path, internal=True) as temporary:
                 np.savez_compressed(temporary, picture=truth)
         study.references[name] = truth
         done += 1
@@ -155,7 +155,7 @@ def _read(path: Path, counts: int) -> Convergence | None:
 
 def _write(path: Path, found: Convergence) -> None:
     arrays: dict[str, Any] = {name: np.asarray(v) for name, v in found.errors.items()}
-    with atomic_path(path) as temporary:
+    with atomic_path(path, internal=True) as temporary:
         np.savez_compressed(
             temporary, picture=found.picture, seconds=np.asarray(found.seconds), **arrays
         )

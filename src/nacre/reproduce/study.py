@@ -10,7 +10,7 @@ from pathlib import Path
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, require
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.reproduce.cache import Cache, key
 from nacre.reproduce.methods import TRUTH, Method
@@ -71,9 +71,9 @@ class Study:
     def fitted(self, material: str, method: str) -> Brdf:
         """The representation of a trial; it is fitted again where it was not kept."""
         if method == TRUTH:
-            return load(self.materials[material])
+            return load_brdf(self.materials[material])
         kept = self._cache.fitted(self.keys[material, method])
-        return kept or self.methods[method].fit(load(self.materials[material]))
+        return kept or self.methods[method].fit(load_brdf(self.materials[material]))
 
 
 def run(
@@ -135,7 +135,7 @@ def run(
             trial = None if fresh else cache.find(where)
             problem = ""
             if trial is None:
-                reference = reference or Reference(name, load(path), settings)
+                reference = reference or Reference(name, load_brdf(path), settings)
                 try:
                     trial, pictures, fitted = attempt(reference, method_name, method)
                 except NacreError as error:

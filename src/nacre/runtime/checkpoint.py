@@ -34,7 +34,7 @@ def save_state(path: Path, mark: str, state: dict[str, Any]) -> None:
     # To a file, PyTorch would hide why it cannot be written.
     content = io.BytesIO()
     torch.save({**state, "mark": mark}, content)
-    with atomic_path(path) as temporary:
+    with atomic_path(path, internal=True) as temporary:
         temporary.write_bytes(content.getbuffer())
 
 

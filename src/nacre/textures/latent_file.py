@@ -22,6 +22,8 @@ from nacre.io.tensors import (
     format_errors,
     from_file,
     has_header,
+    header_key,
+    looks_like_tensors,
     to_bytes,
 )
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
@@ -34,6 +36,7 @@ from nacre.textures.codecs.codec_file import (
     unpack_codec,
 )
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
+from nacre.textures.uniform import TexelBrdf, material_of
 
 VERSION = 1
 KEY = "nacre latent map"
@@ -222,19 +225,26 @@ def _unpack_pairs(where: str, tensors: Tensors) -> tuple[Floats, Floats]:
     return lights[index[:, 0]], views[index[:, 1]]
 
 
-def _recognize(head: bytes) -> bool:
-    return len(head) > 9 and head[8:9] == b"{"
-
-
 def _load(path: PathLike) -> NeuralBtf:
     return NeuralBtf(load_latent_map(path), where=str(path))
+
+
+def _load_material(path: Path) -> TexelBrdf:
+    latent = load_latent_map(path)
+    try:
+        return material_of(latent)
+    except ValueError as error:
+        advice = "nacre btf average makes one of it"
+        raise FormatError(f"{path}: {error}; {advice}") from error
 
 
 FORMAT = Format(
     "nacre encoded texture",
     (".safetensors",),
-    _recognize,
+    lambda head: looks_like_tensors(head) and header_key(head) in (None, KEY),
     _load,
+    kind="btf",
     claims=lambda path: has_header(path, KEY),
+    load_material=_load_material,
 )
 """Entry of the registry of formats of textures."""

@@ -103,10 +103,10 @@ class NeuralBtf(Btf):
         directions: tuple[Floats, Floats] | None = None,
         where: str = "",
     ) -> None:
-        self.latent, self.name = latent, latent.name
-        self._where = where or latent.name
-        self.height, self.width = latent.codes.shape[:2]
-        self.wi, self.wo = directions or (latent.wi, latent.wo)
+        height, width, _ = latent.codes.shape
+        wi, wo = directions or (latent.wi, latent.wo)
+        super().__init__(width, height, wi, wo, name=latent.name)
+        self.latent, self._where = latent, where or latent.name
 
     def at_directions(self, wi: Floats, wo: Floats) -> NeuralBtf:
         """See :meth:`Btf.at_directions`."""

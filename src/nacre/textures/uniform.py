@@ -88,7 +88,8 @@ class TexelBrdf(Brdf):
     traceable = False
 
     def __init__(self, code: Floats, codec: TexelCodec, name: str = "") -> None:
-        self.code, self.codec, self.name = np.asarray(code, np.float32), codec, name
+        super().__init__(name=name)
+        self.code, self.codec = np.asarray(code, np.float32), codec
 
     @property
     def nbytes(self) -> int:

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import FormatError, NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import PathLike
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import BASES, save_basis
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.workflows.sources import find_sources
 
 
@@ -74,9 +75,11 @@ def train_basis(
         raise NacreError(f"{named}: a basis needs at least two materials, found {found}")
     checkpoint = output.with_name(f"{output.name}.state")
     basis = basis_type.train(
-        [partial(load, path) for path in paths], recipe, checkpoint=checkpoint, progress=progress
+        [partial(load_brdf, path) for path in paths],
+        recipe,
+        checkpoint=checkpoint,
+        progress=progress,
     )
     save_basis(basis, output)
-    for state in basis_type.states(checkpoint):
-        state.unlink(missing_ok=True)
+    Store(checkpoint).remove()
     return basis

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import FormatError, NacreError
+from nacre.formats import load_btf
 from nacre.io.files import PathLike
 from nacre.measured.textures.image_folder import Quantity
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.codec_file import save_codec
-from nacre.textures.formats import load
-from nacre.textures.identity import source_fingerprint
+from nacre.workflows.identity import source_fingerprint
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def train_codec(
     fingerprint = f"{[source_fingerprint(path) for path in files]} {pixels}"
     run = TrainingRun(
         list(files),
-        partial(load, quantity=pixels),
+        partial(load_btf, quantity=pixels),
         state,
         fingerprint,
         _beside(output, "journal.csv") if kind.journaled else None,

@@ -15,20 +15,19 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, reason
+from nacre.formats import load_btf
 from nacre.io.files import PathLike, digest, write_encoded
 from nacre.io.tensors import Tensors, check_numbers, from_file, to_bytes
 from nacre.measured.textures.image_folder import Quantity
-from nacre.measured.textures.photographs import load_photographs
 from nacre.measured.textures.transposition import transposed
 from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
-from nacre.textures.formats import load
-from nacre.textures.identity import source_files, source_fingerprint
 from nacre.textures.latent_file import check_latent_path, save_latent_map
 from nacre.textures.latent_map import CodecFile, LatentMap
+from nacre.workflows.identity import source_files, source_fingerprint
 
 BLOCK = 1 << 28
 """Bytes of values that are read at a time; two such blocks are in memory."""
@@ -236,12 +235,9 @@ def encode_texture(
             "same command, or remove the file"
         )
     codec = load_codec(model)
-    if directions is None:
-        btf = load(source, pixels)
-    elif source.is_dir():
-        btf = load_photographs(source, directions, pixels)
-    else:
+    if directions is not None and not source.is_dir():
         raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
+    btf = load_btf(source, quantity=pixels, directions=directions)
     files, model_digest = source_files(source, btf), digest(model)
     listed = "" if directions is None else digest(Path(directions))
     fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
@@ -258,10 +254,7 @@ def encode_texture(
         )
     seconds = time.monotonic() - began
     facts = {
-        "source": {
-            "file": source.resolve().name,
-            "sha256": digest(source) if source.is_file() else None,
-        },
+        "source": {"file": source.resolve().name, "sha256": (btf.source or {}).get("sha256")},
         "model": model.name,
         "errors": found.errors.facts() | {"pairs compared a texel": found.compared},
     }
@@ -291,7 +284,9 @@ class _Run:
         """Write it to a file, whole or not at all."""
         tensors: Tensors = {"codes": self.codes[: self.done], "errors": self.errors.sums}
         header = {"mark": fingerprint}
-        write_encoded(path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header)
+        write_encoded(
+            path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header, internal=True
+        )
 
     def restore(self, path: Path, fingerprint: str) -> None:
         """Take up what a file has."""

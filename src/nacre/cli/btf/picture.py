@@ -43,14 +43,14 @@ def command(
     """
     from nacre.figures.texture_panels import texture_panels
     from nacre.figures.texture_views import in_rows, laid_out, nearest_pairs, reduced_pictures
+    from nacre.formats import load_btf
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_bytes, write_image
-    from nacre.textures.formats import load
-    from nacre.textures.identity import source_files
+    from nacre.workflows.identity import source_files
 
     expect(source, "a texture", "an encoded texture")
     check_image_path(output)
-    btf = load(source, pixels)
+    btf = load_btf(source, quantity=pixels)
     check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [light] if light else _LIGHTS, [view] if view else _VIEWS
     pairs = np.array(list(dict.fromkeys(nearest_pairs(btf, lights, views).flat)))

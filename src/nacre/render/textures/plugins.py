@@ -222,14 +222,14 @@ def plugins(variant: str) -> dict[str, Any]:
         def prepare_decoder(
             self, properties: Any, path: Path | None, source: Any, progress: Progress
         ) -> tuple[int, int, Floats]:
-            from nacre.textures.formats import load
+            from nacre.formats import load_btf
 
             if self.pixel_angle:
                 raise NacreError(
                     "measuredbtf: pixel_angle filters encoded textures; encode it (nacre btf "
                     "encode), or leave the angle out"
                 )
-            btf: Btf = load(path) if path is not None else source
+            btf: Btf = load_btf(path) if path is not None else source
             sides = Sides.of(btf)
             self.decoder = MeasuredDecoder(mi, btf, sides, self.stochastic, self.memory)
             return btf.height, btf.width, table_lobes(btf, sides)

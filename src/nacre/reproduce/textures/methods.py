@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import NacreError
+from nacre.formats import load_btf
 from nacre.reproduce.cache import SOURCES, sources_digest
 from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
-from nacre.textures.formats import load
 
 _COMPONENTS = 32
 """Of those that are found at once, where there are as many; fewer are the first of them."""
@@ -147,7 +147,7 @@ def _network(
 
 
 def _run(training: Sequence[Material], state: Path, progress: Progress) -> TrainingRun:
-    return TrainingRun([m.path for m in training], load, state, progress=progress)
+    return TrainingRun([m.path for m in training], load_btf, state, progress=progress)
 
 
 def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:

@@ -276,7 +276,7 @@ class Study:
                 pass
         made = make()
         self.folder.mkdir(parents=True, exist_ok=True)
-        with atomic_path(path) as temporary:
+        with atomic_path(path, internal=True) as temporary:
             np.savez_compressed(temporary, **made)
         self._made.add(path)
         return made

@@ -14,11 +14,11 @@ from nacre.array import Floats
 from nacre.btf import TableBtf
 from nacre.errors import FormatError, reason
 from nacre.io.files import abandoned, atomic_path, check_json, read_bytes
+from nacre.measured.textures import archive
 from nacre.runtime.lock import exclusive
 from nacre.runtime.progress import Progress
 from nacre.textures.capture.gonioreflectometer import capture
 from nacre.textures.capture.recipe import Recipe, built_in
-from nacre.textures.formats import save
 
 MANIFEST = "capture.json"
 """Name of the file with the settings and recipes, in the folder."""
@@ -120,7 +120,7 @@ def capture_all(
             path = folder / place(recipe)
             if not path.exists():
                 progress = report(recipe, done, len(recipes)) if report else None
-                save(settings.take(recipe, progress), path)
+                archive.save(settings.take(recipe, progress), path)
 
 
 def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None:

@@ -220,8 +220,8 @@ def codec():
     from nacre.textures.codecs.basis.training import train_basis
 
     recipe = BasisRecipe(
-        code_dim=8, luma_count=12, chroma_count=4, width=32, wide=64, hidden=32, completing=32, texels=64,
-        coded_texels=64, function_steps=400, code_steps=400,
+        code_dim=8, luma_count=12, chroma_count=4, width=32, wide=64, hidden=32, completing=32,
+        texels=64, coded_texels=64, function_steps=400, code_steps=400,
     )  # fmt: skip
     wi, wo = SMALL.pairs()
     textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(6)]
@@ -269,8 +269,8 @@ def test_the_same_seed_gives_the_same_codec(codec) -> None:
 
     wi, wo = SMALL.pairs()
     recipe = BasisRecipe(
-        code_dim=4, luma_count=5, chroma_count=2, width=8, wide=8, hidden=8, completing=8, texels=30,
-        coded_texels=20, function_steps=20, code_steps=20,
+        code_dim=4, luma_count=5, chroma_count=2, width=8, wide=8, hidden=8, completing=8,
+        texels=30, coded_texels=20, function_steps=20, code_steps=20,
     )  # fmt: skip
     textures = [lambda: made_texture(0, wi, wo)]
     one, other = train_basis(run_of(textures), recipe), train_basis(run_of(textures), recipe)

@@ -25,8 +25,8 @@ def test_what_has_been_read_is_not_read_again(tmp_path, turn) -> None:
     from nacre.textures.codecs.basis.training import train_basis
 
     recipe = BasisRecipe(
-        code_dim=4, luma_count=6, chroma_count=2, width=8, wide=8, hidden=8, completing=8, texels=16,
-        coded_texels=16, function_steps=4, code_steps=4,
+        code_dim=4, luma_count=6, chroma_count=2, width=8, wide=8, hidden=8, completing=8,
+        texels=16, coded_texels=16, function_steps=4, code_steps=4,
     )  # fmt: skip
     wi, wo = SMALL.pairs()
     reads: Counter[int] = Counter()

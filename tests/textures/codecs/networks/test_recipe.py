@@ -17,11 +17,12 @@ from nacre.textures.codecs.networks import (
     Whitening,
 )
 from nacre.textures.codecs.networks.mlp import initial
+from nacre.textures.codecs.networks.recipe import optimizers
 
 
 def test_the_reference_recipe_is_that_of_the_paper():
     recipe = TrainingRecipe.named("reference")
-    assert (recipe.optimiser, recipe.learning_rate, recipe.batch) == ("sgd", 0.2, 10)
+    assert (recipe.optimizer, recipe.learning_rate, recipe.batch) == ("sgd", 0.2, 10)
     assert (recipe.texels, recipe.epochs, recipe.loss) == (100, 1000, "l1")
     assert (recipe.encoder_fraction, recipe.permute) == (0.2, True)
     assert recipe.encoder_directions is recipe.loss_directions is None
@@ -46,7 +47,7 @@ def test_the_rate_rises_and_falls():
         {"encoder_fraction": 0.0},
         {"held_out": 1.0},
         {"learning_rate": math.nan},
-        {"optimiser": "newton"},
+        {"optimizer": "newton"},
         {"loss": "l3"},
         {"precision": "half"},
         {"variance": "none"},

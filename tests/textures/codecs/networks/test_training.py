@@ -42,7 +42,9 @@ ROOT = Path(__file__).parents[4]
 
 def train(settings=SMALL, recipe=RECIPE, files=FILES, **others):
     kind = CODECS["unified" if isinstance(settings, UnifiedSettings) else "custom"]
-    lengths = {k: others.pop(k) for k in ("steps", "minutes", "device") if k in others}
+    lengths = {
+        k: others.pop(k) for k in ("steps", "minutes", "device", "save_every") if k in others
+    }
     run = TrainingRun(list(range(len(files))), files.__getitem__, **others)
     return kind.train(run, NetworkRecipe(settings, recipe, **lengths))
 
@@ -73,7 +75,7 @@ def spread(made) -> float:
 
 
 @pytest.mark.parametrize(
-    ("optimiser", "precision", "decoder"),
+    ("optimizer", "precision", "decoder"),
     [
         ("adam", "single", "network"),
         ("muon", "single", "network"),
@@ -81,11 +83,11 @@ def spread(made) -> float:
         ("adam", "single", "bilinear"),
     ],
 )
-def test_a_network_learns_textures_and_encodes_one_it_never_saw(optimiser, precision, decoder):
+def test_a_network_learns_textures_and_encodes_one_it_never_saw(optimizer, precision, decoder):
     settings = UnifiedSettings(**SIZES, decoder=decoder)
     recipe = TrainingRecipe(
         texels=24, batch=24, encoder_directions=100, loss_directions=60, learning_rate=1e-2,
-        optimizer=optimiser, precision=precision,
+        optimizer=optimizer, precision=precision,
     )  # fmt: skip
     network = train(settings, recipe, steps=300)
     for made in (FILES[0], texture(9), texture(9, directions=OTHER)):
@@ -124,11 +126,11 @@ def test_a_unified_network_trains_on_several_sets_of_directions():
         assert error(network, made) < 0.6 * spread(made)
 
 
-@pytest.mark.parametrize("optimiser", ["adam", "muon"])
-def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimiser):
+@pytest.mark.parametrize("optimizer", ["adam", "muon"])
+def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimizer):
     recipe = TrainingRecipe(
         texels=20, batch=16, encoder_directions=100, loss_directions=60, validate_every=7,
-        patience=50, optimizer=optimiser,
+        patience=50, optimizer=optimizer,
     )  # fmt: skip
     whole = train(recipe=recipe, steps=34, journal=tmp_path / "whole.csv")
     state = tmp_path / "state"
@@ -192,7 +194,7 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         train(steps=4, state=state, fingerprint="these files", progress=stop)
-    given = {"steps": 4, "state": state, "mark": "these files"}
+    given = {"steps": 4, "state": state, "fingerprint": "these files"}
     for other in ({"recipe": TrainingRecipe(seed=1)}, {"fingerprint": "others"}, {"steps": 5}):
         with pytest.raises(NacreError, match="of another training"):
             train(**given | other)
@@ -205,9 +207,8 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
 
 
 def test_images_are_read_once(tmp_path):
-    plain = [texture(seed) for seed in range(2)]
-    for made in plain:
-        made.values = made.values.astype(np.float16).astype(np.float32)
+    made = [texture(seed) for seed in range(2)]
+    plain = [m.replaced(values=m.values.astype(np.float16).astype(np.float32)) for m in made]
     images = [ByImage(made) for made in plain]
     assert same(train(files=images, steps=30), train(files=plain, steps=30))
     for made in images:

@@ -79,7 +79,12 @@ class Stages:
         found = make()
         numbers, tensors = pack_fields(found)
         header = {"mark": self._mark, "numbers": numbers}
-        write_encoded(path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header)
+        write_encoded(
+            path,
+            lambda content: to_bytes(_KEY, content, tensors, _LIMIT),
+            header,
+            internal=True,
+        )
         return found
 
     def steps(

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from nacre.btf import Btf
 from nacre.errors import FormatError
+from nacre.formats import identify, load_btf
 from nacre.io.files import PathLike
 from nacre.measured.textures.photographs import LIST
-from nacre.textures.formats import lies_in_images, load
 
 
 def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
@@ -19,19 +19,19 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     Parameters
     ----------
     path
-        As :func:`nacre.textures.load` takes it.
+        As :func:`nacre.load` takes it.
     texture
         What that gave, where it was called before: images are looked at once.
 
     Raises
     ------
     FormatError
-        As :func:`nacre.textures.load`, though of a single file no more than its first bytes is
+        As :func:`nacre.load`, though of a single file no more than its first bytes is
         read.
     """
     path = Path(path)
-    if texture is None and lies_in_images(path):
-        texture = load(path)
+    if texture is None and identify(path).claims_folder:
+        texture = load_btf(path)
     if texture is None or not texture.files:
         return [path]
     listed = path / LIST if path.is_dir() else path

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from nacre.errors import FormatError
-from nacre.textures import load
-from nacre.textures.identity import source_files, source_fingerprint
+from nacre.formats import load_btf as load
+from nacre.workflows.identity import source_files, source_fingerprint
 from tests.reproduce.textures.made import write
 from tests.textures.codecs.networks.made import texture
 from tests.textures.support import pixels, write_image
