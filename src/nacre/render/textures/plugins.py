@@ -79,7 +79,8 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
         more memory than is allowed, or its codec knows its own directions only.
     """
     mi = mitsuba()
-    source = getattr(texture, "latent", texture)
+    latent = getattr(texture, "latent", None)
+    source = texture if latent is None else latent
     name = "neuralbtf" if isinstance(source, LatentMap) else "measuredbtf"
     properties = mi.Properties(name)
     for key, value in options.items():
