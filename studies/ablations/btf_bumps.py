@@ -37,7 +37,7 @@ def main() -> None:
     recipe = find("leather12")
     rows = []
     for height in HEIGHTS:
-        family = replace(recipe.family, depth=height, specular=0.3, roughness=0.15)
+        family = replace(recipe.generator, depth=height, specular=0.3, roughness=0.15)
         surface = replace(recipe, family=family).build()
         btf = capture(surface, *BONN.pairs())
         latent = LatentMap(encode(btf, codec).codes, codec, btf.wi, btf.wo, btf.name)

@@ -186,7 +186,7 @@ def outcomes(codec: BasisCodec, edit: str, folder: Path) -> Iterator[tuple[str, 
                 p
                 for p in pairs
                 if not p.recipe.unseen
-                and not (without and p.recipe.family.name == new.recipe.family.name)
+                and not (without and p.recipe.generator.name == new.recipe.generator.name)
             ]
             found[name] = edited(codec, training, new.before, change, coefficients=coefficients)
         found["captured, then encoded"] = new.after

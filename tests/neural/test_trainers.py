@@ -88,12 +88,13 @@ features = llvmlite.binding.FeatureMap(avx=has)
 llvmlite.binding.get_host_cpu_features = lambda: features
 from nacre.neural.kernel import KernelTrainer
 from nacre.numerics.mlp import Layer
-from nacre.neural.samples import Samples, aligned
+from nacre.array import aligned_zeros
+from nacre.neural.samples import Samples
 from nacre.neural.simd import LANES
 assert LANES == (8 if has else 4)
 data = np.load(sys.argv[2])
 parts = [data[f"arr_{k}"] for k in range(6)]
-blocks = aligned(data["blocks"].size)
+blocks = aligned_zeros(data["blocks"].size)
 blocks[:] = data["blocks"]
 layers = [Layer(w, b) for w, b in zip(parts[::2], parts[1::2])]
 order = np.arange(blocks.size // 160)

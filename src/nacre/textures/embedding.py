@@ -53,7 +53,7 @@ def nearest_texels(
     leave_out: tuple[int, int] | None = None,
     progress: Progress = silent,
 ) -> list[Neighbor]:
-    """The texels that look most like one, the closest first.
+    """The texels that resemble one most, the closest first.
 
     Parameters
     ----------

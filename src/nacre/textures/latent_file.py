@@ -64,7 +64,7 @@ def check_latent_path(path: PathLike) -> Path:
 def save_latent_map(latent: LatentMap, path: PathLike) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the least precision that changes none of its weights.
+    An embedded codec is written in the lowest precision that changes none of its weights.
 
     Raises
     ------
@@ -105,9 +105,9 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     first = ""
     for path in paths:
         latent = load_latent_map(path)
-        mark = codec_fingerprint(latent.codec)
-        first = first or mark
-        if mark != first:
+        fingerprint = codec_fingerprint(latent.codec)
+        first = first or fingerprint
+        if fingerprint != first:
             raise FormatError(
                 f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
                 "nacre btf encode --model"

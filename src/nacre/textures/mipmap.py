@@ -131,7 +131,7 @@ class LatentPyramid:
         by
             What is averaged over boxes. "reflectance": every level is encoded from means of what
             the map decodes to, which is what is seen from afar. "codes": codes, which is faster
-            (Rainer et al. 2020, figure 9), and errs where texels of unlike highlights meet.
+            (Rainer et al. 2020, figure 9), with errors where texels of unlike highlights meet.
         pairs
             How many of the map's pairs of directions reflectance is averaged at, drawn at random.
         seed
@@ -184,13 +184,13 @@ class LatentPyramid:
         last = len(self.levels) - 1
         level = np.clip(np.asarray(level, np.float64), 0.0, last)
         lower = np.minimum(level.astype(np.intp), max(last - 1, 0))
-        share = (level - lower)[:, None]
+        fraction = (level - lower)[:, None]
         codes = np.empty((len(uv), self.levels[0].shape[2]), np.float32)
         for index in np.unique(lower):
             rows = lower == index
             fine = _bilinear(self.levels[index], uv[rows])
             coarse = _bilinear(self.levels[min(index + 1, last)], uv[rows])
-            codes[rows] = fine + share[rows] * (coarse - fine)
+            codes[rows] = fine + fraction[rows] * (coarse - fine)
         return codes
 
 

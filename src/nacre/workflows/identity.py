@@ -1,4 +1,4 @@
-"""Whether the files of a texture are those of an earlier time, told without reading them."""
+"""Whether the files of a texture are those of an earlier time, without reading them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     path
         As :func:`nacre.load` takes it.
     texture
-        What that gave, where it was called before: images are looked at once.
+        What that gave, where it was called before: headers of images are read once.
 
     Raises
     ------

@@ -21,9 +21,9 @@ NAMED = ("right", "down", "noise")
 """Masks that are made rather than read."""
 
 _PIXEL_LIMIT = 1 << 26
-_GREY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}
+_GRAY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}
 """Largest values of pixels, by Pillow's names of kinds of images."""
-_COLOURS = {"RGB", "RGBA", "LA"}
+_COLORED = {"RGB", "RGBA", "LA"}
 _SPOTS = 16
 """Of noise along an edge, about."""
 _STEEP = 0.5
@@ -46,7 +46,7 @@ def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floa
     Returns
     -------
     array
-        Shares of the second material, 0 to 1, shape (height, width).
+        Fractions of the second material, 0 to 1, shape (height, width).
 
     Raises
     ------
@@ -56,8 +56,8 @@ def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floa
     if source == "noise":
         white = np.random.default_rng(seed).normal(size=(height, width))
         smooth = gaussian_filter(white, max(height, width) / (2 * _SPOTS), mode="wrap")
-        spread = (smooth - smooth.mean()) / max(float(smooth.std()), 1e-9)
-        return np.asarray(np.clip(0.5 + 0.5 * spread / _STEEP, 0.0, 1.0), np.float32)
+        standard = (smooth - smooth.mean()) / max(float(smooth.std()), 1e-9)
+        return np.asarray(np.clip(0.5 + 0.5 * standard / _STEEP, 0.0, 1.0), np.float32)
     if source in ("right", "down"):
         rows, columns = np.linspace(0.0, 1.0, height), np.linspace(0.0, 1.0, width)
         ramp = columns[None] if source == "right" else rows[:, None]
@@ -66,7 +66,7 @@ def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floa
 
 
 def read_mask(path: PathLike) -> Floats:
-    """An image as shares: black is 0 and white 1, with no display curve.
+    """An image as fractions: black is 0 and white 1, with no display curve.
 
     Parameters
     ----------
@@ -99,15 +99,15 @@ def read_mask(path: PathLike) -> Floats:
         raise
     except Exception as error:  # the decoder meets damage in many ways
         raise FormatError(f"{path}: cannot be decoded: {reason(error)}") from error
-    if mode in _GREY:
-        return pixels.astype(np.float32) / np.float32(_GREY[mode])
-    if mode not in _COLOURS:
+    if mode in _GRAY:
+        return pixels.astype(np.float32) / np.float32(_GRAY[mode])
+    if mode not in _COLORED:
         raise FormatError(f"{path}: is of kind {mode}; save it as a gray image of 8 or 16 bits")
-    return _grey(path, pixels, mode)
+    return _gray(path, pixels, mode)
 
 
-def _grey(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
-    """Pixels of three equal channels, or of one and opacity, as shares."""
+def _gray(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
+    """Pixels of three equal channels, or of one and opacity, as fractions."""
     colors = pixels[..., :3] if mode.startswith("RGB") else pixels[..., :1]
     if mode.endswith("A") and (pixels[..., -1] < 255).any():
         raise FormatError(f"{path}: is transparent in places; save the mask as an opaque image")
@@ -144,7 +144,7 @@ def blend(
     first, second
         Of the same codec.
     mask
-        Share of the second, 0 to 1, shape (height, width) of the output.
+        Fraction of the second, 0 to 1, shape (height, width) of the output.
     keep_contrast
         Whether deviations from each material's mean code, which are unlike and partly cancel in a
         mean, are made larger again by the root of the sum of the squared weights (Heitz and Neyret

@@ -65,7 +65,7 @@ class PatchSearch:
 
 
 def minimum_error_cut(errors: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
-    """The path from the first row to the last whose errors have the least sum.
+    """The path from the first row to the last whose errors have the lowest sum.
 
     It steps by at most one column a row (Efros and Freeman 2001, section 2.1). Of paths with the
     same sum, it is the one that ends, and then goes, most to the left.
@@ -86,8 +86,8 @@ def minimum_error_cut(errors: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
     total[0, 1:-1] = errors[0]
     for row in range(1, rows):
         above = total[row - 1]
-        least = np.minimum(np.minimum(above[:-2], above[1:-1]), above[2:])
-        total[row, 1:-1] = errors[row] + least
+        lowest = np.minimum(np.minimum(above[:-2], above[1:-1]), above[2:])
+        total[row, 1:-1] = errors[row] + lowest
     path = np.empty(rows, np.intp)
     path[-1] = total[-1, 1:-1].argmin()
     for row in range(rows - 2, -1, -1):

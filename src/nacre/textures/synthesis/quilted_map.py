@@ -25,12 +25,12 @@ from nacre.textures.synthesis.seams import (
 _TEXELS = 4096
 """Texels that components are found from, at most."""
 _LEFT_OUT = 0.01
-"""Share of the variance that components may leave."""
+"""Fraction of the variance that components may leave."""
 _BLOCK = 1 << 12
 """Texels at a time."""
 
 
-def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
+def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Floats:
     """Principal components of how texels look at the directions of a map.
 
     Squared distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`, but for the
@@ -40,8 +40,8 @@ def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
     ----------
     latent
         Codes and what decodes them.
-    most
-        Components, at most.
+    max_count
+        Largest number of components.
     seed
         Of the texels that they are found from, where there are many.
 
@@ -68,7 +68,7 @@ def texel_features(latent: LatentMap, most: int = 16, seed: int = 0) -> Floats:
         variances, directions = np.linalg.eigh(np.cov(seen, rowvar=False, bias=True))
         left_out = np.cumsum(np.maximum(variances, 0.0))
         needed = int(np.count_nonzero(left_out > _LEFT_OUT * left_out[-1]))
-        kept = directions[:, ::-1][:, : min(max(needed, 1), most)]
+        kept = directions[:, ::-1][:, : min(max(needed, 1), max_count)]
         blocks = (codes[start : start + _BLOCK] for start in range(0, total, _BLOCK))
         features = np.concatenate([(embed(block) - mean) @ kept for block in blocks])
     features -= features.mean(0)
@@ -115,7 +115,7 @@ class QuiltedMap:
             "output tiles": self.settings.tile,
             "seed": self.settings.seed,
             "contrast of seams": self.contrast.ratio,
-            "share of neighbors with a seam between": self.contrast.share,
+            "share of neighbors with a seam between": self.contrast.fraction,
             "share of the input used": self.used,
         }
 
@@ -171,7 +171,7 @@ def synthesize(
     rows, columns, values = latent.codes.shape
     edge = min(rows, columns, height, width)
     if min(rows, columns) < 2:
-        raise NacreError(f"{columns} x {rows} texels are too few to lay patches of; 2 x 2 is least")
+        raise NacreError(f"{columns} x {rows} texels are too few for patches; 2 x 2 is the minimum")
     features = texel_features(latent)
     if patch is None:
         patch = min(patch_size(features), edge)
@@ -180,7 +180,7 @@ def synthesize(
     elif patch > edge:
         raise NacreError(
             f"patches of {patch} texels are larger than the input ({columns} x {rows}) or the "
-            f"output ({width} x {height}); {edge} is most"
+            f"output ({width} x {height}); {edge} at most"
         )
     try:
         settings = Quilting(

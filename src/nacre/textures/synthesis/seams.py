@@ -54,12 +54,12 @@ class SeamContrast:
     ratio
         Of root mean squares; 1 where seams are no stronger than what is in the texture anyway, None
         where there is no seam or the inside is even.
-    share
+    fraction
         Of all pairs of neighbors, how many have a seam between them.
     """
 
     ratio: float | None
-    share: float
+    fraction: float
 
 
 def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:
@@ -75,18 +75,18 @@ def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:
         for index, chosen in enumerate((seam, ~seam)):
             squares[index] += steps[chosen].sum()
             counts[index] += np.count_nonzero(chosen)
-    share = float(counts[0] / counts.sum()) if counts.any() else 0.0
+    fraction = float(counts[0] / counts.sum()) if counts.any() else 0.0
     if not counts.all() or not squares[1]:
-        return SeamContrast(None, share)
+        return SeamContrast(None, fraction)
     means = squares / counts
-    return SeamContrast(float(np.sqrt(means[0] / means[1])), share)
+    return SeamContrast(float(np.sqrt(means[0] / means[1])), fraction)
 
 
 _CORRELATED = 0.2
 """Correlation below which texels count as unlike."""
 _LENGTHS = 5
 """Of correlation in an edge of a patch, so that it holds a few of what the texture is made of."""
-_LEAST = 8
+_SMALLEST = 8
 _EVEN = 1.35
 """Contrast of the borders below which a texture tiles: those that do were found to have up to 1.26,
 others 1.5 and more."""
@@ -102,9 +102,9 @@ def patch_size(features: Floats) -> int:
     features
         Of the texture, their means zero, shape (height, width, k).
     """
-    most = max(2, min(features.shape[:2]) // 2)
+    limit = max(2, min(features.shape[:2]) // 2)
     length = max(_correlation_length(features, axis) for axis in (0, 1))
-    return int(min(max(_LENGTHS * length, _LEAST), most))
+    return int(min(max(_LENGTHS * length, _SMALLEST), limit))
 
 
 def overlap_of(patch: int) -> int:

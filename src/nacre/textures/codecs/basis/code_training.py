@@ -231,7 +231,7 @@ def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple
     energy = np.square(data.values).sum(1) / 3.0 + data.residuals
     weighted = data.values / (energy[:, None] ** 0.25 + 1e-6)
     vectors = np.linalg.eigh((weighted.T @ weighted).astype(np.float64))[1][:, ::-1][:, :count]
-    spread = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
-    forward = vectors / spread * deviations[:, None]
-    back = (vectors * spread / deviations[:, None]).T
+    deviation = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
+    forward = vectors / deviation * deviations[:, None]
+    back = (vectors * deviation / deviations[:, None]).T
     return forward.astype(np.float32), back.astype(np.float32)

@@ -44,7 +44,7 @@ class BasisCodec(TexelCodec):
     once a texel; after that, a pair of directions costs one multiplication a coefficient.
 
     Encoding takes any directions. Least squares give coefficients; a network completes them, given
-    what share of each the directions determine; where they determine much, measurements override
+    what fraction of each the directions determine; where they determine much, measurements override
     it; and Gauss-Newton steps bring the code closest to the outcome.
 
     Parameters
@@ -52,7 +52,7 @@ class BasisCodec(TexelCodec):
     functions
         Of light and view.
     complete
-        From coefficients by least squares, and what share of each is known, to those to expect.
+        From coefficients by least squares, and what fraction of each is known, to those to expect.
     encode
         From coefficients to a first guess of the code.
     decode

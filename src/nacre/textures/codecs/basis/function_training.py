@@ -130,9 +130,9 @@ def train_functions(
     generator = torch.Generator().manual_seed(recipe.seed)
     sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
     layers = [new_layer(a, b, generator) for a, b in itertools.pairwise(sizes)]
-    shift, spread = inputs.mean(0), inputs.std(0) + 1e-6
+    shift, scatter = inputs.mean(0), inputs.std(0) + 1e-6
     scale = np.sqrt(np.square(table).mean(0)) + 1e-12
-    seen = torch.from_numpy((inputs - shift) / spread)
+    seen = torch.from_numpy((inputs - shift) / scatter)
     wanted, scales = torch.from_numpy(table), torch.from_numpy(scale)
     total = float(np.square(table).mean(0).sum())
 
@@ -152,7 +152,9 @@ def train_functions(
     vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
     descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, stages)
     first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
-    first = Layer(first.weights / spread[:, None], first.biases - (shift / spread) @ first.weights)
+    first = Layer(
+        first.weights / scatter[:, None], first.biases - (shift / scatter) @ first.weights
+    )
     with torch.no_grad():
         units = features(seen).numpy()
     last = _least_squares(units, table)

@@ -43,7 +43,7 @@ class Prior:
 
 
 class Observation:
-    """What a set of directions tells about coefficients.
+    """What a set of directions says about coefficients.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Observation:
 
     @cached_property
     def known(self) -> Floats:
-        """What share of each coefficient the directions determine, 0 to 1, shape (K,)."""
+        """What fraction of each coefficient the directions determine, 0 to 1, shape (K,)."""
         return np.diag(self._ridge @ self.gram).astype(np.float32)
 
     def ridge(self, moments: Floats) -> Floats:
@@ -93,7 +93,7 @@ class Observation:
         return (np.linalg.inv(noise + self.gram @ covariance).T @ covariance).astype(np.float32)
 
     def expected(self, guess: Floats, moments: Floats) -> Floats:
-        """Coefficients (b, K) to be expected where a guess errs as it did in the training.
+        """Coefficients (b, K) to be expected where a guess is as wrong as it was in the training.
 
         Where much is known they are those of least squares, elsewhere those of the guess.
         """

@@ -29,14 +29,16 @@ class Stages:
     ----------
     path
         What names of files start with; None to keep nothing.
-    mark
+    fingerprint
         What must be the same for a training to go on.
     save_every
         Seconds between times that steps are written.
     """
 
-    def __init__(self, path: Path | None = None, mark: str = "", save_every: float = 45.0) -> None:
-        self._path, self._mark, self._every = path, mark, save_every
+    def __init__(
+        self, path: Path | None = None, fingerprint: str = "", save_every: float = 45.0
+    ) -> None:
+        self._path, self._fingerprint, self._every = path, fingerprint, save_every
 
     @property
     def files(self) -> list[Path]:
@@ -71,20 +73,15 @@ class Stages:
         if path.exists():
             header, tensors = from_file(path, _KEY, _LIMIT, "a stage of a training")
             with format_errors(path):
-                if header["mark"] != self._mark:
+                if header["mark"] != self._fingerprint:
                     raise NacreError(
                         f"{path}: is of another training; remove {self._path.name}* to begin anew"
                     )
                 return unpack_fields(kind, header["numbers"], tensors)
         found = make()
         numbers, tensors = pack_fields(found)
-        header = {"mark": self._mark, "numbers": numbers}
-        write_encoded(
-            path,
-            lambda content: to_bytes(_KEY, content, tensors, _LIMIT),
-            header,
-            internal=True,
-        )
+        header = {"mark": self._fingerprint, "numbers": numbers}
+        write_encoded(path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header)
         return found
 
     def steps(
@@ -128,10 +125,10 @@ class Stages:
                     "generator": generator.get_state(),
                     "step": step,
                 }
-                save_state(path, self._mark, state)
+                save_state(path, self._fingerprint, state)
 
         if path is not None and path.exists():
-            first = load_state(path, self._mark, restore)
+            first = load_state(path, self._fingerprint, restore)
         saved = time.monotonic()
         for step in range(first, count):
             try:

@@ -1,6 +1,6 @@
 """The network of "Neural BTF Compression and Interpolation" (Rainer et al. 2019).
 
-The paper of 2020 tells what its encoder is: convolutions in one dimension over the ordered list of
+The paper of 2020 says what its encoder is: convolutions in one dimension over the ordered list of
 reflectance, downsampling by max pooling, then fully connected layers with ReLUs; the decoder is the
 one it takes over itself, and eight values serve a material. Numbers and sizes of the encoder's
 layers are not given there; those here are ours: four convolutions of nine entries with 16, 16, 32
@@ -149,7 +149,7 @@ class CustomNetwork(TexelNetwork):
         )
 
     def prepare_encoder(self, directions: Tensor) -> None:
-        """Nothing: the order of the entries tells the directions."""
+        """Nothing: the order of the entries stands for the directions."""
 
     def encode(self, values: Tensor, prepared: None) -> Tensor:
         """See :class:`TexelNetwork`."""

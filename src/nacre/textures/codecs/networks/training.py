@@ -118,7 +118,7 @@ class _Training:
         recipe: TrainingRecipe,
         device: Any,
         members: Processes,
-        mark: str,
+        fingerprint: str,
     ) -> None:
         network = network.to(device)
         self._network, self._stream, self._recipe = network, stream, recipe
@@ -132,7 +132,7 @@ class _Training:
         ]
         self._held_out = stream.held_out()
         about = f"{network.kind} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
-        self._mark = f"{about} {mark}"
+        self._fingerprint = f"{about} {fingerprint}"
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
@@ -151,7 +151,7 @@ class _Training:
             self._step = int(state["step"])
             return self._step
 
-        return load_state(checkpoint, self._mark, restore)
+        return load_state(checkpoint, self._fingerprint, restore)
 
     def _save(self, checkpoint: Path | None) -> None:
         if checkpoint is None:
@@ -167,7 +167,7 @@ class _Training:
             "step": self._step,
         }
         with uninterrupted():
-            save_state(checkpoint, self._mark, state)
+            save_state(checkpoint, self._fingerprint, state)
 
     def _set_parameters(self, values: Sequence[Tensor]) -> None:
         for mine, saved in zip(self._parameters, values, strict=True):
@@ -346,7 +346,7 @@ class _Training:
 
 
 def _sizes(stream: TexelStream) -> list[int]:
-    """Numbers by which streams of other data are told apart."""
+    """Numbers by which streams of other data differ."""
     return [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
 
 

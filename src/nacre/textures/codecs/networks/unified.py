@@ -150,14 +150,14 @@ class UnifiedNetwork(TexelNetwork):
 def _largest(values: Tensor, weights: Tensor) -> Tensor:
     """At which entry values (b, 3, n) times weights (3, n, m) are largest, shape (b, 3, m)."""
     step = max(1, _PRODUCTS // (weights[:, 0].numel() * len(values)))
-    most = index = None
+    largest = index = None
     for start in range(0, weights.shape[1], step):
         run = slice(start, start + step)
         found, place = (values[:, :, run, None] * weights[:, run]).max(2)
         place += start
-        if most is None:
-            most, index = found, place
+        if largest is None:
+            largest, index = found, place
         else:
-            index = torch.where(found > most, place, index)
-            most = torch.maximum(most, found)
+            index = torch.where(found > largest, place, index)
+            largest = torch.maximum(largest, found)
     return index
