@@ -272,6 +272,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
         self.basis, self.code = basis, basis.checked(code)
         output = (basis.functions @ basis.channel_weights(self.code)).astype(np.float32)
         self.inputs, self.layers = ENHANCED, [*basis.hidden, Layer(output[:-1], output[-1])]
+        self.shared_layers = len(basis.hidden)
         check_weights(self.layers)
 
     @property

@@ -23,6 +23,9 @@ class NetworkBrdf(Brdf):
     inputs: str
     """Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`."""
 
+    shared_layers: int = 0
+    """How many of the first layers are the same in all materials of a family."""
+
     @abc.abstractmethod
     def from_outputs(self, values: Sequence[Array]) -> Components:
         """f_r in 1/sr of the 3 outputs of the last layer."""
