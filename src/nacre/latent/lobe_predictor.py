@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Sampler
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import TANH, Layer, forward, widths
 from nacre.sampling.parametrizations import find_parametrization
 
 
@@ -37,11 +37,8 @@ class LobePredictor:
     layers: Sequence[Layer]
 
     def __post_init__(self) -> None:
-        widths = [len(layer.biases) for layer in self.layers]
-        if [len(layer.weights) for layer in self.layers[1:]] != widths[:-1]:
-            raise ValueError(f"layers that predict {self.family} do not chain")
         size = find_parametrization(self.family).size
-        if not widths or widths[-1] != size:
+        if widths(self.layers)[-1] != size:
             raise ValueError(f"{self.family} takes {size} parameters")
 
     def __call__(self, code: npt.ArrayLike) -> Sampler:
@@ -50,9 +47,5 @@ class LobePredictor:
 
     def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
         """Its free parameters, of the family's size."""
-        values = np.asarray(code, np.float32)
-        *hidden, last = self.layers
-        for layer in hidden:
-            values = np.tanh(values @ layer.weights + layer.biases)
-        free: npt.NDArray[np.floating] = values @ last.weights + last.biases
+        free: npt.NDArray[np.floating] = forward(np.asarray(code, np.float32), self.layers, TANH)
         return free

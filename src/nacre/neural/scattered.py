@@ -25,7 +25,7 @@ from nacre.neural.augmentation import augmentation
 from nacre.neural.inputs import PAPER
 from nacre.neural.samples import Samples, direction_inputs
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 SCATTERED_SAMPLES = 320_000
 """Training samples, augmentation included."""

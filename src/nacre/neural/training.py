@@ -14,7 +14,7 @@ from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK
 from nacre.numerics.direction_samples import loss_scale
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress
 
 
