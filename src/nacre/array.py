@@ -22,6 +22,8 @@ Components: TypeAlias = tuple[Array, Array, Array]
 
 Floats: TypeAlias = npt.NDArray[np.floating]
 Weights: TypeAlias = npt.NDArray[np.float32]
+Image: TypeAlias = npt.NDArray[np.float32]
+"""A picture, shape (height, width, 3): linear Rec. 709 RGB."""
 
 _ALIGNMENT = 64
 """Bytes; of a line of the cache, and of the widest vectors."""

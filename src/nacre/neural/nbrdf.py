@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, Sampler
+from nacre.brdf import Sampler
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
     input_count,
-    network_inputs,
     turns_half_vector,
 )
+from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
@@ -60,7 +60,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
                 raise ValueError("weights are so large that sums of them overflow")
 
 
-class NeuralBrdf(Brdf):
+class NeuralBrdf(NetworkBrdf):
     """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
 
     Parameters
@@ -155,14 +155,9 @@ class NeuralBrdf(Brdf):
             precision=self.precision,
         )
 
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        xp = namespace(*wi, *wo)
-        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic, self.inputs)
-        for index, layer in enumerate(self.layers):
-            if index:
-                values = [xp.maximum(v, 0.0) for v in values]
-            values = xp.dense(values, layer.weights, layer.biases)
+    def from_outputs(self, values: Sequence[Array]) -> Components:
+        """See :class:`nacre.neural.network.NetworkBrdf`."""
+        xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
