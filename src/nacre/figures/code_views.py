@@ -16,7 +16,7 @@ from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import is_code, load_code
 from nacre.latent.map import embed
 from nacre.render.preview import render_preview
-from nacre.render.sphere import render_sphere, standard_lights
+from nacre.render.sphere import render_sphere, smooth_edges, standard_lights
 from nacre.runtime.progress import Progress, silent
 
 _THUMBNAIL = 48
@@ -120,8 +120,11 @@ def draw_map(
     light = standard_lights()["environment"]
     pictures = []
     for index, material in enumerate(materials):
-        image, mask = render_sphere(material, light, _THUMBNAIL)
-        pictures.append(np.concatenate([tone_map(image), mask[..., None]], axis=-1))
+        image, _ = render_sphere(material, light, _THUMBNAIL)
+        smooth, coverage = smooth_edges(image, material, light)
+        alpha = coverage[..., None]
+        color = tone_map(smooth / np.maximum(alpha, 1e-6))
+        pictures.append(np.concatenate([color, alpha], axis=-1))
         progress("rendering", index + 1, len(materials), "")
     return _map_figure(names, places, pictures, highlighted)
 
