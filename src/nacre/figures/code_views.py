@@ -10,16 +10,22 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
+from nacre.figures.labels import place_labels
+from nacre.figures.page import INK, Page
+from nacre.figures.texel_map import apart
 from nacre.formats import load
 from nacre.latent import encode
 from nacre.latent.file import AnyBasis, Coded, is_code, load_code
-from nacre.latent.map import embed, map_figure
+from nacre.latent.map import embed
 from nacre.render.preview import render_preview
 from nacre.render.sphere import render_sphere, standard_lights
 from nacre.runtime.progress import Progress
 
-_THUMBNAIL = 48
-"""Pixels along an edge of the pictures on a map."""
+_THUMBNAIL, _SIDE, _PAGE = 64, 0.42, 8.0
+"""Pixels along an edge of a sphere on a map, and inches; inches of the map."""
+_OVERLAP = 0.8
+"""Fraction of a sphere that neighbors leave free at least."""
+_MARKED = "#d62728"
 
 
 def coded(files: Sequence[Path], basis: AnyBasis, progress: Progress | None = None) -> list[Coded]:
@@ -72,7 +78,7 @@ def draw_map(
     Parameters
     ----------
     names
-        Of the materials, as they are shown.
+        Of the materials, as they are printed.
     materials
         :data:`nacre.latent.map.FEWEST` at least, of one basis.
     marked
@@ -98,7 +104,61 @@ def draw_map(
     light = standard_lights()["environment"]
     pictures = []
     for index, material in enumerate(materials):
-        image, mask = render_sphere(material, light, _THUMBNAIL)
-        pictures.append(np.concatenate([tone_map(image), mask[..., None]], axis=-1))
+        pictures.append(tone_map(render_sphere(material, light, _THUMBNAIL)[0]))
         progress("rendering", index + 1, len(materials), "")
     return map_figure(names, places, pictures, marked)
+
+
+def map_figure(
+    names: Sequence[str],
+    places: npt.NDArray[np.float64],
+    pictures: Sequence[npt.NDArray[np.floating]],
+    marked: Collection[str] = (),
+) -> Any:
+    """Spheres of materials where they are on the map, the marked ones ringed in red.
+
+    Parameters
+    ----------
+    names
+        Of the materials.
+    places
+        Shape (n, 2).
+    pictures
+        Spheres in display values, shape (size, size, 3).
+    marked
+        Names.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One page.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib or textalloc is not installed.
+    """
+    page = Page(_PAGE, _PAGE, "white")
+    low, high = places.min(axis=0), places.max(axis=0)
+    margin = 0.6 + _SIDE
+    points = margin + (places - low) / np.maximum(high - low, 1e-9) * (_PAGE - 2.0 * margin)
+    sides = np.full((len(points), 2), _OVERLAP * _SIDE)
+    points = apart(points, sides, np.array([[margin] * 2, [_PAGE - margin] * 2]))
+    for (x, y), picture in zip(points, pictures, strict=True):
+        page.sphere(x - 0.5 * _SIDE, _PAGE - y - 0.5 * _SIDE, _SIDE, picture)
+    axes = page.axes(0.0, 0.0, _PAGE, _PAGE)
+    axes.set(xlim=(0.0, _PAGE), ylim=(0.0, _PAGE), zorder=-1)  # lines to names end at spheres
+    ringed = np.array([name in marked for name in names])
+    ring = {"facecolors": "none", "edgecolors": _MARKED, "linewidths": 1.6}
+    axes.scatter(*points[ringed].T, s=(72.0 * 1.05 * _SIDE) ** 2, **ring)
+    angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    rim = 0.5 * _SIDE * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    place_labels(
+        axes,
+        points,
+        list(names),
+        colors=[_MARKED if mark else INK for mark in ringed],
+        obstacles=(points[:, None] + rim).reshape(-1, 2),
+        distance=0.55 * _SIDE / _PAGE,
+    )
+    return page.figure

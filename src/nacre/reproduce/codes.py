@@ -25,32 +25,31 @@ from nacre.latent import (
 )
 from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
 from nacre.render.sphere import lit_pixels
-from nacre.reproduce.cache import code_digest, facts_digest
-from nacre.reproduce.methods import Method
-from nacre.reproduce.trial import Settings
+from nacre.reproduce.cache import Cache, cache_key, code_digest
+from nacre.reproduce.trial import Method, Settings
 from nacre.runtime.progress import Progress, named
 
-SHARE = 0.2
-"""Of the materials that is held out."""
-FEWEST = 5
-"""Materials of which one can be held out."""
+HELD_OUT = 0.2
+"""Fraction of the materials that is held out."""
+MIN_MATERIALS = 5
+"""Number of materials of which one can be held out."""
 
 
 class Code(NamedTuple):
-    """One way to give a material a code: in words, the model of its basis, whether optimized."""
+    """One way to give a material a code: in words, the kind of its basis, whether refined."""
 
     about: str
     model: str
-    optimised: bool = True
+    refined: bool = True
 
 
 CODES: Mapping[str, Code] = {
     "pca-projected": Code("principal components, projected", "pca", False),
-    "pca-optimised": Code("principal components, optimized for pictures", "pca"),
+    "pca-refined": Code("principal components, refined for pictures", "pca"),
     "autoencoder-projected": Code("the paper's autoencoder, encoder only", "autoencoder", False),
-    "autoencoder-optimised": Code("the paper's autoencoder, optimized for pictures", "autoencoder"),
-    "hypernetwork": Code("weights of a network, optimized for pictures", "hypernetwork"),
-    "neural": Code("functions that a network gives, optimized for pictures", "neural"),
+    "autoencoder-refined": Code("the paper's autoencoder, refined for pictures", "autoencoder"),
+    "hypernetwork": Code("weights of a network, refined for pictures", "hypernetwork"),
+    "neural": Code("functions that a network gives, refined for pictures", "neural"),
 }
 """What Table 2 compares, by name."""
 
@@ -65,17 +64,17 @@ class CodeSettings(Settings):
 
     Parameters
     ----------
-    values
-        Of a code.
+    code_dim
+        Numbers in a code.
     steps
         Of a training, at most.
     mixtures
-        Of two materials, that the autoencoder is trained on besides.
+        Mixtures of two materials that the autoencoder is trained on as well.
     trained
         Number of materials that the bases are trained on.
     """
 
-    values: int = 32
+    code_dim: int = 32
     steps: int = 8000
     mixtures: int = AutoencoderRecipe.mixtures
     trained: int = 0
@@ -83,8 +82,8 @@ class CodeSettings(Settings):
     def summary(self) -> str:
         """The settings in one line, for people."""
         return (
-            f"{self.pictures()}; codes of {self.values} values; bases of {self.trained} materials "
-            f"other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
+            f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
+            f"materials other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
         )
 
     def recipe(self, kind: type[_Recipe], **options: int) -> _Recipe:
@@ -96,7 +95,7 @@ def split(files: Sequence[Path], seed: int) -> tuple[list[Path], list[Path]]:
     """Materials to train on, and held-out ones, whatever order they are given in."""
     files = sorted(files)
     order = np.random.default_rng(seed).permutation(len(files))
-    held = round(SHARE * len(files))
+    held = round(HELD_OUT * len(files))
     return [files[i] for i in sorted(order[held:])], [files[i] for i in sorted(order[:held])]
 
 
@@ -104,12 +103,10 @@ def code_methods(
     files: Sequence[Path],
     names: Sequence[str],
     settings: CodeSettings,
-    folder: Path,
+    cache: Cache,
     progress: Progress,
-    *,
-    fresh: bool = False,
 ) -> tuple[list[Path], dict[str, Method], CodeSettings]:
-    """Train the bases that are not in the folder yet, or all.
+    """Train the bases that are not in the cache yet.
 
     Parameters
     ----------
@@ -119,12 +116,10 @@ def code_methods(
         Of :data:`CODES`.
     settings
         Of the trainings.
-    folder
-        Where bases are kept, and the state of trainings that were stopped; made if need be.
+    cache
+        Where bases are kept, and the state of trainings that were stopped.
     progress
         Called as it goes on.
-    fresh
-        Whether to train again what is in the folder.
 
     Returns
     -------
@@ -143,8 +138,8 @@ def code_methods(
     """
     if len({path.stem for path in files}) < len(files):
         raise NacreError("two materials have the same file name without its ending; rename one")
-    if len(files) < FEWEST:
-        raise NacreError(f"table2 takes {FEWEST} materials at least, got {len(files)}")
+    if len(files) < MIN_MATERIALS:
+        raise NacreError(f"table2 takes {MIN_MATERIALS} materials at least, got {len(files)}")
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
     hashes = [digest(path) for path in training]
@@ -154,30 +149,12 @@ def code_methods(
     for model in _MODELS:
         if model not in wanted and not (model == "neural" and "hypernetwork" in wanted):
             continue
-        chosen = settings.values, settings.steps, settings.mixtures, settings.seed
+        chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
         facts = [model, hashes, chosen, code_digest()]
-        path = folder / f"basis-{facts_digest(facts)}.safetensors"
-        found = None if fresh else _kept(path)
-        if found is None:
-            state = path.with_suffix(".state")
-            if fresh:
-                state.unlink(missing_ok=True)
-            folder.mkdir(parents=True, exist_ok=True)
-            report = named(progress, model)
-            found = _trained(model, materials, bases.get("neural"), settings, state, report)
-            save_basis(found, path)
-            state.unlink(missing_ok=True)
-        bases[model] = found
+        make = partial(_trained, model, materials, bases.get("neural"), settings, progress)
+        bases[model] = cache.file(cache_key("basis", facts), load_basis, make, save_basis)
     codes = {name: CODES[name] for name in names}
     return held_out, {k: _method(code, bases[code.model]) for k, code in codes.items()}, settings
-
-
-def _kept(path: Path) -> AnyBasis | None:
-    """A basis that was trained before; None where there is none, or a damaged one."""
-    try:
-        return load_basis(path)
-    except NacreError:
-        return None
 
 
 def _trained(
@@ -185,11 +162,11 @@ def _trained(
     materials: Sequence[Callable[[], Brdf]],
     neural: AnyBasis | None,
     settings: CodeSettings,
+    progress: Progress,
     state: Path,
-    report: Progress,
 ) -> AnyBasis:
     """A new basis; a hypernetwork is made of the neural one."""
-    values = settings.values
+    values, report = settings.code_dim, named(progress, model)
     recipe: Any
     basis: AnyBasis
     options: dict[str, Any] = {"checkpoint": state, "progress": report}
@@ -209,13 +186,13 @@ def _trained(
 
 def _method(code: Code, basis: AnyBasis) -> Method:
     def represent(brdf: Brdf) -> Brdf:
-        if isinstance(basis, Basis | Autoencoder) and not code.optimised:
+        if isinstance(basis, Basis | Autoencoder) and not code.refined:
             values = basis.project(brdf)
         else:
             values = encode(basis, brdf)
         decoded: Brdf = basis.decode(values, brdf.name)
         return decoded
 
-    facts = {"basis": fingerprint(basis), "optimised": code.optimised}
+    facts = {"basis": fingerprint(basis), "refined": code.refined}
     family = "table" if code.model == "pca" else "network"
     return Method(code.about, represent, family, facts)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import asdict, astuple, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,7 @@ from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
 from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
-from nacre.reproduce.trial import Settings
-
-TRUTH = "truth"
-"""Name of the method that keeps a material as it is."""
+from nacre.reproduce.trial import TRUTH, Method, Settings
 
 GAIN = 16.0
 """Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
@@ -55,28 +52,6 @@ ENHANCED_SIZES = {
 
 class UnavailableError(NacreError):
     """A method that has nothing for this material."""
-
-
-@dataclass(frozen=True)
-class Method:
-    """One way to represent a material.
-
-    Parameters
-    ----------
-    about
-        What it is, for people, in a few words.
-    fit
-        From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
-    family
-        "network", "analytic" or "table"; figures group by it.
-    settings
-        JSON-able settings: results are kept apart by them.
-    """
-
-    about: str
-    fit: Callable[[Brdf], Brdf]
-    family: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 def methods(
@@ -194,7 +169,7 @@ def _codes(path: Path | None) -> Method:
         return basis.decode(optimised(basis, brdf), brdf.name)
 
     values = f"{len(basis)} values" if basis else "values"
-    about = f"code of {values} in a basis of principal components, optimized for pictures"
+    about = f"code of {values} in a basis of principal components, refined for pictures"
     return Method(about, encode, "table", {"basis": fingerprint(basis) if basis else None})
 
 
