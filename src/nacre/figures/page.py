@@ -30,7 +30,7 @@ SCALES = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 def magma(values: Floats) -> Floats:
     """Colors in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
-    colors = require("matplotlib", "plot").colormaps["magma"](np.clip(values, 0.0, 1.0))
+    colors = np.asarray(require("matplotlib", "plot").colormaps["magma"](np.clip(values, 0.0, 1.0)))
     result: Floats = colors[..., :3]
     return result
 
@@ -107,7 +107,7 @@ class Page:
         """
         axes = self.axes(x, y, width, height)
         axes.imshow(
-            np.clip(pixels, 0.0, 1.0),
+            display_bytes(pixels),  # Matplotlib would cut values off where this rounds
             interpolation="bicubic" if smooth else "nearest",
             aspect="auto",
             interpolation_stage="rgba",

@@ -144,7 +144,7 @@ def code_digest() -> str:
     return sources_digest(counted)
 
 
-def module_digest(*patterns: str, sources: Path = SOURCES) -> str:
+def module_digest(*patterns: str) -> str:
     """SHA-256 of nacre's version and of the modules that some patterns of paths name.
 
     Raises
@@ -154,16 +154,16 @@ def module_digest(*patterns: str, sources: Path = SOURCES) -> str:
     """
     found: set[Path] = set()
     for pattern in patterns:
-        modules = set(sources.glob(pattern))
+        modules = set(SOURCES.glob(pattern))
         if not modules:
             raise ValueError(f"no module is called {pattern}")
         found |= modules
-    return sources_digest(found, sources)
+    return sources_digest(found)
 
 
-def sources_digest(paths: Iterable[Path], sources: Path = SOURCES) -> str:
+def sources_digest(paths: Iterable[Path]) -> str:
     """SHA-256 of nacre's version and of some of its modules."""
     total = hashlib.sha256(nacre.__version__.encode())
     for path in sorted(paths):
-        total.update(path.relative_to(sources).as_posix().encode() + path.read_bytes())
+        total.update(path.relative_to(SOURCES).as_posix().encode() + path.read_bytes())
     return total.hexdigest()

@@ -83,7 +83,8 @@ class CodeSettings(Settings):
         """The settings in one line, for people."""
         return (
             f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
-            f"materials other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
+            "materials other than those below, trained for "
+            f"{self.steps:,} steps at most; seed {self.seed}"
         )
 
     def recipe(self, kind: type[_Recipe], **options: int) -> _Recipe:

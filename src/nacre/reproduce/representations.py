@@ -119,7 +119,10 @@ class Comparison(Experiment):
     paper: str = ""
 
     options = frozenset(
-        "methods published basis environment size epochs quick seed folder fresh jobs".split()
+        (
+            *("methods", "published", "basis", "environment", "size", "epochs"),
+            *("quick", "seed", "folder", "fresh", "jobs"),
+        )
     )
 
     @property
