@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -143,19 +143,45 @@ def code_methods(
         raise NacreError(f"table2 takes {MIN_MATERIALS} materials at least, got {len(files)}")
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
+    found = bases(training, {CODES[name].model for name in names}, settings, cache, progress)
+    codes = {name: CODES[name] for name in names}
+    return held_out, {k: _method(code, found[code.model]) for k, code in codes.items()}, settings
+
+
+def bases(
+    training: Sequence[Path],
+    kinds: Collection[str],
+    settings: CodeSettings,
+    cache: Cache,
+    progress: Progress,
+) -> dict[str, AnyBasis]:
+    """Bases of some materials by kind: those that are kept, and those that are trained now.
+
+    Parameters
+    ----------
+    training
+        Isotropic materials.
+    kinds
+        "pca", "autoencoder", "neural", "hypernetwork"; the last needs the neural one as well.
+    settings, cache, progress
+        See :func:`code_methods`.
+
+    Raises
+    ------
+    NacreError
+        If a material cannot be read or is anisotropic, or a training fails.
+    """
     hashes = [digest(path) for path in training]
     materials = [partial(load, path) for path in training]
-    bases: dict[str, AnyBasis] = {}
-    wanted = {CODES[name].model for name in names}
-    for model in _MODELS:
-        if model not in wanted and not (model == "neural" and "hypernetwork" in wanted):
+    found: dict[str, AnyBasis] = {}
+    for kind in _MODELS:
+        if kind not in kinds and not (kind == "neural" and "hypernetwork" in kinds):
             continue
         chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
-        facts = [model, hashes, chosen, code_digest()]
-        make = partial(_trained, model, materials, bases.get("neural"), settings, progress)
-        bases[model] = cache.file(cache_key("basis", facts), load_basis, make, save_basis)
-    codes = {name: CODES[name] for name in names}
-    return held_out, {k: _method(code, bases[code.model]) for k, code in codes.items()}, settings
+        facts = [kind, hashes, chosen, code_digest()]
+        make = partial(_trained, kind, materials, found.get("neural"), settings, progress)
+        found[kind] = cache.file(cache_key("basis", facts), load_basis, make, save_basis)
+    return found
 
 
 def _trained(
