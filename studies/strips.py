@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 import nacre
+from nacre.array import Floats
 from nacre.cli.demo import _MATERIAL as PAINT
 from nacre.color import tone_map
 from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet
@@ -26,7 +27,7 @@ from nacre.render.virtual import MitsubaBrdf
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture, find
 from nacre.textures.codecs import load_codec
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.study import Study, progress
 
@@ -46,7 +47,7 @@ def reflectance(spp: int, seed: int) -> Bytes:
 
 def texture(spp: int, seed: int, texels: int) -> Bytes:
     """A virtual capture, and what the default codec makes of it."""
-    btf = capture(find("leather12").build(), *BONN.pairs(), texels, progress=progress)
+    btf = capture(find("leather12").build(), *BONN.pairs(), texels, seed=seed, progress=progress)
     codec = load_codec(PUBLISHED)
     codes = encode(btf, codec, progress=progress).codes
     views = []
@@ -58,7 +59,7 @@ def texture(spp: int, seed: int, texels: int) -> Bytes:
     return strip(views, ("Reference texture", "Decoded"))
 
 
-def strip(views: list, titles: tuple[str, str]) -> Bytes:
+def strip(views: list[Floats], titles: tuple[str, str]) -> Bytes:
     """Two renderings of one scene, and their FLIP error."""
     errors = flip(*(tone_map(view) for view in views))
     scale = scale_end([errors])

@@ -14,13 +14,13 @@ import pytest
 import nacre
 from nacre.brdf import Brdf, CosineSampler
 from nacre.errors import NacreError
-from nacre.latent import train
+from nacre.latent import PcaBasis, PcaRecipe
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
-from nacre.sampling import BlinnPhongMixture, fit_lobes
+from nacre.sampling import BlinnPhongMixture, check_isotropic, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
 from tests.latent.made import random_basis
@@ -38,8 +38,7 @@ def network(isotropic: bool, inputs: str = PAPER) -> NeuralBrdf:
         for a, b in itertools.pairwise(sizes)
     ]
     brdf = NeuralBrdf(layers, isotropic=isotropic, name="random", inputs=inputs)
-    brdf.sampler = fit_lobes(brdf)
-    return brdf
+    return brdf.replaced(sampler=fit_lobes(brdf))
 
 
 def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> RglBrdf:
@@ -65,7 +64,7 @@ def code() -> Brdf:
     """Half-way between two networks."""
     names = (PAPER, ENHANCED)
     makers = [functools.partial(network, True, inputs) for inputs in names]
-    return train(makers, 1, Resolution(30, 15, 15)).decode([0.0])
+    return PcaBasis.train(makers, PcaRecipe(1, Resolution(30, 15, 15))).decode([0.0])
 
 
 def real(folder: str, name: str) -> Brdf:
@@ -217,12 +216,63 @@ def test_facts_can_be_shown_and_stored(brdf):
 
 
 def test_a_sampler_can_be_replaced(brdf):
-    before, wo = brdf.sampler, np.array([0.0, 0.6, 0.8], np.float32)
-    brdf.sampler = CosineSampler()
-    try:
-        assert brdf.pdf(np.array([0.0, 0.0, 1.0]), wo) == pytest.approx(1 / math.pi)
-    finally:
-        brdf.sampler = before
+    wo, up = np.array([0.0, 0.6, 0.8], np.float32), np.array([0.0, 0.0, 1.0])
+    before = brdf.pdf(up, wo)
+    other = brdf.replaced(sampler=CosineSampler(), name="other", source={"file": "a"})
+    assert other.pdf(up, wo) == pytest.approx(1 / math.pi)
+    assert (other.name, other.source) == ("other", {"file": "a"})
+    assert brdf.pdf(up, wo) == before
+
+
+def test_shown_in_one_line_and_as_a_table(brdf):
+    shown = repr(brdf)
+    assert shown.startswith(f"<{type(brdf).__name__} {brdf.name!r}: ")
+    assert len(shown.splitlines()) == 1
+    assert len(shown) < 200
+    table = brdf._repr_html_()
+    assert table.count("<tr>") == len(brdf.describe())
+
+
+def test_isotropy_is_what_it_is_said_to_be(brdf):
+    check_isotropic(brdf)
+
+
+@pytest.mark.parametrize("bad", [(0.0, 0.0, 1.002), (0.0, 0.0, 0.0), (math.nan, 0.0, 1.0)])
+def test_directions_that_are_no_unit_vectors_are_refused(brdf, bad):
+    wi, wo = (w[:1000].copy() for w in pairs())
+    wi[[1, 5]] = bad
+    message = r"wi: 2 of 1000 directions are not of unit length \(the worst is "
+    for ask in (brdf.eval, brdf.valid, brdf.pdf):
+        with pytest.raises(ValueError, match=message):
+            ask(wi, wo)
+        with pytest.raises(ValueError, match=r"wo: 1 of 1 directions"):
+            ask(wo, bad)
+    with pytest.raises(ValueError, match=r"wo: 2 of 1000 directions"):
+        brdf.sample(wi, np.full(3, 0.5, np.float32))
+    if brdf.wavelengths is not None:
+        with pytest.raises(ValueError, match=message):
+            brdf.eval_spectral(wi, wo)
+
+
+def test_directions_that_rounding_leaves_are_taken(brdf):
+    wi, wo = (w[:100].astype(np.float64) for w in pairs())
+    np.testing.assert_allclose(
+        brdf.eval(wi * 1.0005, wo).mean(), brdf.eval(wi, wo).mean(), rtol=0.2
+    )
+
+
+@pytest.mark.parametrize("bad", [1.0, -1e-3, math.nan, math.inf])
+def test_numbers_out_of_range_are_refused(brdf, bad):
+    u = np.full((10, 3), 0.5)
+    u[3, 1] = bad
+    with pytest.raises(ValueError, match=r"u: 1 of 30 numbers are not in \[0, 1\) \(the worst is"):
+        brdf.sample((0.0, 0.6, 0.8), u)
+
+
+def test_attributes_stay(brdf):
+    for name in ("sampler", "name", "source", "isotropic"):
+        with pytest.raises(AttributeError, match=rf"use replaced\({name}="):
+            setattr(brdf, name, None)
 
 
 def test_wrong_shapes_are_refused(brdf):

@@ -33,7 +33,7 @@ from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.sampling.mixtures import MIXTURES
 from tests.specimens import SPECIMENS
 
-WRITABLE = [entry for entry in formats.formats() if entry.save is not None]
+WRITABLE = [entry for entry in formats.formats("brdf") if entry.save is not None]
 QUICK = settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
@@ -246,7 +246,10 @@ def networks(draw: Callable, isotropic: bool | None = None) -> NeuralBrdf:
         isotropic = draw(st.booleans())
     sampler = draw(st.one_of(st.just(CosineSampler()), lobes))
     json = st.dictionaries(st.text(max_size=5), st.one_of(finite(64), names), max_size=3)
-    return NeuralBrdf(layers, isotropic, draw(names), sampler, {"fit": draw(json)})
+    name, fit = draw(names), draw(json)
+    return NeuralBrdf(
+        layers, isotropic=isotropic, name=name, sampler=sampler, metadata={"fit": fit}
+    )
 
 
 def assert_same_layers(one: NeuralBrdf, other: NeuralBrdf) -> None:

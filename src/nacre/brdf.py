@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import abc
 import math
+import os
 from collections.abc import Mapping
-from typing import Any, Protocol
+from dataclasses import asdict, is_dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,8 @@ from nacre.array import Array, Components, Floats, namespace
 from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.numerics.direction_samples import Scattered
+from nacre.runtime.described import Described, readable_size
+from nacre.runtime.frozen import Frozen
 
 _CHUNK = 1 << 14
 """Pairs evaluated at a time: intermediate arrays stay in the cache."""
@@ -22,20 +26,55 @@ _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
 
 
-class Sampler(Protocol):
-    """Draws `wi` for a given `wo`, with an exact density over solid angle."""
+UNIT_TOLERANCE = 1e-3
+"""How far the length of a direction may be from 1: float32 leaves 1e-7, sums of many 1e-4."""
 
+
+class Sampler(Frozen):
+    """Draws `wi` for a given `wo`, with an exact density over solid angle.
+
+    A subclass with a :attr:`kind` that stands in :data:`nacre.sampling.SAMPLERS` can be kept in the
+    file of a network; `docs/extending.md` says how another package adds one.
+    """
+
+    kind: ClassVar[str] = ""
+    """Name of the kind in files and in the registry; empty where files cannot hold it."""
+
+    adapted: ClassVar[bool] = True
+    """Whether the density is made for a material; else fits and metrics use one that is."""
+
+    @abc.abstractmethod
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """Directions `wi` and their densities from `u` in [0, 1); density 0 below the horizon."""
-        ...
 
+    @abc.abstractmethod
     def pdf_components(self, wi: Components, wo: Components) -> Array:
         """Density of `wi` in 1/sr given `wo`; both are above the horizon."""
-        ...
+
+    def describe(self) -> dict[str, Any]:
+        """The kind, and the parameters of a dataclass, as JSON holds them.
+
+        :meth:`from_description` makes the sampler of them again.
+        """
+        return {"kind": self.kind, **(asdict(self) if is_dataclass(self) else {})}
+
+    @classmethod
+    def from_description(cls, description: Mapping[str, Any]) -> Sampler:
+        """The sampler that :meth:`describe` gave this description of.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            If something is missing, of the wrong type, or out of bounds.
+        """
+        return cls(**{key: value for key, value in description.items() if key != "kind"})
 
 
-class CosineSampler:
+class CosineSampler(Sampler):
     """Density cos(theta_i) / pi, whatever the view."""
+
+    kind = "cosine"
+    adapted = False
 
     def __str__(self) -> str:
         return "cosine"
@@ -50,30 +89,59 @@ class CosineSampler:
         return wi[2] / math.pi + 0.0 * wo[2]
 
 
-class Brdf(abc.ABC):
+class Brdf(Described):
     """A reflectance: f_r(wi, wo) in 1/sr as linear Rec. 709 RGB, without the cosine.
 
     A subclass gives :meth:`eval_components`, a formula on components (see :mod:`nacre.array`), and
     gets NumPy evaluation, importance sampling, and rendering in Mitsuba from it.
+
+    Objects do not change after they are made: :meth:`replaced` gives a copy with another name,
+    source or sampler.
+
+    Parameters
+    ----------
+    name
+        Name of the material, for people; that of the class where empty.
+    source
+        Where the data came from: "file" and "sha256".
+    sampler
+        Where :meth:`sample` and :meth:`pdf` come from; that of the class where None.
     """
 
     isotropic: bool = True
-    """Whether f_r is unchanged when both directions turn about the normal."""
+    """Whether f_r is unchanged when both directions turn about the normal. What a subclass says is
+    tested before anything relies on it."""
 
     traceable: bool = True
     """Whether components may be arrays of any library, as rendering needs; else NumPy's only."""
 
-    name: str = ""
-    """Name of the material, for people."""
+    isotropy_known: ClassVar[bool] = False
+    """Whether :attr:`isotropic` follows from the format or the formula, so that nobody tests it;
+    see :func:`nacre.sampling.check_isotropic`."""
 
     wavelengths: Floats | None = None
     """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
 
     source: Mapping[str, str] | None = None
-    """Where the data came from: "file" and "sha256"; set by :func:`nacre.load`."""
+    """Where the data came from: "file" and "sha256"; :func:`nacre.load` says."""
 
     sampler: Sampler = CosineSampler()
-    """Where :meth:`sample` and :meth:`pdf` come from; may be replaced on any instance."""
+    """Where :meth:`sample` and :meth:`pdf` come from."""
+
+    def __init__(
+        self,
+        *,
+        name: str = "",
+        source: Mapping[str, str] | None = None,
+        sampler: Sampler | None = None,
+    ) -> None:
+        # What is not given stays as the class has it: subclasses may set defaults there.
+        if name:
+            self.name = name
+        if source is not None:
+            self.source = source
+        if sampler is not None:
+            self.sampler = sampler
 
     @abc.abstractmethod
     def eval_components(self, wi: Components, wo: Components) -> Components:
@@ -126,6 +194,11 @@ class Brdf(abc.ABC):
         span = [float(self.wavelengths[0]), float(self.wavelengths[-1])]
         return facts | {"bands": len(self.wavelengths), "wavelengths nm": span}
 
+    def summary(self) -> str:
+        """Isotropy and size in a few words; :meth:`describe` has all facts."""
+        isotropy = "isotropic" if self.isotropic else "anisotropic"
+        return isotropy if self.nbytes is None else f"{isotropy}, {readable_size(self.nbytes)}"
+
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """f_r in 1/sr, linear RGB, without the cosine.
 
@@ -139,8 +212,13 @@ class Brdf(abc.ABC):
         array of shape (..., 3)
             Non-negative; 0 where either direction is at or below the horizon. float64 if an input
             is, else float32.
+
+        Raises
+        ------
+        ValueError
+            If a direction is not of unit length, to :data:`UNIT_TOLERANCE`, or not a number.
         """
-        wi, wo = _directions(wi, wo)
+        wi, wo = _directions(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
             light, view = split(wi), split(wo)
@@ -170,8 +248,10 @@ class Brdf(abc.ABC):
         ------
         NacreError
             If there are no spectra: :attr:`wavelengths` is None.
+        ValueError
+            If a direction is not of unit length.
         """
-        wi, wo = _directions(wi, wo)
+        wi, wo = _directions(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
             visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
@@ -183,9 +263,9 @@ class Brdf(abc.ABC):
 
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
-        holds no valid sample.
+        holds no valid sample. Raises ValueError as :meth:`eval` does.
         """
-        wi, wo = _directions(wi, wo)
+        wi, wo = _directions(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
             visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
@@ -211,15 +291,23 @@ class Brdf(abc.ABC):
             Unit directions, shape (..., 3).
         pdf
             Density in 1/sr, shape (...); 0 where `wi` or `wo` is at or below the horizon.
+
+        Raises
+        ------
+        ValueError
+            If a direction is not of unit length, or a number of `u` is not in [0, 1).
         """
-        wo, u = _directions(wo, u)
+        wo, u = _directions(wo=wo, u=u)
         wi, pdf = self.sampler.sample_components(split(wo), split(u))
         visible = (wo[..., 2] > 0) & (wi[2] > 0)
         return join(wi), np.where(visible, pdf, 0.0).astype(wo.dtype)
 
     def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
-        """Density in 1/sr with which :meth:`sample` draws `wi` for `wo`, shape (...)."""
-        wi, wo = _directions(wi, wo)
+        """Density in 1/sr with which :meth:`sample` draws `wi` for `wo`, shape (...).
+
+        Raises ValueError as :meth:`eval` does.
+        """
+        wi, wo = _directions(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
             visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
@@ -245,15 +333,60 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
     return red, green, blue
 
 
-def _directions(a: npt.ArrayLike, b: npt.ArrayLike) -> tuple[Floats, Floats]:
-    a, b = np.asarray(a), np.asarray(b)
-    for array in (a, b):
+def _directions(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Two arrays of directions, or of directions and numbers `u`, of one shape and type.
+
+    Raises
+    ------
+    ValueError
+        If a shape is not (..., 3), a direction is not of unit length, or `u` is not in [0, 1).
+    """
+    arrays = {name: np.asarray(given) for name, given in named.items()}
+    double = any(array.dtype == np.float64 for array in arrays.values())
+    for name, array in arrays.items():
         if array.shape[-1:] != (3,):
-            raise ValueError(f"expected an array of shape (..., 3), got {array.shape}")
-    double = np.float64 in (a.dtype, b.dtype)
-    dtype = np.float64 if double else np.float32
-    a, b = np.broadcast_arrays(a.astype(dtype, copy=False), b.astype(dtype, copy=False))
+            raise ValueError(f"expected {name} of shape (..., 3), got {array.shape}")
+        array = arrays[name] = array.astype(np.float64 if double else np.float32, copy=False)
+        (_check_numbers if name == "u" else _check_unit)(name, array)
+    a, b = np.broadcast_arrays(*arrays.values())
     return a, b
+
+
+def _check_unit(name: str, w: Floats) -> None:
+    flat = w.reshape(-1, 3)
+    low, high = (1.0 - UNIT_TOLERANCE) ** 2, (1.0 + UNIT_TOLERANCE) ** 2
+    with np.errstate(over="ignore", invalid="ignore"):
+        for start in range(0, len(flat), _CHUNK):
+            squares = _squared_lengths(flat[start : start + _CHUNK])
+            if not (squares.min() >= low and squares.max() <= high):  # of NaN too
+                break
+        else:
+            return
+        lengths = np.sqrt(_squared_lengths(flat.astype(np.float64)))
+    # Squares of float32 may be off by their rounding; these are not.
+    off = ~((lengths >= 1.0 - UNIT_TOLERANCE) & (lengths <= 1.0 + UNIT_TOLERANCE))
+    if not off.any():
+        return
+    worst = lengths[off][np.argmax(np.abs(lengths[off] - 1.0))]
+    raise ValueError(
+        f"{name}: {off.sum()} of {off.size} directions are not of unit length "
+        f"(the worst is {worst:.4g} long); divide them by their length"
+    )
+
+
+def _squared_lengths(flat: Floats) -> Floats:
+    squares = flat * flat  # of whole memory lines; several times faster than einsum
+    total: Floats = squares[:, 0] + squares[:, 1] + squares[:, 2]
+    return total
+
+
+def _check_numbers(name: str, u: Floats) -> None:
+    off = ~((u >= 0.0) & (u < 1.0))
+    if off.any():
+        worst = u[off][np.argmax(np.abs(u[off] - 0.5))]
+        raise ValueError(
+            f"{name}: {off.sum()} of {off.size} numbers are not in [0, 1) (the worst is {worst:g})"
+        )
 
 
 def _in_chunks(
@@ -268,3 +401,14 @@ def _in_chunks(
             part = slice(start, start + _CHUNK)
             out[part] = function(wi[part], wo[part])
     return out.reshape(shape + tail)
+
+
+def expect_brdf(value: object, function: str) -> None:
+    """Raise a TypeError that says what to do where a function was given no reflectance."""
+    if isinstance(value, Brdf):
+        return
+    if isinstance(value, str | os.PathLike):
+        raise TypeError(
+            f"{function} takes a reflectance, got a path: give it nacre.load({os.fspath(value)!r})"
+        )
+    raise TypeError(f"{function} takes a reflectance (nacre.Brdf), got {type(value).__name__}")

@@ -3,36 +3,82 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.runtime.described import Described
 
 Indices = npt.NDArray[np.integer[Any]]
 
 
-class Btf(abc.ABC):
+class Btf(Described):
     """A grid of texels, each an apparent BRDF known at the same pairs of directions.
 
     Values are reflectance factors, pi f_r, as linear Rec. 709 RGB without the cosine: 1 is a
     perfectly white diffuse surface. They may be read from a file as they are asked for, so ask for
-    many at once. Texel `y * width + x` lies in row y from the top, column x.
+    many at once. Texel `y * width + x` lies in row y from the top, column x. Objects do not change
+    after they are made: :meth:`replaced` gives a copy with another name or source.
+
+    Parameters
+    ----------
+    width, height
+        In texels.
+    wi, wo
+        Unit directions to the light and to the viewer, shape (n, 3), float32 as all arrays here.
+    name
+        Of the material, for people.
+    source
+        Where the data came from: "file" and "sha256"; see :class:`nacre.io.source.Source`.
     """
 
-    name: str = ""
-    width: int
-    height: int
-    wi: Floats
-    """Unit directions to the light, shape (n, 3); float32 as all arrays here."""
-    wo: Floats
-    """Unit directions to the viewer, shape (n, 3)."""
     by_image: bool = False
     """Whether :meth:`texels` has to read every picture;
     :func:`nacre.measured.textures.transposition.transposed` then gives the same texture with texels
     that come at once."""
+    files: Sequence[Path] = ()
+    """Pictures that it is read from; none where it lies in one file or in memory."""
+    decodable: bool = False
+    """Whether :meth:`at_directions` gives the texture at any pairs of directions."""
+    latent: Any = None
+    """Codes and their codec, a :class:`nacre.textures.LatentMap`, of an encoded texture; None of
+    any other."""
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        wi: Floats,
+        wo: Floats,
+        *,
+        name: str = "",
+        source: Mapping[str, str] | None = None,
+    ) -> None:
+        self.width, self.height, self.wi, self.wo = width, height, wi, wo
+        self.name, self.source = name, source
+
+    def at_directions(self, wi: Floats, wo: Floats) -> Btf:
+        """The same texture at other pairs of directions, if it is :attr:`decodable`.
+
+        Parameters
+        ----------
+        wi, wo
+            Unit directions, shape (n, 3).
+
+        Raises
+        ------
+        NacreError
+            If it is known at its own directions only.
+        """
+        raise NacreError(
+            f"{self.name}: is known at its own {self.pair_count:,} pairs of directions only; "
+            "encode it, and decode it at others"
+        )
 
     @abc.abstractmethod
     def texels(self, chosen: Indices | slice) -> Floats:
@@ -51,6 +97,10 @@ class Btf(abc.ABC):
     def pair_count(self) -> int:
         """Pairs of directions, n."""
         return len(self.wi)
+
+    def summary(self) -> str:
+        """Size in a few words; :meth:`describe` has all facts."""
+        return f"{self.width} x {self.height} texels, {self.pair_count} pairs of directions"
 
     def describe(self) -> dict[str, Any]:
         """Facts about this texture in the order they should be shown; angles are in degrees."""
@@ -101,8 +151,8 @@ class TableBtf(Btf):
     def __init__(self, values: npt.NDArray[Any], wi: Floats, wo: Floats, name: str = "") -> None:
         if values.ndim != 4 or values.shape[2:] != (len(wi), 3) or wi.shape != wo.shape:
             raise ValueError(f"values {values.shape} do not fit {len(wi)}, {len(wo)} directions")
-        self.values, self.wi, self.wo, self.name = values, wi, wo, name
-        self.height, self.width = values.shape[:2]
+        super().__init__(values.shape[1], values.shape[0], wi, wo, name=name)
+        self.values = values
 
     def describe(self) -> dict[str, Any]:
         """See :meth:`Btf.describe`."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
+DISTRIBUTION = "nacre-materials"
+"""Name on the package index, where `nacre` is someone else's package."""
+
 
 class NacreError(Exception):
     """Something a user can mend; the message is one line that says how.
@@ -24,6 +27,15 @@ def printable(text: str) -> str:
 def reason(error: Exception) -> str:
     """What a library says went wrong, on one short line."""
     return str(error).partition("\n")[0][:200]
+
+
+_SHORTAGES = "failed to map segment", "cannot allocate memory", "out of memory", "bad_alloc"
+
+
+def is_shortage(error: BaseException) -> bool:
+    """Whether an error says that memory, or the address space that `ulimit -v` leaves, ran out."""
+    text = str(error).lower()
+    return isinstance(error, MemoryError) or any(words in text for words in _SHORTAGES)
 
 
 class FormatError(NacreError, ValueError):
@@ -50,9 +62,11 @@ def require(module: str, extra: str) -> ModuleType:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         raise MissingExtraError(
-            f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
+            f"this needs {package}, which is not installed: pip install '{DISTRIBUTION}[{extra}]'"
         ) from error
     except Exception as error:  # a library of the system that is missing shows in many ways
         cause = error.__context__ if isinstance(error.__context__, Exception) else error
         message = f"{package} is installed but does not load: {reason(cause)}"
+        if is_shortage(cause):
+            message = f"not enough memory to load {package}: free some, or raise ulimit -v"
         raise MissingExtraError(message) from error

@@ -1,42 +1,157 @@
-"""The registry of file formats, and load() and save() over it."""
+"""The registry of file formats, of materials and textures alike, and load() and save() over it."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from nacre.analytic import FORMATS as ANALYTIC
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, digest, read_head
-from nacre.io.format import Format
-from nacre.io.tensors import has_header
-from nacre.measured import FORMATS as MEASURED
-from nacre.neural.file import FORMAT as NEURAL
-from nacre.neural.published import FORMATS as PUBLISHED
-from nacre.textures.formats import is_btf
-from nacre.textures.latent_file import KEY as CODES
-from nacre.textures.latent_file import load_latent_map
-from nacre.textures.uniform import material_of
+from nacre.io.files import PathLike, first_bytes, read_head
+from nacre.io.format import Format, Kind
+from nacre.io.source import Source
+from nacre.io.tensors import header_key
+from nacre.registry import Registry
 
-_MODELS: tuple[Format, ...] = (NEURAL, *ANALYTIC, *PUBLISHED)
-_formats: list[Format] = [NEURAL, *ANALYTIC, *MEASURED, *PUBLISHED]
+FORMATS: Registry[Format] = Registry(
+    "nacre.formats",
+    "format",
+    {
+        "nacre neural material": "nacre.neural.file:FORMAT",
+        "analytic": "nacre.analytic.file:FORMAT",
+        "table of fits": "nacre.analytic.tables:FORMAT",
+        "UBO2014": "nacre.measured.textures.ubo2014:FORMAT",
+        "NumPy archive of a BTF": "nacre.measured.textures.archive:FORMAT",
+        "nacre encoded texture": "nacre.textures.latent_file:FORMAT",
+        "UTIA BTF folder": "nacre.measured.textures.utia_folder:FORMAT",
+        "photographs": "nacre.measured.textures.photographs:FORMAT",
+        "RGL": "nacre.measured.rgl:FORMAT",
+        "MERL": "nacre.measured.merl:FORMAT",
+        "MERL array (.npz)": "nacre.measured.merl_array:NPZ",
+        "MERL array (.npy)": "nacre.measured.merl_array:NPY",
+        "comma-separated samples": "nacre.measured.comma_separated:FORMAT",
+        "ASTM E1392 samples": "nacre.measured.comma_separated:ASTM",
+        "Cornell scan": "nacre.measured.cornell:FORMAT",
+        "UTIA": "nacre.measured.utia:FORMAT",
+        "UTIA image (.exr)": "nacre.measured.utia_image:EXR",
+        "UTIA image (.png)": "nacre.measured.utia_image:PNG",
+        "NBRDF network (Keras)": "nacre.neural.published:KERAS",
+        "NBRDF network (NumPy)": "nacre.neural.published:NUMPY",
+    },
+    base=Format,
+    builtin_first=False,
+)
+"""Every format; those that other packages add are asked before the built-in ones."""
+
+_OTHERS = {
+    "nacre basis": "a latent basis; the nacre latent commands take it",
+    "nacre texel network": "a texture codec; nacre fit encodes textures by it",
+    "nacre map of texels": "a map of texels, which nacre btf map has made",
+}
+"""What files of ours are that hold no material, by the name of their header."""
+
+_WORDS: dict[Kind, str] = {"brdf": "one material", "btf": "a texture (BTF)"}
 
 
-def formats() -> tuple[Format, ...]:
-    """Every known format."""
-    return tuple(_formats)
+def formats(kind: Kind | None = None) -> tuple[Format, ...]:
+    """Every known format, or those of materials ("brdf") or textures ("btf") only."""
+    return tuple(entry for _, entry in FORMATS.members() if kind in (None, entry.kind))
 
 
-def register(entry: Format) -> None:
-    """Add a format; it is asked before those already known."""
-    _formats.insert(0, entry)
+def identify(path: PathLike) -> Format:
+    """The format of what lies at a path.
+
+    The first bytes decide; the file name decides only between formats that both recognize them, and
+    for formats that start with nothing to recognize.
+
+    Parameters
+    ----------
+    path
+        A file, or a folder of images.
+
+    Raises
+    ------
+    FormatError
+        If there is nothing, or nothing of a known format.
+    """
+    return _identify(Path(path), {})
+
+
+def _identify(path: Path, options: dict[str, Any]) -> Format:
+    return _of_folder(path, options) if path.is_dir() else _of_head(path, read_head(path))
+
+
+def _of_folder(path: Path, options: dict[str, Any]) -> Format:
+    """The format that claims a folder, or the only one of folders that takes the options."""
+    entries = [entry for entry in formats() if entry.claims_folder is not None]
+    taking = [entry for entry in entries if not _unknown_options(entry.load, options)]
+    for entry in taking or entries:
+        if entry.claims_folder is not None and entry.claims_folder(path):
+            return entry
+    if options and len(taking) == 1:
+        return taking[0]
+    raise FormatError(
+        f"{path}: is a directory with neither images named like tl000_pl000_tv000_pv000.png nor a "
+        "list directions.csv; where files in it are materials or textures, name these"
+    )
+
+
+def _of_head(path: Path, head: bytes) -> Format:
+    suffix, entries = path.suffix.lower(), formats()
+    known = [entry for entry in entries if entry.recognize and entry.recognize(head)]
+    if {entry.kind for entry in known} == {"brdf", "btf"}:
+        claimed = [e for e in known if e.kind == "btf" and (e.claims is None or e.claims(path))]
+        known = claimed or [entry for entry in known if entry.kind == "brdf"]
+    if not known:
+        known = [e for e in entries if e.recognize is None and suffix in e.extensions]
+    if not known:
+        other = _other(head)
+        if other:
+            raise FormatError(f"{path}: holds no material: is {other}")
+        endings = ", ".join(_endings(entries))
+        raise FormatError(f"{path}: content is of no known format (known: {endings})")
+    return next((entry for entry in known if suffix in entry.extensions), known[0])
+
+
+def _other(head: bytes) -> str:
+    """What a file of ours is that holds no material; empty for any other."""
+    key = header_key(head)
+    if key in (None, "nacre", "nacre latent map"):
+        return ""
+    return _OTHERS.get(key or "", "a file of nacre's own, which is read by what has written it")
+
+
+def describe_kind(path: PathLike) -> str:
+    """What a file is, in words for a message: "one material (RGL)", "a latent basis; ...".
+
+    Empty where it is of no known kind, damaged beyond recognition or absent; does not raise.
+    """
+    path = Path(path)
+    other = "" if path.is_dir() else _other(first_bytes(path))
+    if other:
+        return other
+    try:
+        entry = identify(path)
+    except FormatError:
+        return ""
+    return f"{_WORDS[entry.kind]} ({entry.name})"
+
+
+def is_btf(path: PathLike) -> bool:
+    """Whether a file or folder is a texture rather than one material; does not raise."""
+    try:
+        return identify(path).kind == "btf"
+    except FormatError:
+        return False
 
 
 def is_measured(path: PathLike) -> bool:
-    """Whether a file in a folder is taken for measured reflectance, by its ending or its content.
+    """Whether a file in a folder is taken for a measured material, by its ending or its content.
 
     That is so if it has an ending of a format for measurements, neither of the neural nor of the
     analytic ones. Where other files have the ending too, as images do, its content must be of the
@@ -52,85 +167,151 @@ def has_measured_ending(path: PathLike) -> bool:
 
 def _of_ending(path: PathLike) -> list[Format]:
     suffix = Path(path).suffix.lower()
-    return [e for e in _formats if suffix in e.extensions and e not in _MODELS]
+    return [e for e in formats("brdf") if suffix in e.extensions and e.measured]
 
 
-def load(path: PathLike, material: str | None = None) -> Brdf:
-    """Read a reflectance from any known file.
-
-    The reader is picked by content; the file name decides only between readers that both
-    recognize the content, and for formats whose content starts with nothing to recognize.
+def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | Btf:
+    """Read a material or a texture from any known file; its content says which.
 
     Parameters
     ----------
     path
-        A measured table, a neural or analytic material, or an encoded texture of one texel.
+        A measured, analytic or neural material; or a texture: a file, a folder of images, or a list
+        of photographs (`.csv`).
     material
         Name of a material, for files that hold several.
+    options
+        As the reader of the format has them: `quantity` and `directions` of photographs (see
+        :func:`nacre.measured.textures.load_photographs`), `interpolation` of a MERL table. Those
+        that are None count as not given.
 
     Raises
     ------
     FormatError
-        If the file is absent, of no known format, or damaged, or if it has no such material.
+        If the file is absent, of no known format, or damaged, if it has no such material, or its
+        format no such option.
+    MissingExtraError
+        If its reader needs a library that is not installed.
     """
     path = Path(path)
-    if is_btf(path):
-        return _of_texture(path)
-    head = read_head(path)
-    suffix = path.suffix.lower()
-    known = [entry for entry in _formats if entry.recognize and entry.recognize(head)]
-    if not known:
-        known = [e for e in _formats if e.recognize is None and suffix in e.extensions]
-    if not known:
-        endings = ", ".join(e for entry in _formats for e in entry.extensions)
-        raise FormatError(f"{path}: content is of no known format (known: {endings})")
-    named = [entry for entry in known if suffix in entry.extensions]
-    entry = (named or known)[0]
+    options = _given(options)
+    loaded: Brdf | Btf = _load(path, _identify(path, options), material, options)
+    return loaded
+
+
+def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Brdf:
+    """Read one material: as :func:`load`, or an encoded texture of one texel as a reflectance.
+
+    Raises
+    ------
+    FormatError
+        As :func:`load`, or if the file is a texture.
+    """
+    path, options = Path(path), _given(options)
+    entry = _identify(path, options)
+    if entry.kind == "btf":
+        if entry.load_material is None:
+            raise FormatError(
+                f"{path}: is a texture (BTF), not one material; nacre btf average makes one of it"
+            )
+        source = Source(path)
+        texel: Brdf = _with_source(entry.load_material(path), path, source)
+        return texel
+    brdf: Brdf = _load(path, entry, material, options)
+    return brdf
+
+
+def load_btf(path: PathLike, **options: Any) -> Btf:
+    """Read a texture, as :func:`load` does.
+
+    Raises
+    ------
+    FormatError
+        As :func:`load`, or if the file is one material.
+    """
+    path, options = Path(path), _given(options)
+    entry = _identify(path, options)
+    if entry.kind == "brdf":
+        raise FormatError(
+            f"{path}: is one material ({entry.name}), not a texture (BTF); "
+            "nacre btf tile makes one of it"
+        )
+    btf: Btf = _load(path, entry, None, options)
+    return btf
+
+
+def _load(path: Path, entry: Format, material: str | None, options: dict[str, Any]) -> Any:
+    _check_options(path, entry, entry.load, options)
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
-    brdf: Brdf = entry.load(path, material) if entry.several else entry.load(path)
-    brdf.source = {"file": path.name, "sha256": digest(path)}
-    brdf.name = brdf.name or path.stem
-    return brdf
+    source = Source(path)
+    read = partial(entry.load, path, material) if entry.several else partial(entry.load, path)
+    return _with_source(read(**options), path, source)
 
 
-def _of_texture(path: Path) -> Brdf:
-    """The material of an encoded texture of one texel."""
-    try:
-        if not has_header(path, CODES):
-            raise ValueError("is a texture (BTF), not one material")
-        brdf = material_of(load_latent_map(path))
-    except FormatError:
-        raise
-    except ValueError as error:
-        told = "see nacre btf info, or nacre btf average, which makes one of it"
-        raise FormatError(f"{path}: {error}; {told}") from error
-    brdf.source = {"file": path.name, "sha256": digest(path)}
-    brdf.name = brdf.name or path.stem
-    return brdf
+def _with_source(loaded: Any, path: Path, source: Source) -> Any:
+    return loaded.replaced(name=loaded.name or path.stem, source=source)
 
 
-def save(brdf: Brdf, path: PathLike) -> None:
-    """Write a reflectance to the format that the file name ends in.
+def _check_options(
+    path: Path, entry: Format, function: Callable[..., Any], options: dict[str, Any]
+) -> None:
+    for name in _unknown_options(function, options):
+        raise FormatError(f"{path}: {name}: is not for {entry.name} files; leave it out")
+
+
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _unknown_options(function: Callable[..., Any], options: dict[str, Any]) -> list[str]:
+    known = inspect.signature(function).parameters
+    return [name for name in options if name not in known]
+
+
+def save(material: Brdf | Btf, path: PathLike, **options: Any) -> Any:
+    """Write a material or a texture to the format that the file name ends in.
 
     Parameters
     ----------
-    brdf
+    material
         A neural material for `.safetensors` and `.h5`, an analytic one for `.json`; any reflectance
-        for tables.
+        for tables; any texture for `.npz` and `.btf`.
     path
         File to write; replaced only by a whole new one.
+    options
+        As the writer of the format has them: `resolution` of a table, `progress` of a texture,
+        `precision` of an archive, `components` of a `.btf`. Those that are None count as not given.
+
+    Returns
+    -------
+    loss
+        What the format has lost, where it keeps some components of the values only (`.btf`); else
+        None.
 
     Raises
     ------
     FormatError
-        If no format with this ending can be written, or not from this reflectance.
+        If no format with this ending can be written, or not from this material, or it has no such
+        option, or the path cannot be written.
     """
-    writer(path)(brdf, Path(path))
+    path = Path(path)
+    entry = target(path, "btf" if isinstance(material, Btf) else "brdf")
+    assert entry.save is not None
+    options = _given(options)
+    _check_options(path, entry, entry.save, options)
+    return entry.save(material, path, **options)
 
 
-def target(path: PathLike) -> Format:
+def target(path: PathLike, kind: Kind = "brdf") -> Format:
     """The format that is written to a file of this name.
+
+    Parameters
+    ----------
+    path
+        Name of the file.
+    kind
+        What is to be written: "brdf", or "btf" for a texture.
 
     Raises
     ------
@@ -138,11 +319,25 @@ def target(path: PathLike) -> Format:
         If no format with this ending can be written.
     """
     suffix = Path(path).suffix.lower()
-    for entry in _formats:
-        if suffix in entry.extensions and entry.save is not None:
+    writable = [entry for entry in formats() if entry.save is not None]
+    found = [entry for entry in writable if suffix in entry.extensions]
+    for entry in found:
+        if entry.kind == kind:
             return entry
-    endings = ", ".join(e for entry in _formats if entry.save for e in entry.extensions)
-    raise FormatError(f"{path}: no format to write ends in {suffix!r} (known: {endings})")
+    endings = ", ".join(_endings([entry for entry in writable if entry.kind == kind]))
+    if found:
+        held = _WORDS[found[0].kind]
+        raise FormatError(
+            f"{path}: {found[0].name} files hold {held}, not {_WORDS[kind]} (known: {endings})"
+        )
+    if not suffix and Path(path).is_dir():
+        raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
+    what = "to write" if kind == "brdf" else "of textures"
+    raise FormatError(f"{path}: no format {what} ends in {suffix!r} (known: {endings})")
+
+
+def _endings(entries: Sequence[Format]) -> list[str]:
+    return list(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
 
 
 def loses_bands(brdf: Brdf, path: PathLike) -> bool:

@@ -55,8 +55,8 @@ def reflect(w: Components, axis: Components) -> Components:
     return k * axis[0] - w[0], k * axis[1] - w[1], k * axis[2] - w[2]
 
 
-def turn(w: Components, angle: Array) -> Components:
-    """`w` turned about z by an angle from x toward y."""
+def rotate(w: Components, angle: Array) -> Components:
+    """`w` rotated about z by an angle, in radians, from x toward y."""
     xp = namespace(angle)
     cos, sin = xp.cos(angle), xp.sin(angle)
     if isinstance(angle, float):
@@ -111,7 +111,7 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
 
 
 def isotropic(h: Components) -> Components:
-    """Half vector turned to phi_h = 0: (sin theta_h, 0, cos theta_h); the 0 is a plain number."""
+    """Half vector rotated to phi_h = 0: (sin theta_h, 0, cos theta_h); the 0 is a plain number."""
     return azimuth(h)[2], 0.0, h[2]
 
 
@@ -154,8 +154,8 @@ def uniform_rusinkiewicz(u: Array) -> tuple[Components, Components]:
         third, phi_h and phi_d in [0, 2 pi) from the second and last. Either direction may lie below
         the horizon.
     """
-    quarter, turn = 0.5 * math.pi, 2.0 * math.pi
-    return from_rusinkiewicz_angles(u[0] * quarter, u[1] * turn, u[2] * quarter, u[3] * turn)
+    quarter, whole = 0.5 * math.pi, 2.0 * math.pi
+    return from_rusinkiewicz_angles(u[0] * quarter, u[1] * whole, u[2] * quarter, u[3] * whole)
 
 
 def stereographic(w: Components) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import importlib
 import warnings
 from collections.abc import Iterator, Mapping
 from importlib import metadata
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from nacre.errors import NacreError, reason
 
@@ -29,10 +29,23 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
         What a member is called in messages, like "format".
     builtin
         Names of the built-in members, in order, each with where it is: `module:attribute`.
+    base
+        Class that members are instances or subclasses of; those of other packages are checked.
+    builtin_first
+        Whether built-in members come before those of other packages, or behind them.
     """
 
-    def __init__(self, group: str, what: str, builtin: Mapping[str, str]) -> None:
-        self.group, self.what = group, what
+    def __init__(
+        self,
+        group: str,
+        what: str,
+        builtin: Mapping[str, str],
+        base: type | None = None,
+        *,
+        builtin_first: bool = True,
+    ) -> None:
+        self.group, self.what, self._base = group, what, base
+        self._builtin_first = builtin_first
         self._places = dict(builtin)
         self._members: dict[str, _Member] = {}
         self._entry_points: dict[str, metadata.EntryPoint] | None = None
@@ -56,10 +69,9 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
         return self._members[name]
 
     def __iter__(self) -> Iterator[str]:
-        yield from self._places
-        yield from (n for n in self._installed() if n not in self._places)
-        known = {*self._places, *self._installed()}
-        yield from (name for name in self._members if name not in known)
+        known = dict.fromkeys((*self._members, *self._installed()))
+        others = [name for name in known if name not in self._places]
+        return iter((*self._places, *others) if self._builtin_first else (*others, *self._places))
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
@@ -80,10 +92,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
         Raises
         ------
         NacreError
-            If there is one of this name.
+            If there is one of this name, or it is not what members are.
         """
         if name in self:
             raise NacreError(f"there is a {self.what} {name!r} already")
+        self._check(name, member)
         self._members[name] = member
 
     def find(self, name: str) -> _Member:
@@ -113,4 +126,11 @@ class Registry(Mapping[str, _Member], Generic[_Member]):
                 f"{self.what} {entry_point.name!r} of the package {package} does not load: "
                 f"{reason(error)}"
             ) from error
+        self._check(entry_point.name, member)
         return member
+
+    def _check(self, name: str, member: Any) -> None:
+        base = self._base
+        is_one = isinstance(member, type) and base is not None and issubclass(member, base)
+        if not (base is None or is_one or isinstance(member, base)):
+            raise NacreError(f"{self.what} {name!r} is not a {base.__module__}.{base.__qualname__}")

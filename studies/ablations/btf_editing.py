@@ -23,6 +23,7 @@ from nacre.array import Floats
 from nacre.btf import TableBtf
 from nacre.color import tone_map
 from nacre.figures.plot import write_plot
+from nacre.formats import load_btf, save
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.domes import Dome
 from nacre.textures.capture import capture
@@ -31,9 +32,7 @@ from nacre.textures.capture.recipe import Recipe, built_in
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.formats import load, save
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from studies.study import Study, geometric_mean
 
 DOME = Dome("coarse", ((0.0, 1, 0.0), (25.0, 6, 0.0), (50.0, 12, 0.0), (70.0, 12, 15.0)))
@@ -85,7 +84,7 @@ def captured(recipe: Recipe, edit: str, folder: Path) -> TableBtf:
             surface = EDITS[edit](surface)
         wi, wo = DOME.pairs()
         save(capture(surface, wi, wo, TEXELS, samples=SAMPLES, name=recipe.name), path)
-    texture = load(path)
+    texture = load_btf(path)
     assert isinstance(texture, TableBtf)
     return texture
 
@@ -186,7 +185,7 @@ def outcomes(codec: BasisCodec, edit: str, folder: Path) -> Iterator[tuple[str, 
                 p
                 for p in pairs
                 if not p.recipe.unseen
-                and not (without and p.recipe.family.name == new.recipe.family.name)
+                and not (without and p.recipe.generator.name == new.recipe.generator.name)
             ]
             found[name] = edited(codec, training, new.before, change, coefficients=coefficients)
         found["captured, then encoded"] = new.after

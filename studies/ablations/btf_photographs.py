@@ -24,13 +24,12 @@ from PIL import Image
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.figures.plot import write_plot
+from nacre.formats import load_btf
 from nacre.measured.textures import BONN, load_photographs
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import TexelMap, on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.formats import load
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.plan import CANDIDATES, informative, write_plan
-from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.selection import random_texels
 from studies.study import Study
 
@@ -158,7 +157,7 @@ def main() -> None:
     options = study.options()
     codec = load_codec(PUBLISHED)
     assert isinstance(codec, BasisCodec)
-    textures = [load(path) for path in sorted((options.captured / "unseen").glob("*.npz"))]
+    textures = [load_btf(path) for path in sorted((options.captured / "unseen").glob("*.npz"))]
     texels = {
         texture.name: texture.texels(random_texels(texture, TEXELS, np.random.default_rng(0)))
         for texture in textures

@@ -28,10 +28,8 @@ import numpy as np
 
 import nacre
 from nacre.brdf import Brdf
-from nacre.latent import Basis, NeuralBasis, encode, train
-from nacre.latent.file import AnyBasis
+from nacre.latent import LatentBasis, NeuralBasis, PcaBasis, PcaRecipe
 from nacre.latent.pca import encoded
-from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
 from nacre.metrics import albedo
 from nacre.numerics.direction_samples import DirectionSamples
@@ -53,9 +51,9 @@ RIDGE = 0.1
 Encode = Callable[[Brdf], Brdf]
 
 
-def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
+def between(basis: LatentBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
     """One line on materials half way between two codes: albedo for light along the normal."""
-    codes = [encode(basis, nacre.load(path)) for path in held_out]
+    codes = [basis.encode(nacre.load(path)) for path in held_out]
     random = np.random.default_rng((seed, 6))
     found, ratios = [], []
     for _ in range(pairs):
@@ -69,7 +67,7 @@ def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) ->
     return f"{max(found):.3f}", f"{above} of {pairs}", f"{max(ratios):.2f}"
 
 
-def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
+def sample_codes(pca: PcaBasis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
     """Codes from a few samples, at nodes of the grid so that no interpolation enters."""
     nodes = np.flatnonzero(pca.mask.reshape(-1))
     theta_h = np.unravel_index(nodes, pca.mask.shape)[0]
@@ -82,15 +80,15 @@ def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> d
     )
     weights = pca.weights()[drawn]
     parts = pca.components[pca.uses][:, drawn].T.astype(np.float64) * pca.deviations
-    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, len(pca))
-    normal = rows.T @ rows + ridge * np.eye(len(pca))
+    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, pca.code_dim)
+    normal = rows.T @ rows + ridge * np.eye(pca.code_dim)
 
     def by_ridge(brdf: Brdf) -> Brdf:
-        logs = encoded(brdf.eval(wi, wo), weights) - pca.centre[drawn, None]
+        logs = encoded(brdf.eval(wi, wo), weights) - pca.center[drawn, None]
         return pca.decode(np.linalg.solve(normal, rows.T @ logs.reshape(-1)))
 
     def by_network(brdf: Brdf) -> Brdf:
-        return neural.decode(encode_samples(neural, DirectionSamples(wi, wo, brdf.eval(wi, wo))))
+        return neural.decode(neural.encode(DirectionSamples(wi, wo, brdf.eval(wi, wo))))
 
     return {
         f"PCA by ridge regression, {count} samples": by_ridge,
@@ -121,16 +119,18 @@ def main() -> None:
     kinds = ["pca", "neural", *(("hypernetwork", "autoencoder") if options.between else ())]
     found = bases(training, kinds, settings, study.cache, progress)
     pca, neural = found["pca"], found["neural"]
-    assert isinstance(pca, Basis)
+    assert isinstance(pca, PcaBasis)
     assert isinstance(neural, NeuralBasis)
     methods: dict[str, Encode] = {}
     for count in options.samples:
         methods |= sample_codes(pca, neural, count, options.ridge)
     if options.by_channel:
         materials = [partial(nacre.load, path) for path in training]
-        by_channel = train(materials, 3 * options.code_dim, separate=True)
+        by_channel = PcaBasis.train(materials, PcaRecipe(3 * options.code_dim, separate=True))
         for name, basis in (("PCA", pca), ("PCA by channel", by_channel)):
-            methods[f"{name}, projected"] = lambda brdf, b=basis: b.decode(b.project(brdf))
+            methods[f"{name}, projected"] = lambda brdf, b=basis: b.decode(
+                b.encode(brdf, refine=False)
+            )
     if methods:
         protocol = {"size": options.size, "directions": options.directions}
         rows = [row(name, code, held_out, **protocol) for name, code in methods.items()]

@@ -39,13 +39,10 @@ from nacre.latent import (
     LobePredictor,
     NeuralBasis,
     PredictorRecipe,
-    encode_neural,
-    train_neural,
-    with_predictors,
 )
 from nacre.latent.file import load_basis, save_basis
 from nacre.neural import Layer
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.newton import minimize
 from nacre.reproduce.cache import Cache, cache_key, code_digest
 from nacre.reproduce.codes import split as split_files
@@ -83,12 +80,10 @@ def materials(seed: int | None) -> tuple[list[Path], list[Path]]:
 
 def trained(files: Sequence[Path], cache: Cache, quick: bool) -> NeuralBasis:
     """A basis of materials with its predictors."""
-    recipes = (BasisRecipe(steps=200), PredictorRecipe(steps=200)) if quick else ()
-    basis_recipe, predictor_recipe = recipes or (BasisRecipe(), PredictorRecipe())
+    recipe = BasisRecipe(steps=200) if quick else BasisRecipe()
 
     def make(state: Path) -> NeuralBasis:
-        materials = [partial(nacre.load, path) for path in files]
-        return with_predictors(train_neural(materials, basis_recipe), predictor_recipe)
+        return NeuralBasis.train([partial(nacre.load, path) for path in files], recipe)
 
     facts = [[digest(path) for path in files], quick, code_digest()]
     basis = cache.file(cache_key("predicted", facts), load_basis, make, save_basis)
@@ -100,7 +95,7 @@ def labeled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePred
     """Blinn-Phong lobes by labels: squared errors of the fraction and of ln(exponent)."""
     known = fitted_names(labels)
     given = [path for path in files if path.stem in known]
-    codes = np.array([encode_neural(basis, nacre.load(path)) for path in given])
+    codes = np.array([basis.encode(nacre.load(path)) for path in given])
     found = []
     for path in given:
         fit = load_fit(labels, path.stem).values
@@ -112,14 +107,14 @@ def labeled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePred
     recipe, random = PredictorRecipe(), np.random.default_rng(7)
     torch.manual_seed(7)
     network = torch.nn.Sequential(
-        torch.nn.Linear(len(basis), recipe.hidden),
+        torch.nn.Linear(basis.code_dim, recipe.hidden),
         torch.nn.Tanh(),
         torch.nn.Linear(recipe.hidden, 2),
     )
     adam = torch.optim.Adam(network.parameters(), 1e-3, weight_decay=1e-5)
     for _ in range(recipe.steps):
         index = random.integers(len(codes), size=recipe.batch)
-        drawn = basis.reordered(codes[index], random.integers(len(ORDERS), size=recipe.batch))
+        drawn = basis.permuted(codes[index], random.integers(len(PERMUTATIONS), size=recipe.batch))
         drawn += JITTER * random.normal(size=drawn.shape)
         loss = (
             (torch.sigmoid(network(torch.from_numpy(drawn).float())) - targets[index])
@@ -145,9 +140,9 @@ def judged(
     for path in files:
         brdf = nacre.load(path)
         seen = second_moment(brdf, SEEN)
-        encode_neural(basis, brdf)  # what is evaluated once only is not timed
+        basis.encode(brdf)  # what is evaluated once only is not timed
         start = time.process_time()
-        code = encode_neural(basis, brdf)
+        code = basis.encode(brdf)
         times[ENCODING].append(1e3 * (time.process_time() - start))
         for name, fit in fits.items():
             start = time.process_time()

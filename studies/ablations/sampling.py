@@ -30,7 +30,6 @@ import math
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -41,8 +40,7 @@ import nacre
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
-from nacre.latent import NeuralBasis
-from nacre.latent.pretrained import find_basis
+from nacre.latent import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.reproduce.cache import cache_key, code_digest
 from nacre.reproduce.noise import resampled
@@ -94,8 +92,8 @@ SAMPLERS: dict[str, Callable[[Brdf], Sampler]] = {
 def predicted(name: str) -> dict[str, Callable[[Brdf], Sampler]]:
     """Samplers that a basis predicts, by name."""
     basis = find_basis(name)
-    if not isinstance(basis, NeuralBasis):
-        raise NacreError(f"{name}: is not a neural basis")
+    if not basis.predictors:
+        raise NacreError(f"{name}: predicts no lobes")
     return {f"`{kind}`": find_sampler(kind, basis) for kind in PREDICTED}
 
 
@@ -154,7 +152,7 @@ def relative_times(
     for name, fit in SAMPLERS.items():
         own = fit(table)
         bsdfs[name, "table"] = nacre.render.bsdf(resampled(table, own))
-        bsdfs[name, "network"] = nacre.render.bsdf(replace(network, sampler=own))
+        bsdfs[name, "network"] = nacre.render.bsdf(resampled(network, own))
     scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
     for seed in range(options.rounds + 2):

@@ -17,13 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from nacre.array import Floats
+from nacre.formats import load_btf
 from nacre.measured.textures import BONN
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.embedding import appearance
-from nacre.textures.formats import load
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.selection import random_texels
 from studies.study import Study
 
@@ -63,7 +61,7 @@ def main() -> None:
     encode = on_all_cores(codec, codec.encoder(wi, wo))
     coded, seen = [], []
     for path in sorted(options.captured.glob("*/*.npz")):
-        texture = load(path)
+        texture = load_btf(path)
         texels = texture.texels(random_texels(texture, TEXELS, np.random.default_rng(0)))
         coded.append(encode(texels))
         seen.append(np.maximum(texels[:, some], 0.0))
@@ -75,7 +73,7 @@ def main() -> None:
         "coefficients": codec.decode(codes),
         "decoded, 2000 pairs": decoded,
         "decoded, roots": np.sqrt(decoded),
-        "nacre.textures.embedding": appearance(codec)(codes),
+        "nacre.textures.embedding": codec.embedding(*BONN.pairs())(codes),
     }
     truths = {"roots": distances(np.sqrt(measured)), "reflectance": distances(measured)}
     rows = []

@@ -19,11 +19,11 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf, TableBtf
+from nacre.formats import load_btf
 from nacre.measured.textures import BONN
-from nacre.textures.codecs.basis import BasisRecipe, train_basis
-from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.basis import BasisCodec, BasisRecipe
+from nacre.textures.codecs.codec import TexelCodec, TrainingRun, on_all_cores
 from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.formats import load
 from studies.study import Study, geometric_mean, progress
 
 RINGS = (23.5, 37.5, 52.5, 67.5)
@@ -51,7 +51,7 @@ def has(directions: Floats, wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
 
 def without(path: Path, directions: Floats) -> Btf:
     """A texture of the pairs that have none of some directions."""
-    texture = load(path)
+    texture = load_btf(path)
     kept = ~has(directions, texture.wi, texture.wo)
     values = texture.texels(slice(None))[:, kept].astype(np.float16)
     shape = texture.height, texture.width, *values.shape[1:]
@@ -78,13 +78,13 @@ def main() -> None:
     options = study.options()
     directions = held_out()
     files = sorted((options.captured / "train").glob("*.npz"))
-    textures = [partial(without, path, directions) for path in files]
 
-    parted = train_basis(textures, BasisRecipe(seed=options.seed), progress)
+    run = TrainingRun(files, partial(without, directions=directions), progress=progress)
+    parted = BasisCodec.train(run, BasisRecipe(seed=options.seed))
     whole = load_codec(options.model)
     rows, ratios = [], []
     for path in sorted((options.captured / "unseen").glob("*.npz")):
-        texture = load(path)
+        texture = load_btf(path)
         with_all, with_some = (error(codec, texture, directions) for codec in (whole, parted))
         ratios.append(with_some / with_all)
         rows.append((texture.name, f"{1e4 * with_all:.1f}", f"{1e4 * with_some:.1f}"))

@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 
 import nacre.render
+from nacre.formats import load_btf
 from nacre.render.preview import render_scene
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.scene import describe_texture_scene, texture_scale
-from nacre.textures.formats import load
 from nacre.textures.latent_map import NeuralBtf
 from studies.study import Study
 
@@ -131,7 +131,7 @@ def serve(way: Way, size: int, spp: int, threads: int, pipe: Any) -> None:
     to_uv = texture_scale("cylinder", _REPEAT)
     start = time.perf_counter()
     if way.path:
-        source = load(way.path)
+        source = load_btf(way.path)
         made = source.latent if isinstance(source, NeuralBtf) else source
         bsdf = texture_bsdf(made, to_uv=to_uv, **way.options)
     else:

@@ -21,10 +21,9 @@ from nacre.measured.textures import BONN
 from nacre.runtime.parallel import core_count
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.codecs.networks.network import direction_inputs
-from nacre.textures.pretrained import PUBLISHED
 from studies.references.unified_2020 import literal_codes, literal_values, literal_weights
 from studies.study import Study, log
 
@@ -121,7 +120,7 @@ def main() -> None:
     basis_encode, basis_decode = (
         on_all_cores(basis, run) for run in (basis.encoder(wi, wo), basis.decoder(wi, wo))
     )
-    many = random.normal(size=(options.texels, basis.values)).astype(np.float32)
+    many = random.normal(size=(options.texels, basis.code_dim)).astype(np.float32)
     square = torch.randn(2048, 2048, device=options.device)
 
     few, ten = values[: options.literal], values[:10]

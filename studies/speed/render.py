@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import os
 import platform
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -66,16 +66,18 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
     for material in materials:
         table = data("rgl", f"{material}_rgb.bsdf")
         network = nacre.load(data("pretrained", "rgl", f"{material}_rgb.h5"))
-        network = replace(network, sampler=LOBES)
+        network = network.replaced(sampler=LOBES)
         found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
         found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
         truth = nacre.load(table)
         for inputs in ("paper", "enhanced"):
             fitted = nacre.fit(truth, nacre.Recipe(inputs=inputs, epochs=5))
-            fitted = replace(fitted, sampler=LOBES)
+            fitted = fitted.replaced(sampler=LOBES)
             found[f"{material}, nbrdf of {inputs} inputs"] = nacre.render.bsdf(fitted)
         if cooperative:
-            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(network, "cooperative")
+            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(
+                network, weights="cooperative"
+            )
     return found
 
 

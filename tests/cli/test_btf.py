@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.btf import TableBtf
 from nacre.color import tone_map
 from nacre.measured.textures import UTIA
@@ -29,7 +29,7 @@ def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TableBtf:
     grey = np.stack([wi[:, 2], wo[:, 2], 0.0 * wi[:, 0] + 0.25], axis=1)
     values = np.broadcast_to(grey, (2, 3, len(wi), 3)).astype(np.float16)
     made = TableBtf(values, wi, wo, "cloth")
-    textures.save(made, "cloth.npz")
+    nacre.save(made, "cloth.npz")
     return made
 
 
@@ -64,7 +64,7 @@ def test_info_tells_of_pairs_that_repeat(capsys, cloth: TableBtf) -> None:
     assert "repeat" not in capsys.readouterr().out
     wi, wo = cloth.wi.copy(), cloth.wo.copy()
     wi[5:7], wo[5:7] = wi[4], wo[4]
-    textures.save(TableBtf(cloth.values, wi, wo), "again.npz")
+    nacre.save(TableBtf(cloth.values, wi, wo), "again.npz")
     assert run("btf", "info", "again.npz", "--json") == 0
     assert json.loads(capsys.readouterr().out)["facts"]["pairs that repeat others"] == 2
 
@@ -74,10 +74,10 @@ def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
     assert "sRGB, 8 bits, RGB" in capsys.readouterr().out
     assert run("btf", "convert", folder, "-o", "felt.npz", "--pixels", "radiance") == 0
     assert "felt.npz: 5 x 4 texels, 2 pairs" in capsys.readouterr().out
-    expected = textures.load(folder, "radiance").texels(slice(None))
-    np.testing.assert_allclose(textures.load("felt.npz").texels(slice(None)), expected, rtol=5e-4)
+    expected = nacre.load(folder, quantity="radiance").texels(slice(None))
+    np.testing.assert_allclose(nacre.load("felt.npz").texels(slice(None)), expected, rtol=5e-4)
     assert run("btf", "convert", "felt.npz", "-o", "x.npz", "--precision", "single") == 0
-    assert textures.load("x.npz").describe()["values"] == "float32"
+    assert nacre.load("x.npz").describe()["values"] == "float32"
 
 
 def test_a_command_that_is_terminated_leaves_nothing(
@@ -93,11 +93,11 @@ def test_a_command_that_is_terminated_leaves_nothing(
 def test_negative_values_that_a_factored_file_loses_are_told(capsys, cloth: TableBtf) -> None:
     values = cloth.values.astype(np.float32)
     values[0] -= 2.0
-    textures.save(TableBtf(values, cloth.wi, cloth.wo), "low.npz")
+    nacre.save(TableBtf(values, cloth.wi, cloth.wo), "low.npz")
     assert run("btf", "convert", "low.npz", "-o", "x.btf") == 0
     shown = capsys.readouterr().out
     assert "x.btf: 50 % of the values were negative and became 0" in shown
-    back = textures.load("x.btf").texels(slice(None)).reshape(values.shape)
+    back = nacre.load("x.btf").texels(slice(None)).reshape(values.shape)
     error = 100.0 * np.abs(back - values).mean() / np.abs(values).mean()
     assert 50.0 < error < 100.0
     assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
@@ -107,7 +107,7 @@ def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
     assert run("btf", "convert", "cloth.npz", "-o", "x.btf", "--components", "1") == 0
     shown = capsys.readouterr().out
     assert "x.btf: 3 x 2 texels, 6,561 pairs of directions, " in shown
-    back, values = textures.load("x.btf").texels(slice(None)), cloth.texels(slice(None))
+    back, values = nacre.load("x.btf").texels(slice(None)), cloth.texels(slice(None))
     error = 100.0 * np.abs(back - values).mean() / values.mean()
     assert error > 1e-3
     assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
@@ -147,7 +147,7 @@ def test_a_sheet_shows_each_pair_once(tmp_path: Path, monkeypatch, capsys) -> No
     monkeypatch.chdir(tmp_path)
     wi = from_degrees([0.0, 30.0, 60.0], [0.0, 0.0, 90.0]).astype(np.float32)
     values = np.broadcast_to(np.array([0.1, 0.2, 0.3], "f4")[:, None], (2, 2, 3, 3))
-    textures.save(TableBtf(values, wi, np.roll(wi, 1, 0)), "three.npz")
+    nacre.save(TableBtf(values, wi, np.roll(wi, 1, 0)), "three.npz")
     assert run("btf", "picture", "three.npz", "-o", "x.exr") == 0
     lines = capsys.readouterr().out.splitlines()
     shown = [line.split()[0] for line in lines[1:-1]]
@@ -164,7 +164,7 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
     wi = from_degrees([0.0, 60.0], [0.0, 0.0]).astype(np.float32)
     values = np.zeros((9, 602, 2, 3), np.float32)
     values[:, ::3] = 0.9
-    textures.save(TableBtf(values, wi, wi[[0, 0]]), "wide.npz")
+    nacre.save(TableBtf(values, wi, wi[[0, 0]]), "wide.npz")
     assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--view", "0,0") == 0
     sheet = np.array(mi.Bitmap("x.exr")).reshape(3, 2, 201, 3)
     np.testing.assert_allclose(sheet[:, :, :-1], 0.3, rtol=1e-5)

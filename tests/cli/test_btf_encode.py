@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.btf import TableBtf
 from nacre.measured.textures import UTIA
 from nacre.textures import NeuralBtf
@@ -27,7 +27,7 @@ def felt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TableBtf:
     codes = np.random.default_rng(8).normal(size=(12, 2)).astype(np.float32)
     values = codec().decoder(*UTIA.pairs())(codes).reshape(3, 4, -1, 3)
     made = TableBtf(values, *UTIA.pairs(), "felt")
-    textures.save(made, "felt.npz")
+    nacre.save(made, "felt.npz")
     return made
 
 
@@ -39,7 +39,7 @@ def test_the_way_from_a_texture_to_a_report(felt, capsys):
     shown = capsys.readouterr().out
     assert "4 x 3, 2 values each" in shown
     assert "pairs compared a texel" in shown
-    found = textures.load("felt.safetensors")
+    found = nacre.load("felt.safetensors")
     assert isinstance(found, NeuralBtf)
     metadata = found.latent.metadata
     assert metadata["source"]["file"] == "felt.npz"
@@ -52,7 +52,7 @@ def test_the_way_from_a_texture_to_a_report(felt, capsys):
     report = "btf", "compare", "felt.npz", "again.npz"
     assert run(*report, "--json", "--picture", "sheet.png") == 0
     figures = json.loads(capsys.readouterr().out)
-    difference = textures.load("again.npz").texels(slice(None)) - felt.texels(slice(None))
+    difference = nacre.load("again.npz").texels(slice(None)) - felt.texels(slice(None))
     mse = 1e4 * np.mean(difference.astype(float) ** 2)
     assert figures["errors"]["MSE x 1e4"] == pytest.approx(mse, rel=1e-4)
     assert metadata["errors"]["MSE x 1e4"] == pytest.approx(mse, rel=0.05)
@@ -90,7 +90,7 @@ def test_other_directions(felt, capsys):
     for directions, count in counts.items():
         options = "-o", "x.npz", "--directions", directions
         assert run("btf", "decode", "felt.safetensors", *options) == 0
-        assert textures.load("x.npz").pair_count == count
+        assert nacre.load("x.npz").pair_count == count
     assert "error" not in capsys.readouterr().out
     assert run("btf", "decode", "felt.safetensors", "-o", "x.btf", "--directions", "list.csv") == 0
     assert "mean absolute error" in capsys.readouterr().out
@@ -157,7 +157,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(felt, capsys, monkeypatch
     assert run(*ENCODE, "--texels-per-block", 3) == 2
     assert "--resume" in capsys.readouterr().err
     assert run(*ENCODE, "--texels-per-block", 4, "--resume") == 2
-    assert "is of another encoding" in capsys.readouterr().err
+    assert "is of another run" in capsys.readouterr().err
     assert run(*ENCODE, "--texels-per-block", 3, "--resume") == 0
     assert Path("felt.safetensors").read_bytes() == whole
     assert not Path("felt.safetensors.state").exists()
@@ -181,10 +181,10 @@ def test_no_encoding_goes_on_with_other_pixels(photographs, felt, capsys, monkey
     run_interrupted(monkeypatch, *first, "--pixels", "radiance")
     capsys.readouterr()
     assert run(*first, "--pixels", "reflectance", "--resume") == 2
-    assert "is of another encoding" in capsys.readouterr().err
+    assert "is of another run" in capsys.readouterr().err
     (photographs / "b.png").write_bytes(png_bytes(np.zeros((5, 4, 3), np.uint8), 4, 5))
     assert run(*first, "--pixels", "radiance", "--resume") == 2
-    assert "is of another encoding" in capsys.readouterr().err
+    assert "is of another run" in capsys.readouterr().err
 
 
 def test_a_list_of_photographs_is_what_its_folder_is(photographs, felt, capsys):
@@ -222,7 +222,7 @@ def test_a_folder_of_images_is_encoded(felt, tmp_path, capsys):
     options = "-o", "cloth.safetensors", "--model", "model.safetensors"
     assert run("btf", "encode", folder, *options) == 0
     assert "5 x 4, 2 values each" in capsys.readouterr().out
-    assert textures.load("cloth.safetensors").pair_count == 3
+    assert nacre.load("cloth.safetensors").pair_count == 3
     assert run("btf", "compare", folder, "cloth.safetensors") == 0
 
 
@@ -247,7 +247,7 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
     assert run("btf", "capture", "wood12", "-o", "wood.npz", "--texels", 4, "--dome", "utia") == 0
     assert run("btf", "encode", "wood.npz", "-o", "wood.safetensors", "--half", "--reference") == 0
     assert Path("wood.safetensors").stat().st_size < 10_000
-    decoded, truth = textures.load("wood.safetensors"), textures.load("wood.npz")
+    decoded, truth = nacre.load("wood.safetensors"), nacre.load("wood.npz")
     values = truth.texels(slice(None))
     error = np.square(decoded.texels(slice(None)) - values).mean()
     assert error < 0.12 * np.square(values - values.mean((0, 1))).mean()
@@ -271,7 +271,7 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
     ],
 )
 def test_mistakes_are_errors_of_one_line(felt, capsys, arguments, message):
-    textures.save(TableBtf(felt.values[:2, :2], felt.wi, felt.wo), "small.npz")
+    nacre.save(TableBtf(felt.values[:2, :2], felt.wi, felt.wo), "small.npz")
     assert run("btf", *arguments) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre import textures
 from nacre.btf import TableBtf
 from nacre.measured.textures import BONN
 from nacre.neural import Layer, NeuralBrdf
@@ -25,7 +24,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A texture, the same encoded, a model, and a material; all of few directions."""
     monkeypatch.chdir(tmp_path)
     wi, wo = (w[:1] for w in BONN.pairs())
-    textures.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
+    nacre.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
     save_codec(codec(), "model.safetensors")
     assert run("btf", "encode", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
     nacre.save(NeuralBrdf([Layer(np.ones((6, 3), "f4"), np.ones(3, "f4"))]), "paint.safetensors")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import nacre
 from nacre import textures
 from nacre.btf import TableBtf
 from nacre.io.image_file import read_header
@@ -33,7 +34,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         textures.save_latent_map(LatentMap(codes, codec(seed), wi, wo, name), f"{name}.safetensors")
     save_codec(codec(), "model.safetensors")
     values = np.full((1, 1, 2, 3), 0.5, np.float32)
-    textures.save(TableBtf(values, wi, wo), "texture.npz")
+    nacre.save(TableBtf(values, wi, wo), "texture.npz")
     return tmp_path
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.measured.textures.direction_list import named_directions, read_rows
 from nacre.textures.codecs import save_codec
 from tests.cli.support import assert_refused, run
@@ -38,14 +38,14 @@ def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
         write_image(Path("photos", row["file"]), image)
     encode = "btf", "encode", "photos", "-o", "c.safetensors", *MODEL
     assert run(*encode, "--directions", "d.csv") == 0
-    found = textures.load("c.safetensors")
+    found = nacre.load("c.safetensors")
     values = np.stack([linear(image) for image in images], axis=2).reshape(35, 12, 3)
     expected = codec().encoder(wi, wo)(values)
     np.testing.assert_allclose(found.latent.codes.reshape(35, 2), expected, rtol=1e-3, atol=1e-3)
     assert found.name == "photos"
     Path("d.csv").rename("photos/directions.csv")
     assert run(*encode[:4], "again.safetensors", *MODEL) == 0
-    again = textures.load("again.safetensors")
+    again = nacre.load("again.safetensors")
     assert np.array_equal(again.latent.codes, found.latent.codes)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import nacre
 from nacre import textures
 from tests.cli.support import run
 from tests.render.textures.made import latent, picture
@@ -23,7 +24,7 @@ def cloth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     codes = np.random.default_rng(1).normal(size=(2, 4, 2))
     textures.save_latent_map(latent(codes, codec(1)), "cloth.safetensors")
-    textures.save(picture(np.full((2, 4, 3), 0.5)), "grey.npz")
+    nacre.save(picture(np.full((2, 4, 3), 0.5)), "grey.npz")
     return tmp_path
 
 
@@ -64,7 +65,7 @@ def test_an_animation_of_a_moving_light(capsys: pytest.CaptureFixture[str], clot
 
     options = ("--size", 24, "--spp", 1, "--frames", 3, "--path", "over", *LIT)
     assert run("btf", "render", "grey.npz", *options) == 0
-    assert "gray.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
+    assert "grey.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
     assert run("btf", "render", "grey.npz", *options, "--reference", "grey.npz", "-o", "a.png") == 0
     shown = capsys.readouterr().out
     assert "a.png: 3 frames of 800 x 404 pixels, 1 samples per pixel, MSE x 1e4 0," in shown

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre import textures
 from nacre.analytic.lambert import Lambert
 from nacre.btf import TableBtf
 from nacre.measured.textures import BONN
@@ -25,7 +24,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     wi, wo = (w[::700] for w in BONN.pairs())
     values = np.linspace(0.1, 0.9, 6, dtype=np.float32)[:, None, None]
     values = np.broadcast_to(values, (6, len(wi), 3)).reshape(2, 3, len(wi), 3)
-    textures.save(TableBtf(values, wi, wo), "texture.npz")
+    nacre.save(TableBtf(values, wi, wo), "texture.npz")
     save_codec(codec(), "model.safetensors")
     nacre.save(Lambert(diffuse=(0.5, 0.5, 0.5)), "grey.json")
     return tmp_path
@@ -33,13 +32,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
     assert run("btf", "average", "texture.npz", "-o", "mean.npz") == 0
-    np.testing.assert_allclose(textures.load("mean.npz").texels(slice(None)), 0.5, rtol=1e-3)
+    np.testing.assert_allclose(nacre.load("mean.npz").texels(slice(None)), 0.5, rtol=1e-3)
     assert run("btf", "average", "texture.npz", "-o", "mean.safetensors", *MODEL) == 0
     assert "1 x 1" in capsys.readouterr().out
     assert nacre.load("mean.safetensors").name == "texture"
     size = "--size", 4, 2
     assert run("btf", "spread", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
-    spread = textures.load("4.safetensors")
+    spread = nacre.load("4.safetensors")
     assert (spread.width, spread.height, spread.pair_count) == (4, 2, 151 * 151)
 
 
@@ -47,7 +46,7 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
     Path("two.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,0\n40,90,0,0\n")
     arguments = "-o", "grey.npz", "--size", 3, 2, "--directions", "two.csv"
     assert run("btf", "spread", "grey.json", *arguments) == 0
-    grey = textures.load("grey.npz")
+    grey = nacre.load("grey.npz")
     assert (grey.width, grey.height, grey.pair_count) == (3, 2, 2)
     np.testing.assert_allclose(grey.texels(slice(None)), 0.5, rtol=1e-3)
 

@@ -13,11 +13,19 @@ import nacre
 from tests.cli.test_commands import run
 from tests.data import require_data
 from tests.download.server import serving
+from tests.reflectances import Glossy
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    path = tmp_path_factory.mktemp("table") / "made.bsdf"
+    nacre.save(Glossy(0.2, 0.5, 0.3), path)
+    return path.read_bytes()
 
 
 @pytest.fixture
-def server():
-    with serving(bytes(range(256)) * 1000) as server:
+def server(table):
+    with serving(table) as server:
         yield server
 
 

@@ -27,6 +27,7 @@ class Server(ThreadingHTTPServer):
         self.ranges = True
         self.conditions = True
         self.tells_length = True
+        self.location: str | None = None
         self.faults: list[Any] = []
         self.requests: list[tuple[str, dict[str, str]]] = []
 
@@ -48,6 +49,12 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         server = self.server
         server.requests.append((self.path, dict(self.headers)))
+        if server.location:
+            self.send_response(302)
+            self.send_header("Location", server.location)
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+            return
         fault = server.faults.pop(0) if server.faults else None
         if isinstance(fault, int):
             self.send_response(fault)

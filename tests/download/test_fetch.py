@@ -6,11 +6,14 @@ import json
 import multiprocessing
 import os
 import resource
+import sys
 import threading
+from pathlib import Path
 
-import pooch
+import platformdirs
 import pytest
 
+import nacre
 from nacre.download import Database, Facts, cache_folder, fetch
 from nacre.errors import NacreError
 from tests.download.server import Server
@@ -21,6 +24,11 @@ TERMS = "Be kind.\n"
 def accept(terms: str) -> bool:
     assert terms == TERMS
     return True
+
+
+@pytest.fixture(autouse=True)
+def anything_is_a_material(monkeypatch):
+    monkeypatch.setattr(sys.modules[fetch.__module__], "load", lambda path: None)
 
 
 @pytest.fixture
@@ -123,6 +131,14 @@ def test_a_file_changed_on_disk_is_reported(database, tmp_path):
     assert path.read_bytes() == b"edited"
 
 
+def test_without_a_known_checksum_it_must_be_a_material(database, server, monkeypatch, tmp_path):
+    monkeypatch.setattr(sys.modules[fetch.__module__], "load", nacre.load)
+    server.content = b"<html>sold</html>\n"
+    with pytest.raises(NacreError, match=r"what it sends: .*nothing is kept"):
+        fetch(database, "unknown", tmp_path, agree=accept)
+    assert left(tmp_path) == ["shop-TERMS.txt"]
+
+
 def test_terms_come_first(database, server, tmp_path):
     with pytest.raises(NacreError, match="shop: the terms of use are not accepted"):
         fetch(database, "known", tmp_path / "folder")
@@ -152,7 +168,7 @@ def test_cache_folder(database, tmp_path, monkeypatch):
     found = fetch(database, "known", agree=accept)
     assert found.path == tmp_path / "cache" / "shop" / "known.bin"
     monkeypatch.delenv("NACRE_CACHE")
-    assert cache_folder() == pooch.os_cache("nacre")
+    assert cache_folder() == Path(platformdirs.user_cache_dir("nacre"))
 
 
 def test_offline_says_how_to_do_without(database, tmp_path):

@@ -73,8 +73,7 @@ def test_every_pair_is_shown_once_under_its_directions(monkeypatch, count):
 
 
 def test_names_of_any_characters_can_be_written():
-    made = striped(2, 2)
-    made.name = "two\nlines \0 \udcff" + "x" * 500
+    made = striped(2, 2).replaced(name="two\nlines \0 \udcff" + "x" * 500)
     assert texture_panels(made, np.array([0]), 1).shape[2] == 3
     assert texture_sheet(made, made, (made.name, made.name)).shape[2] == 3
 

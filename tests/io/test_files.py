@@ -12,7 +12,8 @@ from nacre.io.files import atomic_path, read_bytes
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     target = tmp_path / "x.bin"
-    target.write_bytes(b"old")
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(b"old")
 
     def fail():
         with atomic_path(target) as temporary:
@@ -27,7 +28,8 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
 
 def test_a_write_replaces_the_file_whole(tmp_path):
     target = tmp_path / "x.bin"
-    target.write_bytes(b"old")
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(b"old")
     with atomic_path(target) as temporary:
         assert temporary.suffix == ".bin"
         temporary.write_bytes(b"new")

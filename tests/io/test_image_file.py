@@ -92,7 +92,7 @@ import os, sys
 os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 import numpy as np
 from pathlib import Path
-from nacre.image_file import decode, read_header
+from nacre.io.image_file import decode, read_header
 from nacre.render.environment import load_environment
 from nacre.render.preview import write_image
 path = Path(sys.argv[1])

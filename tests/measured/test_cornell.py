@@ -174,6 +174,6 @@ def test_reading_spectra_leaves_numpys_printing_alone(tmp_path: Path) -> None:
     source = write(tmp_path / "a.brdf", scan_bytes())
     script = (
         "import sys, numpy, nacre; before = numpy.get_printoptions(); nacre.load(sys.argv[1]); "
-        "assert numpy.get_printoptions() == before and 'color' in sys.modules"
+        "assert numpy.get_printoptions() == before and 'colour' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", script, str(source)], check=True)

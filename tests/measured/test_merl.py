@@ -18,7 +18,7 @@ from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, isotropic, join, split
 from nacre.geometry import rusinkiewicz_angles as angles
-from nacre.measured import FORMATS, MerlBrdf, comma_separated, merl, merl_array, utia_image
+from nacre.measured import MerlBrdf, merl, merl_array
 from nacre.measured.merl_table import SCALES
 from tests.measured import support
 from tests.variants import require_mitsuba
@@ -269,18 +269,6 @@ def test_wrong_arguments_are_refused() -> None:
         MerlBrdf(np.zeros((90, 90, 180)))
     with pytest.raises(ValueError, match="interpolation"):
         MerlBrdf(random_table(), interpolation="cubic")  # type: ignore[arg-type]
-
-
-def test_formats_are_registered() -> None:
-    assert [entry.name for entry in FORMATS] == [
-        "RGL",
-        "MERL",
-        *(f.name for f in merl_array.FORMATS),
-        *(f.name for f in comma_separated.FORMATS),
-        "Cornell scan",
-        "UTIA",
-        *(f.name for f in utia_image.FORMATS),
-    ]
 
 
 def test_format_is_recognized(tabulated: Path) -> None:

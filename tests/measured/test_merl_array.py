@@ -94,7 +94,7 @@ def test_saved_archive_comes_back_byte_for_byte(tmp_path: Path) -> None:
 
 
 def test_networks_and_tables_in_npy_files_are_told_apart() -> None:
-    _, npy = merl_array.FORMATS
+    npy = merl_array.NPY
     assert npy.recognize is not None
     for shape, expected in (((90, 90, 180, 3), True), ((6, 21), False), ((21,), False)):
         for dtype in ("<f2", "<f8"):

@@ -39,10 +39,7 @@ class Blinding(Brdf):
 
 
 def metals(count: int) -> list[Glossy]:
-    materials = [Glossy(0.1, 0.3, 0.2 + 0.1 * k) for k in range(count)]
-    for k, material in enumerate(materials):
-        material.name = f"metal {k}"
-    return materials
+    return [Glossy(0.1, 0.3, 0.2 + 0.1 * k).replaced(name=f"metal {k}") for k in range(count)]
 
 
 def stacks(calls: list[tuple]) -> int:

@@ -89,7 +89,7 @@ import sys
 import time
 import numpy as np
 from numba.core.caching import IndexDataCacheFile
-from nacre.compilation import compiled
+from nacre.runtime.compilation import compiled
 
 load = IndexDataCacheFile._load_index
 

@@ -49,7 +49,7 @@ def test_a_second_sigterm_lets_the_first_be_tidied_up() -> None:
 def test_outside_of_commands_sigterm_ends_the_process_when_a_block_is_over() -> None:
     script = """
 import os, signal
-from nacre.interrupts import uninterrupted
+from nacre.runtime.interrupts import uninterrupted
 with uninterrupted():
     os.kill(os.getpid(), signal.SIGTERM)
     print("inside", flush=True)

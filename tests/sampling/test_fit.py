@@ -152,7 +152,7 @@ def test_a_lobe_is_parted_in_two_about_itself() -> None:
     free = one.start((0.15,)) + 0.1
     assert two(one.part(free, 0.0))[0] == pytest.approx(one(free)[0])
     narrow, wide = two.mixture(one.part(free, 0.5)).lobes
-    assert narrow == replace(one.mixture(free).lobes[0], share=narrow.share)
-    assert wide.share == narrow.share
+    assert narrow == replace(one.mixture(free).lobes[0], fraction=narrow.fraction)
+    assert wide.fraction == narrow.fraction
     assert wide.shift == narrow.shift
     assert min(wide.roughness + wide.across) > max(narrow.roughness + narrow.across)

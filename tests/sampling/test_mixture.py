@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.array import Components, Floats
-from nacre.geometry import join, split, turn
+from nacre.geometry import join, rotate, split
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.visible_normals import distribution, visible_density
 
@@ -20,7 +20,7 @@ COUNT = 100_000
 
 def view(degrees: float, turned: float = 0.6) -> Components:
     theta = math.radians(degrees)
-    wo = turn((math.sin(theta), 0.0, math.cos(theta)), turned)
+    wo = rotate((math.sin(theta), 0.0, math.cos(theta)), turned)
     return split(np.tile(wo, (COUNT, 1)))
 
 
@@ -43,14 +43,14 @@ def test_means_over_samples_are_integrals_of_the_density(name: str, degrees: flo
     first = mixture.lobes[0]
     wider = [
         GgxLobe(
-            tuple(0.4 for _ in first.share),
+            tuple(0.4 for _ in first.fraction),
             tuple(min(1.5 * a, 1.0) for a in lobe.roughness),
             tuple(min(1.5 * a, 1.0) for a in lobe.across),
             lobe.shift,
         )
         for lobe in (first, mixture.lobes[-1])
     ]
-    even, none = (tuple(x for _ in first.share) for x in (0.1, 0.0))
+    even, none = (tuple(x for _ in first.fraction) for x in (0.1, 0.0))
     other = replace(mixture, lobes=tuple(wider), uniform=even, squared=none)
     points, proposal = other.sample_components(wo, split(random.random((COUNT, 3))))
     ratio = np.where(proposal > 0, mixture.pdf_components(points, wo), 0.0)
@@ -92,11 +92,11 @@ def test_lobes_turn_with_the_view_or_stay() -> None:
     for name, same in (("two lobes", True), ("of a fixed axis", False)):
         mixture = MIXTURES[name]
         before = mixture.pdf_components(wi, wo)
-        after = mixture.pdf_components(turn(wi, 0.8), turn(wo, 0.8))
+        after = mixture.pdf_components(rotate(wi, 0.8), rotate(wo, 0.8))
         assert np.allclose(before, after, rtol=1e-9) is same
         if not same:
             moved = replace(mixture, angle=mixture.angle + 0.8)
-            after = moved.pdf_components(turn(wi, 0.8), turn(wo, 0.8))
+            after = moved.pdf_components(rotate(wi, 0.8), rotate(wo, 0.8))
             np.testing.assert_allclose(after, before, rtol=1e-9)
 
 
@@ -108,7 +108,7 @@ def test_parameters_are_linear_in_the_cosine_and_constant_beyond() -> None:
         def value(values: tuple[float, ...]) -> tuple[float]:
             return (float(np.interp(cosine, mixture.cosines, values)),)
 
-        shape = (value(v) for v in (lobe.share, lobe.roughness, lobe.across, lobe.shift))
+        shape = (value(v) for v in (lobe.fraction, lobe.roughness, lobe.across, lobe.shift))
         lobes = (GgxLobe(*shape),)
         return GgxMixture(lobes, value(mixture.uniform), value(mixture.squared))
 
@@ -135,7 +135,7 @@ GOOD = MIXTURES["of the view"]
         ({"uniform": (0.9, 0.9, 0.9)}, "add up to 1"),
         ({"squared": (-0.1, 0.0, 0.0)}, "squared must lie"),
         ({"angle": 7.0}, "angle must lie"),
-        ({"lobes": (replace(GOOD.lobes[0], share=(0.0, 0.0, 1.1)),)}, "share must lie"),
+        ({"lobes": (replace(GOOD.lobes[0], fraction=(0.0, 0.0, 1.1)),)}, "fraction must lie"),
         ({"lobes": (replace(GOOD.lobes[0], roughness=(0.1, 0.1, 1e-4)),)}, "roughness must lie"),
         ({"lobes": (replace(GOOD.lobes[0], across=(0.1, 0.1, 5.0)),)}, "across must lie"),
         ({"lobes": (replace(GOOD.lobes[0], shift=(0.0, 0.0, math.inf)),)}, "shift must lie"),

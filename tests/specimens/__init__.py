@@ -6,7 +6,6 @@ by an entry in a module here. Nothing is a real measurement.
 
 from nacre.formats import formats
 from nacre.io.format import Format
-from nacre.textures.formats import FORMATS as TEXTURES
 from tests.specimens import (
     analytic,
     encoded,
@@ -35,8 +34,8 @@ SPECIMENS: dict[str, Specimen] = {
 
 
 def file_formats() -> tuple[Format, ...]:
-    """Every format of files: materials, then textures but for those that are folders only."""
-    return (*formats(), *(entry for entry in TEXTURES if entry.extensions))
+    """Every format but for those of folders only."""
+    return tuple(entry for entry in formats() if entry.extensions)
 
 
 __all__ = ["SPECIMENS", "Specimen", "file_formats", "mutated"]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
+from nacre.formats import is_btf, load_btf
 from nacre.io.files import digest
 from nacre.measured.textures import UTIA
-from nacre.textures import LatentMap, NeuralBtf, load, load_latent_map, save_latent_map
+from nacre.textures import LatentMap, NeuralBtf, load_latent_map, save_latent_map
 from nacre.textures.codecs import save_codec
-from nacre.textures.formats import is_btf
 from nacre.textures.latent_map import CodecFile
 from tests.textures.codec_files import header_and_tensors, rewrite
 from tests.textures.codecs.basis.made import codec
@@ -57,7 +57,7 @@ def test_a_map_comes_back_as_it_was(tmp_path, dtype, scattered):
 
 def test_an_encoded_texture_is_a_texture(path):
     assert is_btf(path)
-    btf = load(path)
+    btf = load_btf(path)
     assert isinstance(btf, NeuralBtf)
     assert (btf.width, btf.height, btf.pair_count) == (5, 3, 6561)
     facts = btf.describe()
@@ -72,7 +72,7 @@ def test_an_encoded_texture_is_a_texture(path):
     np.testing.assert_allclose(
         pictures.reshape(2, 15, 3), expected[:, [7, 3000]].swapaxes(0, 1), rtol=1e-4, atol=1e-5
     )
-    other = btf.decoded(*PAIRS)
+    other = btf.at_directions(*PAIRS)
     expected = made.codec.decoder(*PAIRS)(made.codes.reshape(-1, 2))
     np.testing.assert_allclose(other.texels(np.array([14, 2])), expected[[14, 2]], atol=1e-5)
 
@@ -83,15 +83,15 @@ def test_a_model_beside_it_is_referred_to(tmp_path):
     save_latent_map(
         dataclasses.replace(latent(), reference=CodecFile(model.name, digest(model))), path
     )
-    btf = load(path)
+    btf = load_btf(path)
     assert btf.describe()["model"] == "in model.safetensors"
     np.testing.assert_array_equal(btf.texels(slice(None)), NeuralBtf(latent()).texels(slice(None)))
     save_codec(codec(seed=1), model)
     with pytest.raises(FormatError, match=r"is another model .* than felt\.safetensors was"):
-        load(path)
+        load_btf(path)
     model.unlink()
     with pytest.raises(FormatError, match=r"refers to the model model\.safetensors .*copy it"):
-        load(path)
+        load_btf(path)
 
 
 @pytest.mark.parametrize("name", ["", "../x", "/etc/passwd", "a/b", "\0", 3, ".", None])
@@ -99,7 +99,7 @@ def test_only_files_beside_it_are_referred_to(path, name):
     header, tensors = header_and_tensors(path)
     rewrite(path, {**header, "codec": {"file": name, "sha256": "0" * 64}}, tensors)
     with pytest.raises(FormatError, match=r"no name of a file|not in its folder|is a directory"):
-        load(path)
+        load_btf(path)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_a_damaged_header_is_an_error_that_names_the_field(path, change, message
     header, tensors = header_and_tensors(path)
     rewrite(path, {**header, **change}, tensors)
     with pytest.raises(FormatError, match=message) as caught:
-        load(path)
+        load_btf(path)
     assert str(caught.value).startswith(f"{path}: ")
 
 
@@ -146,7 +146,7 @@ def test_a_damaged_tensor_is_an_error_that_names_it(path, change, message):
     header, tensors = header_and_tensors(path)
     rewrite(path, header, tensors | change)
     with pytest.raises(FormatError, match=message) as caught:
-        load(path)
+        load_btf(path)
     assert str(caught.value).startswith(f"{path}: ")
 
 
@@ -155,11 +155,11 @@ def test_what_is_missing_is_named(path):
     for key in header:
         rewrite(path, {k: v for k, v in header.items() if k != key}, tensors)
         with pytest.raises(FormatError, match=f"'{key}' is missing"):
-            load(path)
+            load_btf(path)
     for name in ("codes", "lights", "views", "codec.encode.linear"):
         rewrite(path, header, {k: v for k, v in tensors.items() if k != name})
         with pytest.raises(FormatError, match="is missing"):
-            load(path)
+            load_btf(path)
 
 
 def test_codes_that_decode_to_no_numbers_are_an_error():

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.errors import FormatError
 from tests.reading import check_texture
 from tests.specimens.specimen import mutated
@@ -57,7 +57,7 @@ def test_damaged_folders_are_read_or_refused(tmp_path: Path) -> None:
     for _ in range(150):
         _damaged(folder, images, random)
         try:
-            check_texture(textures.load(folder, random.choice((None, "radiance"))))
+            check_texture(nacre.load(folder, quantity=random.choice((None, "radiance"))))
             loaded += 1
         except FormatError as error:
             message = str(error)

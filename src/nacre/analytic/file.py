@@ -103,4 +103,5 @@ FORMAT = Format(
     load,
     save,
     holds="analytic",
+    measured=False,
 )

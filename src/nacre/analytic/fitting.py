@@ -11,14 +11,14 @@ import numpy.typing as npt
 
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
-from nacre.brdf import Brdf
+from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
-from nacre.geometry import join, split, turn
+from nacre.geometry import join, rotate, split
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.least_absolute import minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
-from nacre.sampling import draw_samples
+from nacre.sampling import check_isotropic, draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
 Vector = npt.NDArray[np.float64]
@@ -78,12 +78,17 @@ def fit(
     Raises
     ------
     NacreError
-        If hardly any sample of the reflectance is valid, or none is where the model has a value.
+        If hardly any sample of the reflectance is valid, none is where the model has a value, or
+        the reflectance is not isotropic as it says.
+    TypeError
+        If `brdf` is no reflectance.
     """
+    expect_brdf(brdf, "a fit")
     if not 0.0 < gain < math.inf:
         raise ValueError(f"gain must be positive, got {gain}")
     if min(samples, starts) < 1:
         raise ValueError("samples and starts must be positive")
+    check_isotropic(brdf)
     scan = brdf.scattered()
     drawn = draw_samples(brdf, samples, seed) if scan is None else scan.samples
     drawn = drawn[np.random.default_rng((seed, 1)).permutation(len(drawn))]
@@ -102,11 +107,10 @@ def fit(
             settings["starts"] = starts
     if not math.isfinite(loss):
         raise NacreError(f"{brdf.name or 'reflectance'}: {model.model} cannot be fitted to it")
-    fitted = model(name=brdf.name, **values)
-    fitted.metadata["fit"] = settings | {"seed": seed, "loss": loss}
+    metadata: dict[str, Any] = {"fit": settings | {"seed": seed, "loss": loss}}
     if brdf.source:
-        fitted.metadata["source"] = dict(brdf.source)
-    return fitted
+        metadata["source"] = dict(brdf.source)
+    return model(name=brdf.name, metadata=metadata, **values)
 
 
 def _turned(samples: DirectionSamples, seed: int) -> DirectionSamples:
@@ -115,7 +119,7 @@ def _turned(samples: DirectionSamples, seed: int) -> DirectionSamples:
     They all lie at few azimuths, where an anisotropic model would do as it likes at the others.
     """
     angle = np.random.default_rng((seed, 3)).uniform(0.0, 2.0 * math.pi, len(samples))
-    wi, wo = (join(turn(split(w), angle.astype(np.float32))) for w in (samples.wi, samples.wo))
+    wi, wo = (join(rotate(split(w), angle.astype(np.float32))) for w in (samples.wi, samples.wo))
     return DirectionSamples(wi, wo, samples.rgb)
 
 

@@ -19,7 +19,7 @@ from nacre.analytic.model import DIFFUSE, AnalyticBrdf, Parameter, Values, lambe
 from nacre.array import Array, Components
 from nacre.brdf import Sampler
 from nacre.color import luminance
-from nacre.geometry import dot, half_vector, turn
+from nacre.geometry import dot, half_vector, rotate
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.visible_normals import LEAST_ROUGHNESS, distribution, stretched_length
 
@@ -68,7 +68,7 @@ class AnisotropicGgx(AnalyticBrdf):
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         """See :class:`AnalyticBrdf`."""
         angle, alpha = values["angle"], (values["roughness_x"], values["roughness_y"])
-        return _ggx(values, alpha, turn(wi, -1.0 * angle), turn(wo, -1.0 * angle))
+        return _ggx(values, alpha, rotate(wi, -1.0 * angle), rotate(wo, -1.0 * angle))
 
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from nacre.array import Array, Components, Table, namespace
+from nacre.brdf import Sampler
 from nacre.sampling import LobeSampledBrdf
 
 Value: TypeAlias = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
@@ -149,8 +150,8 @@ class AnalyticBrdf(LobeSampledBrdf):
 
     Parameters
     ----------
-    name
-        Name of the material.
+    name, source, sampler
+        See :class:`nacre.brdf.Brdf`.
     metadata
         JSON-able facts about the fit and its source, kept in the file.
     **values
@@ -172,16 +173,22 @@ class AnalyticBrdf(LobeSampledBrdf):
     """What a model has as tables beside its parameters; it brings its own fit then."""
 
     def __init__(
-        self, *, name: str = "", metadata: Mapping[str, Any] | None = None, **values: Any
+        self,
+        *,
+        name: str = "",
+        source: Mapping[str, str] | None = None,
+        sampler: Sampler | None = None,
+        metadata: Mapping[str, Any] | None = None,
+        **values: Any,
     ) -> None:
+        super().__init__(name=name, source=source, sampler=sampler)
         known = self.numbers()
         names = [parameter.name for parameter in known]
         if set(values) != set(names):
             given = ", ".join(values)[:200]
             raise ValueError(f"{self.model} takes {', '.join(names)}; got {given}")
-        self.values: dict[str, Value] = {p.name: p.check(values[p.name]) for p in known}
-        self.name = name
-        self.metadata = dict(metadata or {})
+        self.values: Mapping[str, Value] = {p.name: p.check(values[p.name]) for p in known}
+        self.metadata: Mapping[str, Any] = dict(metadata or {})
 
     @staticmethod
     @abc.abstractmethod

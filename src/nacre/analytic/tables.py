@@ -137,4 +137,5 @@ FORMAT = Format(
     lambda head: b"BSDF fits" in head or b"Aggregate(" in head,
     load,
     several=True,
+    measured=False,
 )

@@ -41,7 +41,7 @@ def command(
 ) -> None:
     """Compare a material with the TRUTH: error figures, and a picture of both with FLIP maps."""
     from nacre.figures import picture
-    from nacre.formats import load
+    from nacre.formats import load_brdf
     from nacre.metrics import compare
     from nacre.render.environment import load_environment
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
@@ -49,7 +49,7 @@ def command(
     output = output or Path(f"{other.stem}_compared.png")
     check_image_path(output, DISPLAY_IMAGES)
     check_outputs([output], [truth, other])
-    materials = load(truth), load(other)
+    materials = load_brdf(truth), load_brdf(other)
     lighting = load_environment(environment) if environment else None
     with Stages() as stages:
         report = stages.add(other.stem)

@@ -23,11 +23,11 @@ def command(
     one a MERL table (.binary, .npz). Neural and analytic formats take only such materials:
     `nacre fit` makes one of a table.
     """
-    from nacre.formats import check_target, load, loses_bands, writer
+    from nacre.formats import check_target, load_brdf, loses_bands, writer
 
     write = writer(target, resolution)
     check_outputs([target], [source])
-    brdf = load(source, material)
+    brdf = load_brdf(source, material)
     check_target(target, brdf)
     write(brdf, target)
     if brdf.wavelengths is not None and (resolution or loses_bands(brdf, target)):

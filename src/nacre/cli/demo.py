@@ -53,7 +53,7 @@ def command(file: Path | None, output: Path, preset: str, spp: int) -> None:
     a virtual measurement of a Mitsuba material, tabulated as a MERL file.
     """
     from nacre.figures import picture
-    from nacre.formats import load, save
+    from nacre.formats import load_brdf, save
     from nacre.metrics import compare
     from nacre.neural import Recipe, fit
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
@@ -69,10 +69,10 @@ def command(file: Path | None, output: Path, preset: str, spp: int) -> None:
         if named is None:
             report("measuring", 0, 1)
             _measure(path)
-        truth = load(path)
+        truth = load_brdf(path)
         network = fit(truth, Recipe.preset(preset), progress=report)
         save(network, target)
-        neural = load(target)
+        neural = load_brdf(target)
         report("comparing", 0, 100)
         comparison = compare(
             truth, neural, progress=lambda part: report("comparing", round(100 * part), 100)

@@ -199,7 +199,7 @@ def command(
     later run fits only what has changed.
     """
     from nacre import analytic
-    from nacre.formats import check_target, load, save, target
+    from nacre.formats import check_target, load_brdf, save, target
     from nacre.neural import Recipe, fit
     from nacre.runtime.parallel import core_count, one_blas_thread
 
@@ -247,7 +247,7 @@ def command(
                     raise click.Abort
                 reports[path](stage, done, total, note)
 
-            brdf = load(path)
+            brdf = load_brdf(path)
             check_target(targets[path], brdf)
             start = time.perf_counter()
             if model:

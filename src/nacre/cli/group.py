@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from nacre.io.outputs import written_by
+
 
 class LazyGroup(click.Group):
     """Lists commands without importing them: help must come at once.
@@ -23,6 +25,14 @@ class LazyGroup(click.Group):
     def __init__(self, *, package: str, commands_help: Mapping[str, str], **settings: Any) -> None:
         super().__init__(**settings)
         self._package, self._help = package, dict(commands_help)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click; what the command writes is known as its own from here on."""
+        name, command, rest = super().resolve_command(ctx, args)
+        ctx.with_resource(written_by(f"{ctx.command_path} {name}"))
+        return name, command, rest
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """See click."""

@@ -44,7 +44,7 @@ _UNITS = {
 @click.option("--json", "as_json", is_flag=True, help="A list with one object a file, as JSON.")
 def command(files: tuple[Path, ...], physics: bool, plot: Path | None, as_json: bool) -> None:
     """Show what is in a measured table or a neural material, and whether it is physical."""
-    from nacre.formats import load
+    from nacre.formats import load_brdf
 
     if plot is not None:
         from nacre.cli.plot import check_count
@@ -56,7 +56,7 @@ def command(files: tuple[Path, ...], physics: bool, plot: Path | None, as_json: 
     failures, found, shown = [], [], []
     for path in files:
         try:
-            brdf = load(path)
+            brdf = load_brdf(path)
         except NacreError as error:
             failures.append(error)
             continue

@@ -56,7 +56,7 @@ def command(
     check_outputs([output], [scene] if scene else [])
     brdf = _from_json(description) if description is not None else _from_scene(scene, name)
     missing = brdf.left_out()
-    brdf.name = output.stem
+    brdf = brdf.replaced(name=output.stem)
     check_target(output, brdf)
     if target(output).holds == "neural":
         from nacre.neural import Recipe, fit

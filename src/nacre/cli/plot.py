@@ -72,12 +72,12 @@ def command(
     nothing was measured.
     """
     from nacre.figures.plot import check_plot_path, lobe_figure, write_plot
-    from nacre.formats import load
+    from nacre.formats import load_brdf
 
     check_plot_path(output)
     check_outputs([output], files)
     check_count(files)
-    materials = name_apart((path, load(path)) for path in files)
+    materials = name_apart((path, load_brdf(path)) for path in files)
     figure = lobe_figure(
         materials,
         incidence,

@@ -46,14 +46,14 @@ def command(
     seed: int,
 ) -> None:
     """Path trace a measured or neural material on an object."""
-    from nacre.formats import load
+    from nacre.formats import load_brdf
     from nacre.render.environment import load_environment
     from nacre.render.preview import check_image_path, render_preview, write_image
 
     output = output or Path(f"{file.stem}.png")
     check_image_path(output)
     check_outputs([output], [file])
-    brdf = load(file)
+    brdf = load_brdf(file)
     lighting = load_environment(environment) if environment else None
     with Stages() as stages:
         report = stages.add(file.stem)

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-import pooch
+import platformdirs
 
 from nacre.download.databases import Database
 from nacre.download.transfer import Progress, Transfer, TransferError, without_credentials
 from nacre.errors import NacreError
-from nacre.io.files import PathLike, atomic_path
+from nacre.formats import load
+from nacre.io.files import PathLike, atomic_path, digest
 from nacre.runtime.lock import exclusive
 
 
@@ -43,7 +44,7 @@ class Fetched:
 def cache_folder() -> Path:
     """Where downloads are kept: `NACRE_CACHE`, else the platform's folder for caches."""
     named = os.environ.get("NACRE_CACHE")
-    return Path(named).expanduser() if named else Path(pooch.os_cache("nacre"))
+    return Path(named).expanduser() if named else Path(platformdirs.user_cache_dir("nacre"))
 
 
 def fetch(
@@ -107,11 +108,13 @@ def _present(path: Path, record: Path, known: str | None) -> Fetched | None:
     """The file, if it is there and what it should be; None if it is to be downloaded."""
     if not path.is_file():
         return None
-    sha256 = pooch.file_hash(str(path))
+    sha256 = digest(path)
     if known is not None:
         return Fetched(path, sha256, True, False) if sha256 == known else None
     first = _recorded(record)
-    if first is not None and sha256 != first:
+    if first is None:
+        load(path)
+    elif sha256 != first:
         raise NacreError(
             f"{path}: is not the file that was downloaded (SHA-256 {first}); delete it to download "
             f"it again, or delete {record} to accept it"
@@ -136,7 +139,7 @@ def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> N
     if not agree(database.terms):
         raise NacreError(f"{database.name}: the terms of use are not accepted; nothing downloaded")
     folder.mkdir(parents=True, exist_ok=True)
-    with atomic_path(kept) as temporary:
+    with atomic_path(kept, internal=True) as temporary:
         temporary.write_text(database.terms, encoding="utf-8")
 
 
@@ -150,37 +153,37 @@ def _download(
 ) -> Fetched:
     facts = database.facts(material)
     first = _recorded(record)
-    part = path.with_name(f".{path.name}.part")
+    part = path.with_name(f".{path.stem}.part{path.suffix}")
     transfer = Transfer(part, facts.size, database.limit, progress)
-    pooch.get_logger().setLevel("WARNING")  # it would tell what the caller shows
-    try:
-        pooch.retrieve(
-            url,
-            known_hash=facts.sha256 or first,
-            fname=path.name,
-            path=path.parent,
-            downloader=transfer,
-        )
-    except ValueError as error:  # what pooch raises for another checksum
-        public = without_credentials(url)
+    transfer(url)
+    public, sha256 = without_credentials(url), digest(part)
+    if sha256 != (expected := facts.sha256 or first or sha256):
+        transfer.discard()
         if facts.sha256:
-            problem = f"what it sends has not the SHA-256 {facts.sha256}"
+            problem = f"what it sends has not the SHA-256 {expected}"
             fix = "nothing is kept; try again, or another mirror"
         else:
-            problem = f"what it sends now has not the SHA-256 of the first download, {first}"
+            problem = f"what it sends now has not the SHA-256 of the first download, {expected}"
             fix = f"nothing is kept; delete {record} to accept the new file"
-        raise NacreError(f"{public}: {problem}; {fix}") from error
-    sha256 = pooch.file_hash(str(path))
+        raise NacreError(f"{public}: {problem}; {fix}")
+    if facts.sha256 is None and first is None:
+        try:
+            load(part)
+        except NacreError as error:
+            transfer.discard()
+            problem = str(error).replace(str(part), "what it sends", 1)
+            raise NacreError(f"{public}: {problem}; nothing is kept, try another mirror") from error
+    part.replace(path)
     verified = facts.sha256 is not None
     content = {
         "database": database.name,
         "material": material,
-        "url": without_credentials(url),
+        "url": public,
         "bytes": path.stat().st_size,
         "sha256": sha256,
         "verified": verified,
         "downloaded": datetime.now(UTC).isoformat(timespec="seconds"),
     }
-    with atomic_path(record) as temporary:
+    with atomic_path(record, internal=True) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return Fetched(path, sha256, verified, True)

@@ -40,7 +40,7 @@ class _BrokenOffError(Exception):
 
 @dataclass
 class Transfer:
-    """Downloads of one file; an instance is what pooch calls a downloader.
+    """Downloads of one file.
 
     What has arrived stays at `part`, and in `part` with `.json` added what tells whether the file
     on the server is still the same: its address, and its entity tag or date. A later call goes on
@@ -63,8 +63,8 @@ class Transfer:
     limit: int = 2**29
     progress: Progress | None = None
 
-    def __call__(self, url: str, output_file: Any, pooch: Any = None) -> None:
-        """Download `url` to the path `output_file`.
+    def __call__(self, url: str) -> None:
+        """Download `url` to :attr:`part`, whole.
 
         Raises
         ------
@@ -86,13 +86,14 @@ class Transfer:
                     problem = str(error)
                 except requests.RequestException as error:
                     problem = _reason(error)
+                    if _hopeless(error):
+                        raise TransferError(f"{host}: {problem}") from error
                     if _out_of_reach(error) and self._arrived(url) == arrived:
                         raise TransferError(f"cannot reach {host}: {problem}") from error
-                except ValueError as error:  # numbers in headers that are none
+                except (ValueError, urllib3.exceptions.HTTPError) as error:  # in headers
                     raise TransferError(f"{host}: answers wrongly: {reason(error)}") from error
                 else:
                     self._note.unlink(missing_ok=True)
-                    self.part.replace(output_file)
                     return
         kept = self._arrived(url)
         rest = f"; {kept:,} bytes are kept, run it again to go on" if kept else ""
@@ -181,7 +182,6 @@ class Transfer:
             for chunk in response.iter_content(_CHUNK):
                 done += len(chunk)
                 if done > bound:
-                    self._note.unlink(missing_ok=True)
                     raise self._wrong_length(url, f"goes on after {bound:,} bytes")
                 file.write(chunk)
                 if self.progress:
@@ -189,7 +189,14 @@ class Transfer:
         if total is not None and done < total:
             raise _BrokenOffError(f"the connection broke off after {done:,} of {total:,} bytes")
 
+    def discard(self) -> None:
+        """Remove what has arrived."""
+        self._note.unlink(missing_ok=True)
+        self.part.unlink(missing_ok=True)
+
     def _wrong_length(self, url: str, problem: str) -> TransferError:
+        """The error, once nothing is left of a file that is not the one."""
+        self.discard()
         expected = f"{self.size:,}" if self.size is not None else f"at most {self.limit:,}"
         return TransferError(f"{without_credentials(url)}: {problem}, expected {expected}")
 
@@ -204,6 +211,17 @@ def without_credentials(url: str) -> str:
     """An address without a user's name and password."""
     parts = urlsplit(url)
     return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
+
+
+def _hopeless(error: requests.RequestException) -> bool:
+    """Whether the address itself is at fault, or where the server sends us."""
+    return isinstance(
+        error,
+        requests.TooManyRedirects
+        | requests.exceptions.InvalidSchema
+        | requests.exceptions.InvalidURL
+        | requests.exceptions.MissingSchema,
+    )
 
 
 def _out_of_reach(error: requests.RequestException) -> bool:
@@ -227,6 +245,8 @@ def _reason(error: requests.RequestException) -> str:
     if isinstance(error, requests.exceptions.ChunkedEncodingError):
         return "the connection broke off"
     root = _root(error)
+    if not isinstance(root, BaseException):
+        return str(root)
     inner = root.__cause__ or root.__context__ or root
     text = getattr(inner, "strerror", None) or str(inner)
     return str(text).partition("\n")[0]

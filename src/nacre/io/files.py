@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 
 from nacre.errors import FormatError
 from nacre.io.format import HEAD
+from nacre.io.outputs import check_replaceable, record_output
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -28,16 +29,15 @@ _PROCESSES = 0xFFFFFF
 
 
 def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
-    """Up to `count` bytes from the start of a file; none where it cannot be read."""
+    """Up to `count` bytes from the start of a regular file; none where it cannot be read."""
     try:
-        with Path(path).open("rb") as file:
-            return file.read(count)
-    except OSError:
+        return read_head(path, count)
+    except FormatError:
         return b""
 
 
-def read_head(path: PathLike) -> bytes:
-    """The first bytes of a file, up to :data:`HEAD`.
+def read_head(path: PathLike, count: int = HEAD) -> bytes:
+    """Up to `count` bytes from the start of a file; never waits, as a pipe would make it.
 
     Raises
     ------
@@ -46,16 +46,32 @@ def read_head(path: PathLike) -> bytes:
     """
     path = Path(path)
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            kind = "a directory" if path.is_dir() else "not a regular file"
-            raise FormatError(f"{path}: is {kind}, expected a file")
+        check_regular(path)
         with path.open("rb") as file:
-            head = file.read(HEAD)
+            head = file.read(count)
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
     if not head:
         raise FormatError(f"{path}: is empty")
     return head
+
+
+def check_regular(path: Path) -> int:
+    """Size in bytes of a regular file.
+
+    Raises
+    ------
+    FormatError
+        If it is another thing: a folder, or a pipe, which to open could wait for ever.
+    OSError
+        If there is nothing, or it cannot be asked.
+    """
+    found = path.stat()
+    if stat.S_ISDIR(found.st_mode):
+        raise FormatError(f"{path}: is a directory, expected a file")
+    if not stat.S_ISREG(found.st_mode):
+        raise FormatError(f"{path}: is not a regular file, but a pipe or a device")
+    return found.st_size
 
 
 def read_bytes(path: PathLike, limit: int) -> bytes:
@@ -68,9 +84,7 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
     """
     path = Path(path)
     try:
-        size = path.stat().st_size
-        if path.is_dir():
-            raise FormatError(f"{path}: is a directory, expected a file")
+        size = check_regular(path)
         if size == 0:
             raise FormatError(f"{path}: is empty")
         if size > limit:
@@ -115,39 +129,61 @@ def check_writable(path: PathLike) -> None:
     Raises
     ------
     FormatError
-        If `path` is a directory, or its folder is absent or cannot be written.
+        If `path` is a directory, its folder is absent or cannot be written, or there is a file
+        that must not be replaced: see :mod:`nacre.io.outputs`.
     """
-    _claim(Path(path)).unlink()
+    path = Path(path)
+    check_replaceable(path)
+    _claim(path).unlink()
 
 
 @contextmanager
-def atomic_path(path: PathLike) -> Iterator[Path]:
+def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
     """A temporary path in the folder of `path` that replaces `path` when the block succeeds.
 
     The temporary name keeps the suffix of `path`. If the block raises, nothing is left behind and
-    an existing file at `path` stays as it was. What a process that was killed here left behind goes
-    when another one writes the same file again.
+    an existing file at `path` stays as it was; one that is replaced leaves its permissions to the
+    new one. What a process that was killed here left behind goes when another one writes the same
+    file again.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    internal
+        Whether the file is nacre's own, as states and caches are: it is replaced without a question
+        and not recorded as an output.
 
     Raises
     ------
     FormatError
-        If `path` is a directory, or its folder is absent or cannot be written.
+        If `path` is a directory, its folder is absent or cannot be written, or there is a file
+        that must not be replaced: see :mod:`nacre.io.outputs`.
     """
     path = Path(path)
+    if not internal:
+        check_replaceable(path)
     temporary = _claim(path)
     try:
         yield temporary
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            if not path.is_symlink():
+                temporary.chmod(stat.S_IMODE(path.stat().st_mode))
         temporary.replace(path)
     except OSError as error:
         raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+    if not internal:
+        record_output(path)
 
 
-def write_encoded(path: PathLike, encode: Callable[[Any], bytes], content: Any) -> None:
-    """Write `encode(content)` to a file, whole or not at all.
+def write_encoded(
+    path: PathLike, encode: Callable[[Any], bytes], content: Any, *, internal: bool = False
+) -> None:
+    """Write `encode(content)` to a file, whole or not at all; see :func:`atomic_path`.
 
     Raises
     ------
@@ -158,7 +194,7 @@ def write_encoded(path: PathLike, encode: Callable[[Any], bytes], content: Any) 
         data = encode(content)
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from error
-    with atomic_path(path) as temporary:
+    with atomic_path(path, internal=internal) as temporary:
         temporary.write_bytes(data)
 
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
-HEAD = 128
+HEAD = 1024
 """Bytes from the start of a file that :attr:`Format.recognize` sees."""
+
+Kind: TypeAlias = Literal["brdf", "btf"]
+"""What a file holds: one material, or a texture of many."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """One entry of the registry of file formats.
+    """One entry of :data:`nacre.formats.FORMATS`.
 
     Parameters
     ----------
@@ -25,13 +28,19 @@ class Format:
         Whether the first bytes of a file (up to :data:`HEAD`) are of this format; None where they
         cannot tell: the file name decides, and only if no other format recognizes the content.
     load
-        Reads a path into a reflectance; raises only :class:`FormatError`.
+        Reads a path into a :class:`nacre.Brdf` or, by `kind`, a :class:`nacre.Btf`; raises only
+        :class:`nacre.FormatError`. Its further parameters are options of :func:`nacre.load`.
     save
-        Writes a reflectance to a path, whole or not at all; None for a format we only read.
+        Writes a material to a path, whole or not at all; None for a format that is only read. Its
+        further parameters are options of :func:`nacre.save`.
+    kind
+        What is read and written: "brdf", or "btf" for a texture.
     isotropic
         Whether only isotropic reflectance can be written.
     holds
         "neural" or "analytic" where only such materials can be written, else empty.
+    measured
+        Whether a file in a folder of measurements counts as one of them.
     resolution
         Makes of numbers of nodes what `save` takes as keyword `resolution`: a dataclass whose
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
@@ -41,8 +50,13 @@ class Format:
     several
         Whether a file holds several materials: `load` then takes the name of one as well, or None.
     claims
-        Whether a file that lies in a folder among others is of this format, for endings that other
-        files have too; must not raise. None where the ending says it, also of a damaged file.
+        Whether a file is of this format, where its ending and its first bytes do not tell; must not
+        raise. None where they do.
+    claims_folder
+        Whether a folder of images is of this format; must not raise. None for a format of files.
+    load_material
+        Reads a texture of one texel as a reflectance, where the format has these; raises
+        :class:`nacre.FormatError` for a larger one.
     """
 
     name: str
@@ -50,9 +64,13 @@ class Format:
     recognize: Callable[[bytes], bool] | None
     load: Callable[..., Any]
     save: Callable[..., Any] | None = None
+    kind: Kind = "brdf"
     isotropic: bool = False
     holds: str = ""
+    measured: bool = True
     resolution: type[Any] | None = None
     keeps_bands: Callable[[Any], bool] = lambda brdf: False
     several: bool = False
     claims: Callable[[Path], bool] | None = None
+    claims_folder: Callable[[Path], bool] | None = None
+    load_material: Callable[[Path], Any] | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,7 @@ import safetensors.numpy
 from safetensors import SafetensorError
 
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, check_json, read_bytes
+from nacre.io.files import PathLike, check_json, check_regular, read_bytes
 
 Tensors = dict[str, npt.NDArray[Any]]
 
@@ -28,6 +29,7 @@ HALF_LARGEST = 65504.0
 """What a half float holds."""
 _LARGEST = 1e6
 _HEADER_LIMIT = 1 << 24
+_START = re.compile(rb'\{"__metadata__":\{"(nacre[ a-z]*)":')
 
 
 def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> bytes:
@@ -194,9 +196,24 @@ def format_errors(path: PathLike) -> Iterator[None]:
         raise FormatError(f"{path}: {reason(error)}") from error
 
 
+def header_key(head: bytes) -> str | None:
+    """Name of the header of a file of ours by its first bytes; None of any other file.
+
+    Ours have one name in their metadata, which the library writes first.
+    """
+    match = _START.match(head, 8)
+    return match[1].decode() if match else None
+
+
+def looks_like_tensors(head: bytes) -> bool:
+    """Whether the first bytes of a file could be those of a safetensors file."""
+    return len(head) > 9 and head[8:9] == b"{" and int.from_bytes(head[:8], "little") < 1 << 32
+
+
 def has_header(path: PathLike, key: str) -> bool:
     """Whether a file is a safetensors file with such a header; does not raise."""
     try:
+        check_regular(Path(path))
         with Path(path).open("rb") as file:
             size = int.from_bytes(file.read(8), "little")
             return size <= _HEADER_LIMIT and key in json.loads(file.read(size))["__metadata__"]

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from nacre.errors import NacreError, require
 
-FEWEST = 5
-"""Materials, or texels, that a map takes at least."""
+MIN_CODES = 5
+"""Minimum number of materials, or texels, on a map."""
 
 _PERPLEXITY = 30.0
 
@@ -19,7 +19,7 @@ def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.N
     Parameters
     ----------
     codes
-        Shape (n, k), of :data:`FEWEST` materials at least.
+        Shape (n, k), n at least :data:`MIN_CODES`.
     seed
         The same seed gives the same map.
     what
@@ -37,8 +37,8 @@ def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.N
         If openTSNE is not installed.
     """
     values = np.asarray(codes, np.float64)
-    if len(values) < FEWEST:
-        raise NacreError(f"a map takes {FEWEST} {what} at least, got {len(values)}")
+    if len(values) < MIN_CODES:
+        raise NacreError(f"a map takes at least {MIN_CODES} {what}, got {len(values)}")
     tsne = require("openTSNE", "latent").TSNE(
         perplexity=_perplexity(len(values)),
         initialization="pca" if np.ptp(values, axis=0).any() else "random",  # of one value is none

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from nacre.array import Array, Components, namespace
+from nacre.brdf import Sampler
 from nacre.geometry import dot, from_spherical, half_vector, reflect, to_spherical
 from nacre.measured.axis import Axis, Blend, outer
 from nacre.measured.rgl_tables import RglTables
@@ -48,7 +49,7 @@ class Point(NamedTuple):
     """Density of `wi` over solid angle if (u, v) is uniform."""
 
 
-class AdaptiveWarp:
+class AdaptiveWarp(Sampler):
     """The map between the unit square, half vectors and `wi` for a given `wo`; a sampler.
 
     Parameters

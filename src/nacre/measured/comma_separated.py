@@ -160,16 +160,13 @@ def _recognize(head: bytes) -> bool:
     return b"theta_" in text or (text.startswith((b"#", b"astm")) and b"# cornell" not in text)
 
 
-FORMATS = (
-    Format(
-        "comma-separated samples",
-        (".csv",),
-        _recognize,
-        load,
-        save,
-        keeps_bands=lambda brdf: True,
-        claims=lambda path: _recognize(first_bytes(path)),
-    ),
-    Format("ASTM E1392 samples", (".astm",), None, load),
+FORMAT = Format(
+    "comma-separated samples",
+    (".csv",),
+    _recognize,
+    load,
+    save,
+    keeps_bands=lambda brdf: True,
+    claims=lambda path: _recognize(first_bytes(path)),
 )
-"""Entries of the registry of formats."""
+ASTM = Format("ASTM E1392 samples", (".astm",), None, load)

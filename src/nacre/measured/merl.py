@@ -28,6 +28,7 @@ from nacre.io.files import PathLike, atomic_path, read_bytes
 from nacre.io.format import Format
 from nacre.measured.merl_table import SCALES, Interpolation, MerlBrdf
 from nacre.measured.raw import LARGEST, read_values
+from nacre.sampling import check_isotropic
 
 INVALID = -1.0
 """Stored value that :func:`save` writes for a sample that is not known."""
@@ -117,9 +118,12 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
     ------
     FormatError
         If `brdf` is anisotropic.
+    NacreError
+        If it says that it is isotropic and is not.
     """
     if not brdf.isotropic:
         raise FormatError(f"{brdf.name or 'this material'}: MERL holds isotropic reflectance only")
+    check_isotropic(brdf)
     resolution = resolution or Resolution()
     stored = np.full((3, *resolution.dimensions), INVALID, np.float32)
     for i in range(resolution.theta_h):

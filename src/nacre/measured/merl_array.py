@@ -136,23 +136,21 @@ def _recognize_npy(head: bytes) -> bool:
     return head.startswith(MAGIC) and _SHAPE.search(head) is not None
 
 
-FORMATS = (
-    Format(
-        "MERL array (.npz)",
-        (".npz",),
-        _recognize_npz,
-        load_npz,
-        save_npz,
-        isotropic=True,
-        resolution=Resolution,
-        claims=lambda path: _recognize_npz(first_bytes(path)),
-    ),
-    Format(
-        "MERL array (.npy)",
-        (".npy",),
-        _recognize_npy,
-        load_npy,
-        claims=lambda path: _recognize_npy(first_bytes(path)),
-    ),
+NPZ = Format(
+    "MERL array (.npz)",
+    (".npz",),
+    _recognize_npz,
+    load_npz,
+    save_npz,
+    isotropic=True,
+    resolution=Resolution,
+    claims=lambda path: _recognize_npz(first_bytes(path)),
 )
-"""Entries of the registry of formats; networks in `.npy` files have no array of four axes."""
+NPY = Format(
+    "MERL array (.npy)",
+    (".npy",),
+    _recognize_npy,
+    load_npy,
+    claims=lambda path: _recognize_npy(first_bytes(path)),
+)
+"""Networks in `.npy` files have no array of four axes."""

@@ -50,6 +50,8 @@ class MerlBrdf(LobeSampledBrdf):
         If `stored` has another shape or `interpolation` another value.
     """
 
+    isotropy_known = True
+
     def __init__(
         self,
         stored: npt.ArrayLike,
@@ -61,7 +63,7 @@ class MerlBrdf(LobeSampledBrdf):
             raise ValueError(f"expected shape (3, theta_h, theta_d, phi_d), got {values.shape}")
         if interpolation not in get_args(Interpolation):
             raise ValueError(f"interpolation is 'trilinear' or 'nearest', not {interpolation!r}")
-        self.name = name
+        super().__init__(name=name)
         self.interpolation: Interpolation = interpolation
         self._nodes = Table(np.moveaxis(values, 0, -1))  # a sample's channels lie side by side
 

@@ -46,13 +46,14 @@ class RglBrdf(Brdf):
         Name of the material; the file's own description where empty.
     """
 
+    isotropy_known = True
+
     def __init__(self, tables: RglTables, name: str = "") -> None:
-        self.name = name or tables.description
+        self._warp = AdaptiveWarp(tables)
+        super().__init__(name=name or tables.description, sampler=self._warp)
         self.isotropic = tables.isotropic
         self.tables = tables
         self.wavelengths = tables.wavelengths
-        self._warp = AdaptiveWarp(tables)
-        self.sampler = self._warp
         self._ndf = Grid(tables.ndf[None])
         self._sigma = Grid(tables.sigma[None])
         self._rgb = [

@@ -27,6 +27,7 @@ from nacre.measured.rgl_tables import RglTables
 from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
+from nacre.sampling import check_isotropic
 from nacre.sampling.microfacets import GRAZING, NormalGrid
 
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
@@ -128,6 +129,7 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     FormatError
         If `brdf` is anisotropic and the azimuths of the view too few for it.
     """
+    check_isotropic(brdf)
     nodes, phi_i, theta_i = view_nodes(brdf, resolution)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
     normals = _normals(grid, brdf)

@@ -17,6 +17,7 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.measured.scattered import ScatteredBrdf
+from nacre.sampling import check_isotropic
 
 _HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
 """Nodes of an isotropic grid in theta_h and theta_d, and most steps in phi_d over half a turn."""
@@ -36,6 +37,7 @@ def tabulate(brdf: Brdf) -> ScatteredBrdf:
     ValueError
         If nothing is left.
     """
+    check_isotropic(brdf)
     wi, wo = directions(brdf.isotropic)
     rgb = brdf.eval(wi, wo)
     known = np.isfinite(rgb).all(axis=1) & brdf.valid(wi, wo)

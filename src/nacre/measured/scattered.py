@@ -82,7 +82,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         if min(light[:, 2].min(), view[:, 2].min()) <= 0.0:
             raise ValueError("directions must be above the horizon")
         light, view = (w / np.linalg.norm(w, axis=1, keepdims=True) for w in (light, view))
-        self.name = name
+        super().__init__(name=name)
         self.isotropic = isotropic
         self.mirrored = mirrored and isotropic
         self.spectra = None if spectra is None else np.array(spectra, np.float64)

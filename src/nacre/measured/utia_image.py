@@ -137,21 +137,19 @@ def _material(values: npt.NDArray[Any], path: PathLike) -> UtiaBrdf:
     return UtiaBrdf(np.moveaxis(values, -1, 0).reshape(SHAPE), Path(path).stem)
 
 
-FORMATS = (
-    Format(
-        "UTIA image (.exr)",
-        (".exr",),
-        lambda head: head.startswith(EXR_MAGIC),
-        load_exr,
-        save_exr,
-        claims=_is_exr_table,
-    ),
-    Format(
-        "UTIA image (.png)",
-        (".png",),
-        lambda head: head.startswith(PNG_MAGIC),
-        load_png,
-        claims=_is_png_table,
-    ),
+EXR = Format(
+    "UTIA image (.exr)",
+    (".exr",),
+    lambda head: head.startswith(EXR_MAGIC),
+    load_exr,
+    save_exr,
+    claims=_is_exr_table,
 )
-"""Entries of the registry of formats; other images are refused when they are read."""
+PNG = Format(
+    "UTIA image (.png)",
+    (".png",),
+    lambda head: head.startswith(PNG_MAGIC),
+    load_png,
+    claims=_is_png_table,
+)
+"""Other images are refused when they are read."""

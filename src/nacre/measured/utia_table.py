@@ -57,7 +57,7 @@ class UtiaBrdf(LobeSampledBrdf):
         values = np.asarray(stored)
         if values.shape != SHAPE:
             raise ValueError(f"expected shape {SHAPE}, got {values.shape}")
-        self.name = name
+        super().__init__(name=name)
         self.stored = np.ascontiguousarray(values, np.float32)
         self._nodes = Table(_with_horizon(self.stored, self.mask))
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf, CosineSampler, Sampler
+from nacre.brdf import Brdf, Sampler
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.sampling.fit import fit_lobes
 
@@ -49,7 +49,7 @@ class Proposal:
 
     def __init__(self, brdf: Brdf) -> None:
         own = brdf.sampler
-        self._own: Sampler = fit_lobes(brdf) if isinstance(own, CosineSampler) else own
+        self._own: Sampler = own if own.adapted else fit_lobes(brdf)
 
     def draw(self, wo: Floats, u: Floats) -> Floats:
         """Directions to the light: one from each part for each point.

@@ -10,11 +10,11 @@ import numpy as np
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, check_json, write_encoded
 from nacre.io.format import Format
-from nacre.io.tensors import from_file, to_bytes
+from nacre.io.tensors import from_file, header_key, looks_like_tensors, to_bytes
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
-from nacre.numerics.layer import Layer
-from nacre.sampling.header import describe_sampler, make_sampler
+from nacre.numerics.mlp import Layer
+from nacre.sampling import describe_sampler, make_sampler
 
 VERSION = 1
 _LIMIT = 1 << 26
@@ -108,7 +108,7 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
     known = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
     if not known:
-        raise ValueError(f"unknown parametrization {header['parametrization']!r}; update nacre")
+        raise ValueError(f"unknown parametrization {header['parametrisation']!r}; update nacre")
     inputs, isotropic = known[0]
     metadata = {key: value for key, value in header.items() if key not in _FIXED}
     for key in ("source", "fit", "quality"):
@@ -138,15 +138,12 @@ def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]
     return network
 
 
-def _recognize(head: bytes) -> bool:
-    return len(head) > 9 and head[8:9] == b"{" and int.from_bytes(head[:8], "little") < _LIMIT
-
-
 FORMAT = Format(
     "nacre neural material",
     (".safetensors",),
-    _recognize,
+    lambda head: looks_like_tensors(head) and header_key(head) in (None, _KEY),
     lambda path: load(Path(path)),
     save,
     holds="neural",
+    measured=False,
 )

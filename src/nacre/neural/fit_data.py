@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
-from nacre.brdf import Brdf
+from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.neural.clamp_layer import bounded
 from nacre.neural.inputs import input_count, turns_half_vector
@@ -21,10 +22,10 @@ from nacre.neural.scattered import (
 )
 from nacre.neural.training import initial_layers
 from nacre.numerics.direction_samples import Scattered
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
-from nacre.sampling import fit_lobes
+from nacre.sampling import check_isotropic, fit_lobes
 
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
@@ -97,17 +98,16 @@ class Prepared:
         )
         if scan is not None:
             quality = {**quality, **validation_errors(scan, network, *chosen)}
-        with one_blas_thread():
-            network.sampler = fit_lobes(network)
         settings = asdict(recipe) | {
             "hidden": list(recipe.hidden),
             "gain": recipe.loss_gain if scan is None else None,
             "sampling": recipe.sampling if scan is None else None,
         }
-        network.metadata = {"fit": settings, "quality": dict(quality)}
+        metadata: dict[str, Any] = {"fit": settings, "quality": dict(quality)}
         if self.source:
-            network.metadata["source"] = dict(self.source)
-        return network
+            metadata["source"] = dict(self.source)
+        with one_blas_thread():
+            return network.replaced(sampler=fit_lobes(network), metadata=metadata)
 
 
 def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
@@ -116,8 +116,12 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
     Raises
     ------
     NacreError
-        If hardly any sample is valid, or a scan has too few.
+        If hardly any sample is valid, a scan has too few, or `brdf` is not isotropic as it says.
+    TypeError
+        If `brdf` is no reflectance.
     """
+    expect_brdf(brdf, "a fit")
+    check_isotropic(brdf)
     isotropic = turns_half_vector(recipe.inputs, brdf.isotropic)
     factor = 1 if isotropic else ANISOTROPIC_FACTOR
     scan = brdf.scattered()

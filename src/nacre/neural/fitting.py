@@ -44,8 +44,10 @@ def fit(
     Raises
     ------
     NacreError
-        If hardly any sample of the reflectance is valid, if a scan has too few, if training does
-        not converge, or if there is no such device.
+        If hardly any sample of the reflectance is valid, if a scan has too few, if the reflectance
+        is not isotropic as it says, if training does not converge, or if there is no such device.
+    TypeError
+        If `brdf` is no reflectance: a path is loaded first (:func:`nacre.load`).
     MissingExtraError
         If a device is given and PyTorch is not installed.
 

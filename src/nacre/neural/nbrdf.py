@@ -5,22 +5,21 @@ NBRDF paper, section 3.1 and Figure 1.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, Sampler
+from nacre.brdf import Sampler
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
     input_count,
-    network_inputs,
     turns_half_vector,
 )
-from nacre.numerics.layer import Layer
+from nacre.neural.network import NetworkBrdf
+from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
@@ -61,8 +60,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
                 raise ValueError("weights are so large that sums of them overflow")
 
 
-@dataclass(eq=False)
-class NeuralBrdf(Brdf):
+class NeuralBrdf(NetworkBrdf):
     """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
 
     Parameters
@@ -71,10 +69,8 @@ class NeuralBrdf(Brdf):
         Dense layers from the inputs (see :func:`nacre.neural.inputs.network_inputs`) to 3 outputs.
     isotropic
         Whether h is turned to phi_h = 0.
-    name
-        Name of the material.
-    sampler
-        Importance sampler; the cosine lobe where none is given.
+    name, source, sampler
+        See :class:`nacre.brdf.Brdf`.
     metadata
         JSON-able facts about the fit and its source, kept in the file.
     inputs
@@ -83,15 +79,24 @@ class NeuralBrdf(Brdf):
         How a file stores the weights, one of :data:`PRECISIONS`, which must hold them exactly.
     """
 
-    layers: Sequence[Layer]
-    isotropic: bool = True
-    name: str = ""
-    sampler: Sampler = Brdf.sampler
-    metadata: dict[str, Any] = field(default_factory=dict)
-    inputs: str = PAPER
-    precision: str = SINGLE
+    isotropy_known = True
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        layers: Sequence[Layer],
+        *,
+        isotropic: bool = True,
+        name: str = "",
+        source: Mapping[str, str] | None = None,
+        sampler: Sampler | None = None,
+        metadata: Mapping[str, Any] | None = None,
+        inputs: str = PAPER,
+        precision: str = SINGLE,
+    ) -> None:
+        super().__init__(name=name, source=source, sampler=sampler)
+        self.layers, self.isotropic = tuple(layers), isotropic
+        self.metadata: Mapping[str, Any] = dict(metadata or {})
+        self.inputs, self.precision = inputs, precision
         if not self.layers:
             raise ValueError("an NBRDF has at least one layer")
         sizes = self.sizes
@@ -132,19 +137,27 @@ class NeuralBrdf(Brdf):
         """See :class:`nacre.brdf.Brdf`."""
         return PRECISIONS[self.precision].itemsize * self.weight_count
 
+    def summary(self) -> str:
+        """See :class:`nacre.brdf.Brdf`."""
+        sizes = "-".join(map(str, self.sizes))
+        return f"{sizes}, {self.inputs} inputs, {super().summary()}"
+
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
-        same = {entry.name: getattr(self, entry.name) for entry in fields(NeuralBrdf)}
-        return NeuralBrdf(**same | {"layers": layers})
+        return NeuralBrdf(
+            layers,
+            isotropic=self.isotropic,
+            name=self.name,
+            source=self.source,
+            sampler=self.sampler,
+            metadata=self.metadata,
+            inputs=self.inputs,
+            precision=self.precision,
+        )
 
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        xp = namespace(*wi, *wo)
-        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic, self.inputs)
-        for index, layer in enumerate(self.layers):
-            if index:
-                values = [xp.maximum(v, 0.0) for v in values]
-            values = xp.dense(values, layer.weights, layer.biases)
+    def from_outputs(self, values: Sequence[Array]) -> Components:
+        """See :class:`nacre.neural.network.NetworkBrdf`."""
+        xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 

@@ -21,7 +21,7 @@ from nacre.io.npy import MAGIC, parse_npy
 from nacre.neural.hdf5_strings import count_strings
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import NeuralBrdf, check_weights
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
@@ -164,24 +164,23 @@ def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
 def _network(layers: list[Layer], name: str) -> NeuralBrdf:
     check_weights(layers)
     network = NeuralBrdf(layers, name=name)
-    network.sampler = fit_lobes(network)
-    return network
+    return network.replaced(sampler=fit_lobes(network))
 
 
-FORMATS = (
-    Format(
-        "NBRDF network (Keras)",
-        (".h5", ".hdf5"),
-        lambda head: head.startswith(b"\x89HDF\r\n\x1a\n"),
-        load_h5,
-        save_h5,
-        isotropic=True,
-        holds="neural",
-    ),
-    Format(
-        "NBRDF network (NumPy)",
-        (".npy",),
-        lambda head: head.startswith(MAGIC),
-        load_npy,
-    ),
+KERAS = Format(
+    "NBRDF network (Keras)",
+    (".h5", ".hdf5"),
+    lambda head: head.startswith(b"\x89HDF\r\n\x1a\n"),
+    load_h5,
+    save_h5,
+    isotropic=True,
+    holds="neural",
+    measured=False,
+)
+NUMPY = Format(
+    "NBRDF network (NumPy)",
+    (".npy",),
+    lambda head: head.startswith(MAGIC),
+    load_npy,
+    measured=False,
 )

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress
 
 

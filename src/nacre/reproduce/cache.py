@@ -73,7 +73,7 @@ class Cache:
             If the folder cannot be written.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
-        with atomic_path(self.path(key)) as temporary:
+        with atomic_path(self.path(key), internal=True) as temporary:
             np.savez_compressed(temporary, **arrays)
         self._made.add(self.path(key))
 

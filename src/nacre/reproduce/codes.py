@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nacre import latent
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
-from nacre.latent import (
-    Autoencoder,
-    AutoencoderRecipe,
-    Basis,
-    BasisRecipe,
-    HypernetworkRecipe,
-    encode,
-)
-from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
-from nacre.render.sphere import lit_pixels
+from nacre.latent.basis import LatentBasis
+from nacre.latent.file import BASES, load_basis, save_basis
+from nacre.latent.recipes import AutoencoderRecipe
 from nacre.reproduce.cache import Cache, cache_key, code_digest
 from nacre.reproduce.trial import Method, Settings
 from nacre.runtime.progress import Progress, named
@@ -39,23 +31,20 @@ class Code(NamedTuple):
     """One way to give a material a code: in words, the kind of its basis, whether refined."""
 
     about: str
-    model: str
+    kind: str
     refined: bool = True
+    family: str = "network"
 
 
 CODES: Mapping[str, Code] = {
-    "pca-projected": Code("principal components, projected", "pca", False),
-    "pca-refined": Code("principal components, refined for pictures", "pca"),
+    "pca-projected": Code("principal components, projected", "pca", False, "table"),
+    "pca-refined": Code("principal components, refined for pictures", "pca", True, "table"),
     "autoencoder-projected": Code("the paper's autoencoder, encoder only", "autoencoder", False),
     "autoencoder-refined": Code("the paper's autoencoder, refined for pictures", "autoencoder"),
     "hypernetwork": Code("weights of a network, refined for pictures", "hypernetwork"),
     "neural": Code("functions that a network gives, refined for pictures", "neural"),
 }
 """What Table 2 compares, by name."""
-
-_MODELS = ("pca", "autoencoder", "neural", "hypernetwork")
-"""Of bases, in an order in which each can be made."""
-_Recipe = TypeVar("_Recipe", BasisRecipe, HypernetworkRecipe, AutoencoderRecipe)
 
 
 @dataclass(frozen=True)
@@ -87,9 +76,15 @@ class CodeSettings(Settings):
             f"{self.steps:,} steps at most; seed {self.seed}"
         )
 
-    def recipe(self, kind: type[_Recipe], **options: int) -> _Recipe:
+    def recipe(self, kind: str) -> Any:
         """The recommended settings of a training, with these in place of its own."""
-        return kind(seed=self.seed, steps=min(self.steps, kind.steps), **options)
+        basis = BASES[kind]
+        own = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
+        settings = {**own, "steps": self.steps, "predictors": False}
+        known: dict[str, Any] = {field.name: field.default for field in fields(basis.Recipe)}
+        if "steps" in known:
+            settings["steps"] = min(self.steps, known["steps"])
+        return basis.recipe({name: v for name, v in settings.items() if name in known})
 
 
 def split(files: Sequence[Path], seed: int) -> tuple[list[Path], list[Path]]:
@@ -140,12 +135,12 @@ def code_methods(
     if len({path.stem for path in files}) < len(files):
         raise NacreError("two materials have the same file name without its ending; rename one")
     if len(files) < MIN_MATERIALS:
-        raise NacreError(f"table2 takes {MIN_MATERIALS} materials at least, got {len(files)}")
+        raise NacreError(f"table2 takes at least {MIN_MATERIALS} materials, got {len(files)}")
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
-    found = bases(training, {CODES[name].model for name in names}, settings, cache, progress)
+    found = bases(training, {CODES[name].kind for name in names}, settings, cache, progress)
     codes = {name: CODES[name] for name in names}
-    return held_out, {k: _method(code, found[code.model]) for k, code in codes.items()}, settings
+    return held_out, {k: _method(code, found[code.kind]) for k, code in codes.items()}, settings
 
 
 def bases(
@@ -154,7 +149,7 @@ def bases(
     settings: CodeSettings,
     cache: Cache,
     progress: Progress,
-) -> dict[str, AnyBasis]:
+) -> dict[str, LatentBasis]:
     """Bases of some materials by kind: those that are kept, and those that are trained now.
 
     Parameters
@@ -162,7 +157,7 @@ def bases(
     training
         Isotropic materials.
     kinds
-        "pca", "autoencoder", "neural", "hypernetwork"; the last needs the neural one as well.
+        Of :data:`nacre.latent.BASES`.
     settings, cache, progress
         See :func:`code_methods`.
 
@@ -172,54 +167,35 @@ def bases(
         If a material cannot be read or is anisotropic, or a training fails.
     """
     hashes = [digest(path) for path in training]
-    materials = [partial(load, path) for path in training]
-    found: dict[str, AnyBasis] = {}
-    for kind in _MODELS:
-        if kind not in kinds and not (kind == "neural" and "hypernetwork" in kinds):
-            continue
+    materials = [partial(load_brdf, path) for path in training]
+    found: dict[str, LatentBasis] = {}
+
+    def basis(kind: str) -> LatentBasis:
+        if kind in found:
+            return found[kind]
+        base = BASES[kind].builds_on
+        built_on = basis(base) if base else None
+
+        def make(state: Path) -> LatentBasis:
+            return BASES[kind].train(
+                materials,
+                settings.recipe(kind),
+                base=built_on,
+                checkpoint=state,
+                progress=named(progress, kind),
+            )
+
         chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
-        facts = [kind, hashes, chosen, code_digest()]
-        make = partial(_trained, kind, materials, found.get("neural"), settings, progress)
-        found[kind] = cache.file(cache_key("basis", facts), load_basis, make, save_basis)
-    return found
+        key = cache_key("basis", [kind, hashes, chosen, code_digest()])
+        found[kind] = cache.file(key, load_basis, make, save_basis)
+        return found[kind]
+
+    return {kind: basis(kind) for kind in kinds}
 
 
-def _trained(
-    model: str,
-    materials: Sequence[Callable[[], Brdf]],
-    neural: AnyBasis | None,
-    settings: CodeSettings,
-    progress: Progress,
-    state: Path,
-) -> AnyBasis:
-    """A new basis; a hypernetwork is made of the neural one."""
-    values, report = settings.code_dim, named(progress, model)
-    recipe: Any
-    basis: AnyBasis
-    options: dict[str, Any] = {"checkpoint": state, "progress": report}
-    if model == "pca":
-        basis = latent.train(materials, values, progress=report)
-    elif model == "autoencoder":
-        recipe = settings.recipe(AutoencoderRecipe, values=values, mixtures=settings.mixtures)
-        basis = latent.train_autoencoder(materials, lit_pixels(), recipe, **options)
-    elif model == "neural":
-        recipe = settings.recipe(BasisRecipe, values=values)
-        basis = latent.train_neural(materials, recipe, **options)
-    else:
-        recipe = settings.recipe(HypernetworkRecipe)
-        basis = latent.train_hypernetwork(neural, recipe, **options)
-    return basis
-
-
-def _method(code: Code, basis: AnyBasis) -> Method:
+def _method(code: Code, basis: LatentBasis) -> Method:
     def represent(brdf: Brdf) -> Brdf:
-        if isinstance(basis, Basis | Autoencoder) and not code.refined:
-            values = basis.project(brdf)
-        else:
-            values = encode(basis, brdf)
-        decoded: Brdf = basis.decode(values, brdf.name)
-        return decoded
+        return basis.decode(basis.encode(brdf, refine=code.refined), brdf.name)
 
-    facts = {"basis": fingerprint(basis), "refined": code.refined}
-    family = "table" if code.model == "pca" else "network"
-    return Method(code.about, represent, family, facts)
+    facts = {"basis": basis.fingerprint(), "refined": code.refined}
+    return Method(code.about, represent, code.family, facts)

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 from nacre.errors import NacreError, require
 from nacre.figures.plot import write_plot
-from nacre.latent.file import AnyBasis
-from nacre.latent.pretrained import find_basis
+from nacre.latent import find_basis
+from nacre.latent.basis import LatentBasis
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.tables import write_csv, write_text
 from nacre.runtime.progress import Progress, silent
@@ -85,9 +85,10 @@ class Request:
         """Where results are kept."""
         return Cache(self.folder, fresh=self.fresh)
 
-    def find_basis(self) -> AnyBasis:
+    def find_basis(self) -> LatentBasis:
         """The basis that codes are of: that in the file given, or the pretrained one."""
-        return find_basis(str(self.basis or "neural"))
+        basis: LatentBasis = find_basis(str(self.basis or "neural"))
+        return basis
 
     def known_methods(self, known: Iterable[str]) -> list[str]:
         """The methods asked for.

@@ -12,10 +12,9 @@ from nacre import analytic
 from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.io.files import digest
-from nacre.latent import Basis, PcaBrdf, optimised
-from nacre.latent.file import fingerprint, load_basis
+from nacre.latent.file import load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
@@ -66,7 +65,7 @@ def methods(
     published
         Folders of networks that others fitted, each under the name of its material.
     basis
-        Principal components, as :func:`nacre.latent.train` makes them of other materials.
+        Principal components, of other materials, see :class:`nacre.latent.PcaBasis`.
 
     Raises
     ------
@@ -148,7 +147,7 @@ def _published(folders: tuple[Path, ...]) -> Method:
         name = f"{Path((brdf.source or {}).get('file', brdf.name)).stem}.h5"
         for folder in folders:
             if (folder / name).is_file():
-                return load(folder / name)
+                return load_brdf(folder / name)
         raise UnavailableError(f"no published network {name} in the folders given")
 
     about = "network that the authors published, hidden layers 21-21"
@@ -163,14 +162,14 @@ def _published(folders: tuple[Path, ...]) -> Method:
 def _codes(path: Path | None) -> Method:
     basis = load_basis(path) if path else None
 
-    def encode(brdf: Brdf) -> PcaBrdf:
-        if not isinstance(basis, Basis):
+    def encode(brdf: Brdf) -> Brdf:
+        if basis is None or basis.kind != "pca":
             raise UnavailableError("needs --basis, principal components of other materials")
-        return basis.decode(optimised(basis, brdf), brdf.name)
+        return basis.decode(basis.encode(brdf), brdf.name)
 
-    values = f"{len(basis)} values" if basis else "values"
+    values = f"{basis.code_dim} values" if basis else "values"
     about = f"code of {values} in a basis of principal components, refined for pictures"
-    return Method(about, encode, "table", {"basis": fingerprint(basis) if basis else None})
+    return Method(about, encode, "table", {"basis": basis.fingerprint() if basis else None})
 
 
 def _table(brdf: Brdf) -> RglBrdf:

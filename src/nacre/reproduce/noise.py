@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -74,9 +73,7 @@ class Convergence:
 
 def resampled(brdf: Brdf, sampler: Sampler) -> Brdf:
     """The same reflectance with another sampler."""
-    other = copy.copy(brdf)
-    other.sampler = sampler
-    return other
+    return brdf.replaced(sampler=sampler)
 
 
 def reference(

@@ -13,9 +13,7 @@ from nacre.color import tone_map
 from nacre.errors import NacreError
 from nacre.figures.chart import COLORS, charts, dress
 from nacre.figures.page import FAINT, Page
-from nacre.formats import load
-from nacre.latent import NeuralBasis
-from nacre.latent.file import fingerprint
+from nacre.formats import load_brdf
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.experiment import Experiment, Outcome, Request
@@ -62,11 +60,11 @@ class NoiseFigure(Experiment):
     def run(self, name: str, request: Request) -> Outcome:
         """See :class:`nacre.reproduce.experiment.Experiment`."""
         basis = request.find_basis()
-        if not isinstance(basis, NeuralBasis) or not basis.predictors:
+        if not basis.predictors:
             raise NacreError(
                 f"{request.basis}: predicts no lobes; make it by nacre latent train --model neural"
             )
-        brdfs: dict[str, Brdf] = {path.stem: load(path) for path in request.files}
+        brdfs: dict[str, Brdf] = {path.stem: load_brdf(path) for path in request.files}
         chosen = request.known_methods(SAMPLERS)
         if not chosen:  # codes are for isotropic materials
             coded = all(brdf.isotropic for brdf in brdfs.values())
@@ -82,7 +80,7 @@ class NoiseFigure(Experiment):
             settings,
             request.cache,
             request.progress,
-            fingerprints=dict.fromkeys(PREDICTED, fingerprint(basis, predictors=True)),
+            fingerprints=dict.fromkeys(PREDICTED, basis.fingerprint(predictors=True)),
         )
         facts = {
             "Settings": f"{settings.size[0]} x {settings.size[1]} pixels, reference of "

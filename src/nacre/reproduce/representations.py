@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
 from nacre.render.environment import load_environment
@@ -139,7 +139,7 @@ class Comparison(Experiment):
                 )
         if self.anisotropic:
             for path in request.files:
-                if load(path).isotropic:
+                if load_brdf(path).isotropic:
                     raise NacreError(f"{path}: is isotropic; {name} is of anisotropic materials")
         lighting = load_environment(request.environment) if request.environment else None
         settings = Settings(request.size, epochs=request.epochs, seed=request.seed)

@@ -13,7 +13,7 @@ import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, require
-from nacre.formats import load, save
+from nacre.formats import load_brdf, save
 from nacre.io.files import digest
 from nacre.reproduce.cache import Cache, cache_key, code_digest
 from nacre.reproduce.trial import (
@@ -101,10 +101,10 @@ class Study:
                 path = self._cache.path(self.keys[material, method], ending)
                 if path.is_file():
                     try:
-                        return load(path)
+                        return load_brdf(path)
                     except NacreError:
                         break  # damaged
-        brdf = load(self.materials[material])
+        brdf = load_brdf(self.materials[material])
         return brdf if method == TRUTH else self.methods[method].fit(brdf)
 
 
@@ -164,7 +164,7 @@ def run(
             trial = _find(cache, where)
             problem = ""
             if trial is None:
-                reference = reference or Reference(name, load(path), settings)
+                reference = reference or Reference(name, load_brdf(path), settings)
                 try:
                     trial, pictures, fitted = attempt(reference, method_name, method)
                 except NacreError as error:

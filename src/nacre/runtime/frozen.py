@@ -36,14 +36,22 @@ class Frozen(metaclass=_FrozenMeta):
     def replaced(self: _Self, **attributes: Any) -> _Self:
         """A copy that shares all data with this object but for the given attributes.
 
+        Cached properties are shared too. A dataclass checks the new values as its constructor does.
+
         Raises
         ------
         AttributeError
             If there is no attribute of a name.
         """
         for name in attributes:
-            getattr(self, name)
+            if name not in vars(self) and not hasattr(type(self), name):
+                raise AttributeError(f"a {type(self).__name__} has no attribute {name!r}")
         other = copy.copy(self)
         for name, value in attributes.items():
             object.__setattr__(other, name, value)
+        check = getattr(other, "__post_init__", None)
+        if check is not None:
+            object.__setattr__(other, "_closed", False)
+            check()
+            object.__setattr__(other, "_closed", True)
         return other

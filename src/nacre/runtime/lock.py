@@ -2,30 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _acquire(file: IO[bytes], wait: bool) -> None:
-        while True:
-            try:  # the first byte, whatever has been written; waiting gives up after ten seconds
-                file.seek(0)
-                msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
-                return
-            except OSError as error:
-                if not wait:
-                    raise BlockingIOError from error
-else:
-    import fcntl
-
-    def _acquire(file: IO[bytes], wait: bool) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+from filelock import FileLock, Timeout
 
 
 @contextmanager
@@ -49,20 +30,14 @@ def exclusive(path: Path, wait: bool = True) -> Iterator[None]:
     OSError
         If the file cannot be created, or its file system has no locks.
     """
-    while True:
-        file = path.open("ab")
-        try:
-            _acquire(file, wait)
-        except BaseException:
-            file.close()
-            raise
-        with suppress(FileNotFoundError):  # the one before us may have removed it
-            if os.path.samestat(os.fstat(file.fileno()), path.stat()):
-                break
-        file.close()
+    lock = FileLock(path, thread_local=False)
+    try:
+        lock.acquire(blocking=wait)
+    except Timeout as error:
+        raise BlockingIOError from error
     try:
         yield
     finally:
-        with suppress(OSError):
+        with suppress(OSError):  # while it is held: who waits for it sees that it is gone
             path.unlink()
-        file.close()
+        lock.release()

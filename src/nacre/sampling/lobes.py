@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from nacre.array import Array, Components, namespace
+from nacre.brdf import Sampler
 from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect, uniform_hemisphere
 
 MAX_EXPONENT = 1e5
@@ -15,8 +18,11 @@ _SMALL = 0.03
 """Below it a series replaces the difference of two numbers near 1."""
 
 
-class UniformSampler:
+class UniformSampler(Sampler):
     """Density 1 / (2 pi) over the hemisphere, whatever the view: what others are compared with."""
+
+    kind = "uniform"
+    adapted = False
 
     def __str__(self) -> str:
         return "uniform"
@@ -32,7 +38,7 @@ class UniformSampler:
 
 
 @dataclass(frozen=True)
-class BlinnPhongMixture:
+class BlinnPhongMixture(Sampler):
     """A cosine lobe and a Blinn-Phong lobe of half vectors.
 
     The half vector h has density (n + 1) / (2 pi) cos(theta_h)^n over solid angle and `wi` is `wo`
@@ -51,6 +57,8 @@ class BlinnPhongMixture:
     NBRDF paper, section 3.3; Blinn 1977.
     """
 
+    kind = "cosine + Blinn-Phong"
+
     specular: float
     exponent: float
 
@@ -62,6 +70,11 @@ class BlinnPhongMixture:
             raise ValueError(f"specular must lie in [0, 1], got {self.specular}")
         if not 0.0 <= self.exponent <= MAX_EXPONENT:
             raise ValueError(f"exponent must lie in [0, {MAX_EXPONENT:g}], got {self.exponent}")
+
+    @classmethod
+    def from_description(cls, description: Mapping[str, Any]) -> BlinnPhongMixture:
+        """See :class:`nacre.brdf.Sampler`."""
+        return cls(float(description["specular"]), float(description["exponent"]))
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
         """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""

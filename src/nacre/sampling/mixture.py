@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from nacre.array import Array, Components, namespace
+from nacre.brdf import Sampler
 from nacre.geometry import azimuth, half_vector, reflect
 from nacre.sampling.visible_normals import LEAST_ROUGHNESS, sample_visible, visible_density
 
@@ -19,7 +20,7 @@ MAX_LOBES, MAX_COSINES = 8, 16
 """Sizes that the code of a renderer grows with."""
 MAX_ROUGHNESS, MAX_SHIFT = 4.0, 2.0
 _ROUNDING = 1e-6
-"""By which shares may add up to more than 1."""
+"""By which fractions may add up to more than 1."""
 _TINY = 1e-30
 
 
@@ -29,8 +30,8 @@ class GgxLobe:
 
     Parameters
     ----------
-    share
-        Probability of the lobe, in [0, 1].
+    fraction
+        Of the samples: the probability of the lobe, in [0, 1].
     roughness
         Alpha along the x axis of the lobe, in [:data:`LEAST_ROUGHNESS`, :data:`MAX_ROUGHNESS`].
     across
@@ -39,14 +40,14 @@ class GgxLobe:
         Mean slope of the normals along x, in roughnesses, up to :data:`MAX_SHIFT` either way.
     """
 
-    share: Values
+    fraction: Values
     roughness: Values
     across: Values
     shift: Values
 
 
 @dataclass(frozen=True)
-class GgxMixture:
+class GgxMixture(Sampler):
     """A diffuse lobe and lobes of visible GGX normals, all of which depend on the view's cosine.
 
     The axes of the lobes turn with the view: x points to where it comes from. So they follow what
@@ -74,6 +75,8 @@ class GgxMixture:
         If a parameter is out of bounds or has not one value for each cosine.
     """
 
+    kind = "diffuse + GGX"
+
     lobes: tuple[GgxLobe, ...]
     uniform: Values = (0.0,)
     squared: Values = (0.0,)
@@ -89,13 +92,13 @@ class GgxMixture:
         self._check("uniform", self.uniform, 0.0, 1.0)
         self._check("squared", self.squared, 0.0, 1.0)
         for lobe in self.lobes:
-            self._check("share", lobe.share, 0.0, 1.0)
+            self._check("fraction", lobe.fraction, 0.0, 1.0)
             self._check("roughness", lobe.roughness, LEAST_ROUGHNESS, MAX_ROUGHNESS)
             self._check("across", lobe.across, LEAST_ROUGHNESS, MAX_ROUGHNESS)
             self._check("shift", lobe.shift, -MAX_SHIFT, MAX_SHIFT)
-        shares = [self.uniform, self.squared, *(lobe.share for lobe in self.lobes)]
-        if any(sum(at) > 1.0 + _ROUNDING for at in zip(*shares, strict=True)):
-            raise ValueError("shares must add up to 1 at most")
+        fractions = [self.uniform, self.squared, *(lobe.fraction for lobe in self.lobes)]
+        if any(sum(at) > 1.0 + _ROUNDING for at in zip(*fractions, strict=True)):
+            raise ValueError("fractions must add up to 1 at most")
         if self.angle is not None and not -math.pi <= self.angle <= math.pi:
             raise ValueError(f"angle must lie in [-pi, pi], got {self.angle}")
 
@@ -105,13 +108,43 @@ class GgxMixture:
         if not all(low <= value <= high for value in values):
             raise ValueError(f"{name} must lie in [{low:g}, {high:g}], got {values}")
 
+    def describe(self) -> dict[str, Any]:
+        """See :class:`nacre.brdf.Sampler`."""
+        lobes = [
+            {
+                "share": lobe.fraction,
+                "roughness": lobe.roughness,
+                "across": lobe.across,
+                "shift": lobe.shift,
+            }
+            for lobe in self.lobes
+        ]
+        return {**super().describe(), "lobes": lobes}
+
+    @classmethod
+    def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
+        """See :class:`nacre.brdf.Sampler`."""
+
+        def values(part: Mapping[str, Any], name: str) -> Values:
+            return tuple(float(value) for value in part[name])
+
+        lobes = (
+            GgxLobe(*(values(lobe, name) for name in ("share", "roughness", "across", "shift")))
+            for lobe in description["lobes"]
+        )
+        uniform, squared, cosines = (
+            values(description, name) for name in ("uniform", "squared", "cosines")
+        )
+        angle = None if description["angle"] is None else float(description["angle"])
+        return cls(tuple(lobes), uniform, squared, cosines, angle)
+
     def __str__(self) -> str:
         def span(values: Values) -> str:
             low, high = f"{min(values):.2g}", f"{max(values):.2g}"
             return low if low == high else f"{low}-{high}"
 
         lobes = (
-            f"{span(tuple(100.0 * s for s in lobe.share))} % GGX normals of roughness "
+            f"{span(tuple(100.0 * s for s in lobe.fraction))} % GGX normals of roughness "
             f"{span(lobe.roughness + lobe.across)}"
             for lobe in self.lobes
         )
@@ -125,7 +158,7 @@ class GgxMixture:
         *others, last = self.lobes
         shape = _shape(last, at)
         bound: Array = 0.0
-        bounds = [bound := bound + at(lobe.share) for lobe in self.lobes]
+        bounds = [bound := bound + at(lobe.fraction) for lobe in self.lobes]
         for lobe, below in zip(reversed(others), bounds[-2::-1], strict=True):
             pairs = zip(_shape(lobe, at), shape, strict=True)
             along, across, shift = (xp.where(u[0] < below, *pair) for pair in pairs)
@@ -151,9 +184,9 @@ class GgxMixture:
         cosine = 1.0 - uniform - squared
         density: Array = 0.0
         for lobe in self.lobes:
-            share, (along, across, shift) = at(lobe.share), _shape(lobe, at)
-            density = density + share * visible_density(h, view, (along, across), shift)
-            cosine = cosine - share
+            fraction, (along, across, shift) = at(lobe.fraction), _shape(lobe, at)
+            density = density + fraction * visible_density(h, view, (along, across), shift)
+            cosine = cosine - fraction
         cosine = xp.maximum(cosine + 0.0 * wo[2], 0.0)
         diffuse = uniform + wi[2] * (2.0 * cosine + 3.0 * squared * wi[2])
         density = density + diffuse / (2.0 * math.pi)

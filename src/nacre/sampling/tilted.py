@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 
 from nacre.array import Array, Components, Floats, namespace
+from nacre.brdf import Sampler
 from nacre.geometry import azimuth, cosine_hemisphere, half_vector, reflect, split
 from nacre.sampling.mixture import turned
 from nacre.sampling.visible_normals import sample_visible, visible_density
@@ -30,7 +31,7 @@ _DARK = 1e-12
 
 
 @dataclass(frozen=True)
-class TiltedMixture:
+class TiltedMixture(Sampler):
     """Density share * (visible normals, mirrored) + (1 - share) * cos(theta_i) / pi.
 
     What falls below the horizon has density 0: the density integrates to at most one.

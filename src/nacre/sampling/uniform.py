@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nacre.array import Array, Components
-from nacre.brdf import Brdf, CosineSampler
+from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
@@ -29,7 +29,7 @@ def _hemisphere(brdf: Brdf) -> Directions:
 def _seen(brdf: Brdf) -> Directions:
     """Views as the pixels of a picture of a sphere have them, under an even sky or a highlight."""
     own = brdf.sampler
-    sampler = fit_blinn_phong(brdf) if isinstance(own, CosineSampler) else own
+    sampler = own if own.adapted else fit_blinn_phong(brdf)
 
     def directions(u: Array) -> tuple[Components, Components]:
         wo = cosine_hemisphere(u[0], u[1])

@@ -6,10 +6,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submodules=["capture", "codecs", "synthesis"],
     submod_attrs={
-        "formats": ["load", "save"],
         "latent_file": ["load_latent_map", "save_latent_map"],
         "latent_map": ["LatentMap", "NeuralBtf"],
         "mipmap": ["LatentPyramid"],
-        "uniform": ["TexelBrdf", "average", "spread"],
+        "uniform": ["TexelBrdf", "average", "tile"],
     },
 )

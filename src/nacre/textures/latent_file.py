@@ -22,14 +22,21 @@ from nacre.io.tensors import (
     format_errors,
     from_file,
     has_header,
+    header_key,
+    looks_like_tensors,
     to_bytes,
 )
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import codec_fingerprint, load_codec, pack_codec, unpack_codec
+from nacre.textures.codecs.codec_file import (
+    PUBLISHED,
+    codec_fingerprint,
+    load_codec,
+    unpack_codec,
+)
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.uniform import TexelBrdf, material_of
 
 VERSION = 1
 KEY = "nacre latent map"
@@ -57,7 +64,7 @@ def check_latent_path(path: PathLike) -> Path:
 def save_latent_map(latent: LatentMap, path: PathLike) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the least precision that changes none of its weights.
+    An embedded codec is written in the lowest precision that changes none of its weights.
 
     Raises
     ------
@@ -98,9 +105,9 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     first = ""
     for path in paths:
         latent = load_latent_map(path)
-        mark = codec_fingerprint(latent.codec)
-        first = first or mark
-        if mark != first:
+        fingerprint = codec_fingerprint(latent.codec)
+        first = first or fingerprint
+        if fingerprint != first:
             raise FormatError(
                 f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
                 "nacre btf encode --model"
@@ -116,7 +123,7 @@ def _encode(latent: LatentMap) -> bytes:
         raise FormatError(str(error)) from error
     tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
     if latent.reference is None:
-        model, weights = pack_codec(latent.codec, None)
+        model, weights = latent.codec.pack(None)
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}
@@ -218,19 +225,26 @@ def _unpack_pairs(where: str, tensors: Tensors) -> tuple[Floats, Floats]:
     return lights[index[:, 0]], views[index[:, 1]]
 
 
-def _recognize(head: bytes) -> bool:
-    return len(head) > 9 and head[8:9] == b"{"
-
-
 def _load(path: PathLike) -> NeuralBtf:
     return NeuralBtf(load_latent_map(path), where=str(path))
+
+
+def _load_material(path: Path) -> TexelBrdf:
+    latent = load_latent_map(path)
+    try:
+        return material_of(latent)
+    except ValueError as error:
+        advice = "nacre btf average makes one of it"
+        raise FormatError(f"{path}: {error}; {advice}") from error
 
 
 FORMAT = Format(
     "nacre encoded texture",
     (".safetensors",),
-    _recognize,
+    lambda head: looks_like_tensors(head) and header_key(head) in (None, KEY),
     _load,
+    kind="btf",
     claims=lambda path: has_header(path, KEY),
+    load_material=_load_material,
 )
 """Entry of the registry of formats of textures."""

@@ -104,6 +104,8 @@ class Manifest:
         self._records: dict[str, Record] = {}
         self._outputs: dict[tuple[str, str], str] = {}
         self._lock = threading.Lock()
+        if self.path.is_symlink():
+            raise FormatError(f"{self.path}: is a symbolic link; remove it or name another folder")
         try:
             text = self.path.read_text(encoding="utf-8", errors="replace")
         except FileNotFoundError:
@@ -152,7 +154,7 @@ class Manifest:
             text = "".join(_line(self._records[output]) for output in sorted(self._records))
             with suppress(FormatError):
                 if not self.path.exists() or self.path.read_bytes() != text.encode():
-                    with atomic_path(self.path) as temporary:
+                    with atomic_path(self.path, internal=True) as temporary:
                         temporary.write_text(text, encoding="utf-8", newline="\n")
 
     def _add(self, record: Record) -> None:

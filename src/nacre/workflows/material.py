@@ -10,7 +10,7 @@ from pathlib import Path
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, printable, reason
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.runtime.progress import Progress
 from nacre.workflows.fitting import Fitting
 
@@ -48,7 +48,7 @@ def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
     """
     try:
         progress("reading", 0, 1, "")
-        brdf = load(path)
+        brdf = load_brdf(path)
         start = time.perf_counter()
         fitted = fitting.fit(brdf, progress)
         seconds = time.perf_counter() - start

@@ -11,11 +11,12 @@ from pathlib import Path
 
 import nacre
 from nacre.errors import FormatError, NacreError, printable
+from nacre.formats import is_btf
 from nacre.io.files import PathLike, abandoned, atomic_path, digest
+from nacre.io.outputs import check_replaceable, overwrite
 from nacre.runtime.lock import exclusive
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
-from nacre.textures.formats import is_btf
 from nacre.workflows.executor import Executor, Job, Stream, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.manifest import Manifest, Record
@@ -145,6 +146,7 @@ class _Run:
         self._manifest = manifest
         self._settings = fitting.digest
         self._records: dict[str, Record] = {}
+        self._before = {record.output: record for record in manifest.records()}
 
     def __call__(self, sources: Sequence[Source], names: Sequence[str], stream: Stream) -> Outcome:
         pairs = list(zip(sources, names, strict=True))
@@ -202,7 +204,22 @@ class _Run:
                 self._finish(record, source.path, Fit(error=explain(error, source.path)))
                 continue
             record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
+            try:
+                with overwrite(self._is_own(self._output / name)):
+                    check_replaceable(self._output / name)
+            except FormatError as error:
+                self._finish(record, source.path, Fit(error=str(error)))
+                continue
             yield Job(source.path, record, self._progress(relative))
+
+    def _is_own(self, path: Path) -> bool:
+        """Whether a file is a fit of this library that nobody changed."""
+        record = self._before.get(path.relative_to(self._output).as_posix())
+        if record is None or record.output_sha256 is None or path.is_symlink():
+            return False
+        with contextlib.suppress(FormatError):
+            return digest(path) == record.output_sha256
+        return False
 
     def _progress(self, relative: str) -> Progress:
         """A material counts as started when the first is heard of it, not when it is queued."""
@@ -216,7 +233,7 @@ class _Run:
             try:
                 path = self._output / record.output
                 path.parent.mkdir(parents=True, exist_ok=True)
-                with atomic_path(path) as temporary:
+                with overwrite(self._is_own(path)), atomic_path(path) as temporary:
                     temporary.write_bytes(fit.content)
                 result = replace(
                     record,

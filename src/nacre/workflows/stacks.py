@@ -9,7 +9,7 @@ from functools import partial
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load
+from nacre.formats import load_brdf
 from nacre.neural import fit_many
 from nacre.workflows.executor import Executor, Job, Results, Stream
 from nacre.workflows.fitting import Fitting, NetworkFitting
@@ -39,7 +39,7 @@ def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Resul
         for job in jobs:
             try:
                 job.progress("reading", 0, 1, "")
-                brdf = load(job.path)
+                brdf = load_brdf(job.path)
             except Exception as error:
                 unread.append((job, Fit(error=explain(error, job.path))))
                 continue

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.btf import Btf, TableBtf
 from nacre.io.npy import TEXT_LIMIT
 from nacre.measured.textures import UTIA, archive
@@ -29,8 +29,8 @@ def texture(dtype: str = "f2", name: str = "cloth") -> TableBtf:
 @pytest.mark.parametrize("dtype", ["f2", "f4"])
 def test_a_table_comes_back_mapped_and_numpy_reads_it(tmp_path: Path, dtype: str) -> None:
     made, path = texture(dtype), tmp_path / "x.npz"
-    textures.save(made, path)
-    back = textures.load(path)
+    nacre.save(made, path)
+    back = nacre.load(path)
     assert isinstance(back, TableBtf)
     assert isinstance(back.values, np.memmap)
     assert back.values.offset % 64 == 0
@@ -44,7 +44,7 @@ def test_a_table_comes_back_mapped_and_numpy_reads_it(tmp_path: Path, dtype: str
     np.testing.assert_array_equal(found["wi"], made.wi)
     assert str(found["name"]) == "cloth"
     assert zipfile.ZipFile(path).testzip() is None
-    textures.save(back, tmp_path / "again.npz")
+    nacre.save(back, tmp_path / "again.npz")
     assert (tmp_path / "again.npz").read_bytes() == path.read_bytes()
 
 
@@ -54,7 +54,7 @@ def test_what_numpy_writes_is_read(tmp_path: Path, write, dtype: str) -> None:
     contents = arrays(dtype)
     del contents["name"]
     write(tmp_path / "felt.npz", **contents)
-    back = textures.load(tmp_path / "felt.npz")
+    back = nacre.load(tmp_path / "felt.npz")
     assert back.name == "felt"
     expected = contents["values"].astype(np.float32)
     for chosen in (slice(1, 4), np.array([5, 2])):
@@ -72,23 +72,23 @@ def test_what_numpy_writes_is_read(tmp_path: Path, write, dtype: str) -> None:
 def test_the_precision_can_be_chosen(
     tmp_path: Path, dtype: str, precision: str | None, expected: str
 ) -> None:
-    textures.save(texture(dtype), tmp_path / "x.npz", precision=precision)
-    back = textures.load(tmp_path / "x.npz")
+    nacre.save(texture(dtype), tmp_path / "x.npz", precision=precision)
+    back = nacre.load(tmp_path / "x.npz")
     assert back.values.dtype == np.dtype(expected)
     np.testing.assert_allclose(back.values, texture(dtype).values, rtol=5e-4, atol=1e-7)
 
 
 @pytest.mark.parametrize("name", ["", "ткань 織物", "x" * 3000])
 def test_names_come_back(tmp_path: Path, name: str) -> None:
-    textures.save(texture(name=name), tmp_path / "x.npz")
-    assert textures.load(tmp_path / "x.npz").name == (name[:TEXT_LIMIT] or "x")
+    nacre.save(texture(name=name), tmp_path / "x.npz")
+    assert nacre.load(tmp_path / "x.npz").name == (name[:TEXT_LIMIT] or "x")
 
 
 class _Computed(Btf):
     """Values that lie nowhere."""
 
-    width, height = 50, 40
-    wi, wo = UTIA.pairs()
+    def __init__(self):
+        super().__init__(50, 40, *UTIA.pairs())
 
     def texels(self, chosen):
         count = len(np.arange(self.texel_count)[chosen])
@@ -103,7 +103,7 @@ def test_writing_takes_a_block_of_memory(tmp_path: Path, monkeypatch: pytest.Mon
     done: list[int] = []
     tracemalloc.start()
     try:
-        textures.save(_Computed(), tmp_path / "x.npz", progress=lambda *a: done.append(a[1]))
+        nacre.save(_Computed(), tmp_path / "x.npz", progress=lambda *a: done.append(a[1]))
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -111,17 +111,17 @@ def test_writing_takes_a_block_of_memory(tmp_path: Path, monkeypatch: pytest.Mon
     assert size > 70 << 20
     assert peak < 6 << 20
     assert done[-1] == 2000
-    assert (textures.load(tmp_path / "x.npz").texels(np.array([1999])) == 0.5).all()
+    assert (nacre.load(tmp_path / "x.npz").texels(np.array([1999])) == 0.5).all()
 
 
 def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
-    textures.save(texture(), path)
+    nacre.save(texture(), path)
     whole = path.read_bytes()
     for size in (0, 100, len(whole) // 2, len(whole) - 1):
         path.write_bytes(b"old")
         with full_disk(size):
-            assert_refused(lambda: textures.save(texture(), path), str(path), "cannot be written")
+            assert_refused(lambda: nacre.save(texture(), path), str(path), "cannot be written")
         assert [p.read_bytes() for p in tmp_path.iterdir()] == [b"old"]
 
 
@@ -129,10 +129,10 @@ def test_values_too_large_for_half_floats_are_refused(tmp_path: Path) -> None:
     made = texture("f4")
     made.values[2, 1, 5] = 1e5
     path = tmp_path / "x.npz"
-    assert_refused(lambda: textures.save(made, path, precision="half"), str(path), "float16")
+    assert_refused(lambda: nacre.save(made, path, precision="half"), str(path), "float16")
     assert not list(tmp_path.iterdir())
-    textures.save(made, path)
-    assert textures.load(path).texels(slice(None)).max() == np.float32(1e5)
+    nacre.save(made, path)
+    assert nacre.load(path).texels(slice(None)).max() == np.float32(1e5)
 
 
 def changed(tmp_path: Path, **replaced: npt.NDArray | None) -> Path:
@@ -177,13 +177,13 @@ TILTED = [0.6, 0.0, 0.8]
 )
 def test_bad_arrays_are_refused(tmp_path: Path, replaced: dict, words: str) -> None:
     path = changed(tmp_path, **replaced)
-    assert_refused(lambda: textures.load(path), str(path), words)
+    assert_refused(lambda: nacre.load(path), str(path), words)
 
 
 def test_values_that_are_not_finite_are_refused_when_used(tmp_path: Path) -> None:
     values = arrays("f4")["values"]
     values[1, 2, 0, 1] = np.nan
-    found = textures.load(changed(tmp_path, values=values))
+    found = nacre.load(changed(tmp_path, values=values))
     assert np.isfinite(found.texels(slice(0, 5))).all()
     assert_refused(lambda: found.texels(slice(5, 6)), "bad.npz: values: some are not finite")
     assert_refused(lambda: found.images(np.array([0])), "bad.npz: values: some are not finite")
@@ -192,7 +192,7 @@ def test_values_that_are_not_finite_are_refused_when_used(tmp_path: Path) -> Non
 def test_objects_are_not_unpickled(tmp_path: Path) -> None:
     path = tmp_path / "bad.npz"
     np.savez(path, values=np.array([{}], object), wi=np.eye(3)[2:], wo=np.eye(3)[2:])
-    assert_refused(lambda: textures.load(path), "array 'values'")
+    assert_refused(lambda: nacre.load(path), "array 'values'")
 
 
 def test_archives_that_claim_much_are_refused_in_little_memory(tmp_path: Path) -> None:
@@ -209,9 +209,9 @@ def test_archives_that_claim_much_are_refused_in_little_memory(tmp_path: Path) -
     promise.write_bytes(data)
     tracemalloc.start()
     try:
-        assert_refused(lambda: textures.load(bomb), str(bomb), "is larger than any table")
-        assert_refused(lambda: textures.load(crowd), str(crowd), "its list is longer")
-        assert_refused(lambda: textures.load(promise), str(promise), "does not lie whole")
+        assert_refused(lambda: nacre.load(bomb), str(bomb), "is larger than any table")
+        assert_refused(lambda: nacre.load(crowd), str(crowd), "its list is longer")
+        assert_refused(lambda: nacre.load(promise), str(promise), "does not lie whole")
         assert tracemalloc.get_traced_memory()[1] < 16 << 20
     finally:
         tracemalloc.stop()

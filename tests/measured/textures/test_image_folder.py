@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.measured.textures import UTIA, image_folder
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.transposition import transposed
@@ -45,7 +45,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_directions_come_from_names_and_colors_from_srgb(folder: Path) -> None:
-    found = textures.load(folder)
+    found = nacre.load(folder)
     assert (found.name, found.width, found.height, found.pair_count) == ("cloth", 7, 5, 16)
     expected = from_degrees(*np.array(RINGS).T)
     np.testing.assert_allclose(found.wi, np.tile(expected, (4, 1)), atol=1e-6)
@@ -58,7 +58,7 @@ def test_directions_come_from_names_and_colors_from_srgb(folder: Path) -> None:
 
 
 def test_texels_are_the_same_by_any_way(folder: Path, tmp_path: Path) -> None:
-    found = textures.load(folder)
+    found = nacre.load(folder)
     expected = np.moveaxis(found.images(slice(None)), 0, 2).reshape(WIDTH * HEIGHT, 16, 3)
     chosen = np.array([9, 30, 2])
     np.testing.assert_array_equal(found.texels(chosen), expected[chosen])
@@ -81,13 +81,13 @@ def test_a_conversion_reads_each_image_once(
     decode = image_folder.decode
     monkeypatch.setattr(image_folder, "decode", lambda *a: read.append(a[2]) or decode(*a))
     monkeypatch.setattr(image_folder, "_CACHE_SIZE", 0)
-    found = textures.load(folder)
+    found = nacre.load(folder)
     assert not read
     stages: list[tuple[str, int, int]] = []
-    textures.save(found, tmp_path / "x.npz", progress=lambda *a: stages.append(a[:3]))
+    nacre.save(found, tmp_path / "x.npz", progress=lambda *a: stages.append(a[:3]))
     assert sorted(read) == sorted(found.files)
     assert stages == [("reading images", 16, 16), ("writing", 35, 35)]
-    back = textures.load(tmp_path / "x.npz")
+    back = nacre.load(tmp_path / "x.npz")
     np.testing.assert_allclose(
         back.texels(slice(None)), found.texels(slice(None)), rtol=5e-4, atol=1e-7
     )
@@ -95,7 +95,7 @@ def test_a_conversion_reads_each_image_once(
 
 def test_the_last_images_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(image_folder, "_CACHE_SIZE", 2 * 12 * WIDTH * HEIGHT)
-    found = textures.load(folder)
+    found = nacre.load(folder)
     for index in (0, 1, 1, 0, 2, 0):
         found.images(np.array([index]))
     assert found._image.cache_info()[:2] == (3, 3)
@@ -116,7 +116,7 @@ def test_images_of_radiance_have_the_cosine_taken_out(tmp_path: Path) -> None:
     image = pixels(2, "f4")
     write_image(tmp_path / "tl060_pl000_tv015_pv060.exr", image)
     np.testing.assert_array_equal(load(tmp_path).images([0])[0], image)
-    found = textures.load(tmp_path, "radiance")
+    found = nacre.load(tmp_path, quantity="radiance")
     np.testing.assert_allclose(found.images([0])[0], 2.0 * image, rtol=1e-6)
     assert found.describe()["images of radiance"] == 1
 
@@ -126,7 +126,7 @@ def test_images_of_radiance_have_the_cosine_taken_out(tmp_path: Path) -> None:
 
 def test_folders_that_are_none_are_refused(tmp_path: Path) -> None:
     assert_refused(lambda: load(tmp_path), str(tmp_path), "has no image with a name like")
-    assert_refused(lambda: textures.load(tmp_path), str(tmp_path), "neither images named")
+    assert_refused(lambda: nacre.load(tmp_path), str(tmp_path), "neither images named")
     assert_refused(lambda: load(tmp_path / "absent"), "absent: cannot be read")
     write_image(tmp_path / "tl٠٠٠_pl000_tv000_pv000.png", pixels(0))
     write_image(tmp_path / "tl00_pl000_tv000_pv000.png", pixels(0))
@@ -216,7 +216,7 @@ def test_pixels_that_are_not_finite_are_refused(tmp_path: Path) -> None:
     image[1, 1, 1] = np.nan
     path = write_image(tmp_path / "tl000_pl000_tv000_pv000.exr", image)
     assert_refused(lambda: load(tmp_path).images([0]), str(path), "some are not finite")
-    assert_refused(lambda: textures.save(load(tmp_path), tmp_path / "x.npz"), "some are not finite")
+    assert_refused(lambda: nacre.save(load(tmp_path), tmp_path / "x.npz"), "some are not finite")
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -234,7 +234,7 @@ def test_a_temporary_file_that_cannot_be_written_is_refused(folder: Path, tmp_pa
                 f"{tmp_path}: temporary file cannot be written: File too large",
             )
     with full_disk(100):
-        assert_refused(lambda: textures.save(found, tmp_path / "x.npz"), "cannot be written")
+        assert_refused(lambda: nacre.save(found, tmp_path / "x.npz"), "cannot be written")
     absent = tmp_path / "absent"
     assert_refused(
         lambda: transposed(found, absent).__enter__(), f"{absent}: temporary", "No such file"
@@ -261,13 +261,13 @@ def test_images_that_need_single_precision_get_it(bright, tmp_path: Path) -> Non
     with transposed(load(path), tmp_path, size_limit=1) as turned:
         np.testing.assert_array_equal(turned.texels(slice(None)), expected)
     stages: list[tuple[str, int, int]] = []
-    textures.save(load(path), tmp_path / "x.npz", progress=lambda *a: stages.append(a[:3]))
-    back = textures.load(tmp_path / "x.npz")
+    nacre.save(load(path), tmp_path / "x.npz", progress=lambda *a: stages.append(a[:3]))
+    back = nacre.load(tmp_path / "x.npz")
     assert back.describe()["values"] == "float32"
     np.testing.assert_array_equal(back.texels(slice(None)), expected)
     assert stages[-2:] == [("reading images", 2, 2), ("writing", 35, 35)]
     assert_refused(
-        lambda: textures.save(load(path), tmp_path / "y.npz", precision="half"),
+        lambda: nacre.save(load(path), tmp_path / "y.npz", precision="half"),
         "some are too large for float16; ask for single precision",
     )
     assert sorted(p.name for p in tmp_path.iterdir()) == ["foil", "x.npz"]
@@ -276,10 +276,10 @@ def test_images_that_need_single_precision_get_it(bright, tmp_path: Path) -> Non
 def test_a_factored_file_of_images_is_as_exact_as_its_numbers(bright, tmp_path: Path) -> None:
     path, expected = bright
     error = save(load(path), tmp_path / "x.btf", 2, ColorModel.LOG_RGB, 8).error
-    found = textures.load(tmp_path / "x.btf").texels(slice(None))
+    found = nacre.load(tmp_path / "x.btf").texels(slice(None))
     np.testing.assert_allclose(found, expected, rtol=2e-5, atol=1e-5)
     assert error < 1e-5
-    textures.save(load(path), tmp_path / "half.btf")
+    nacre.save(load(path), tmp_path / "half.btf")
 
 
 def test_commands_take_such_images(bright, tmp_path: Path) -> None:

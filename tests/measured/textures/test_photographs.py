@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nacre import textures
+import nacre
 from nacre.measured.textures import load_photographs
 from nacre.measured.textures.directions import from_degrees
 from tests.textures.support import HEIGHT, WIDTH, assert_refused, linear, pixels, write_image
@@ -39,7 +39,7 @@ def write_list(folder: Path, text: str) -> Path:
 
 
 def test_a_list_of_angles_in_the_folder(folder: Path) -> None:
-    found = textures.load(folder)
+    found = nacre.load(folder)
     assert (found.name, found.width, found.height, found.pair_count) == ("felt", WIDTH, HEIGHT, 2)
     np.testing.assert_allclose(found.wi, from_degrees(*np.array(LIGHTS).T), atol=1e-7)
     np.testing.assert_allclose(found.wo, from_degrees(*np.array(VIEWS).T), atol=1e-7)
@@ -56,34 +56,34 @@ def test_a_list_of_vectors_elsewhere(folder: Path, tmp_path: Path, separator: st
         rows.append([f'"{file}"', *(f"{x:.4f}" for x in vectors)])
     path = tmp_path / "list.csv"
     path.write_text("\ufeff" + "".join(separator.join(row) + "\r\n" for row in rows), newline="")
-    expected, found = textures.load(folder), load_photographs(folder, path)
+    expected, found = nacre.load(folder), load_photographs(folder, path)
     np.testing.assert_allclose(found.wi, expected.wi, atol=1e-4)
     np.testing.assert_allclose(np.linalg.norm(found.wo, axis=1), 1.0, atol=1e-6)
     np.testing.assert_array_equal(found.texels([3]), expected.texels([3]))
     path.rename(folder / "other.csv")
-    np.testing.assert_array_equal(textures.load(folder / "other.csv").wi, found.wi)
+    np.testing.assert_array_equal(nacre.load(folder / "other.csv").wi, found.wi)
 
 
 def test_radiance_by_an_option_or_by_a_column(folder: Path) -> None:
-    plain = textures.load(folder).images(slice(None))
-    whole = textures.load(folder, "radiance").images(slice(None))
+    plain = nacre.load(folder).images(slice(None))
+    whole = nacre.load(folder, quantity="radiance").images(slice(None))
     np.testing.assert_allclose(whole[0], plain[0])
     np.testing.assert_allclose(whole[1], 2.0 * plain[1], rtol=1e-6)
     text = ANGLES.replace("phi_l\n", "phi_l,quantity\n").replace("0,0\n", "0,0,radiance\n")
     write_list(folder, text.replace("60,30\n", "60,30,reflectance\n"))
-    np.testing.assert_array_equal(textures.load(folder).images(slice(None)), plain)
+    np.testing.assert_array_equal(nacre.load(folder).images(slice(None)), plain)
     write_list(folder, text.replace("60,30\n", "60,30,radiance\n"))
-    np.testing.assert_array_equal(textures.load(folder).images(slice(None)), whole)
-    assert_refused(lambda: textures.load(folder, "radiance"), "do not state it again")
+    np.testing.assert_array_equal(nacre.load(folder).images(slice(None)), whole)
+    assert_refused(lambda: nacre.load(folder, quantity="radiance"), "do not state it again")
     write_list(folder, text.replace("60,30\n", "60,30,albedo\n"))
-    assert_refused(lambda: textures.load(folder), "line 5: quantity 'albedo', expected reflectance")
+    assert_refused(lambda: nacre.load(folder), "line 5: quantity 'albedo', expected reflectance")
 
 
 def test_jpeg_images_are_read(folder: Path) -> None:
     ramp = np.broadcast_to(np.arange(40, 40 + 4 * WIDTH, 4, "u1")[:, None], (HEIGHT, WIDTH, 3))
     write_image(folder / "c.JPG", np.ascontiguousarray(ramp))
     write_list(folder, ANGLES.replace("more/b.exr", "c.JPG"))
-    picture = textures.load(folder).images([1])[0]
+    picture = nacre.load(folder).images([1])[0]
     np.testing.assert_allclose(picture, linear(ramp), atol=0.01)
 
 
@@ -122,7 +122,7 @@ def test_jpeg_images_are_read(folder: Path) -> None:
 def test_bad_lists_are_refused(folder: Path, old: str, new: str, words: str) -> None:
     assert old in ANGLES
     write_list(folder, ANGLES.replace(old, new, 1))
-    assert_refused(lambda: textures.load(folder), str(folder / "directions.csv"), words)
+    assert_refused(lambda: nacre.load(folder), str(folder / "directions.csv"), words)
 
 
 @pytest.mark.parametrize(
@@ -137,32 +137,32 @@ def test_bad_lists_are_refused(folder: Path, old: str, new: str, words: str) -> 
 )
 def test_bad_vectors_are_refused(folder: Path, vector: str, words: str) -> None:
     write_list(folder, f"file,lx,ly,lz,vx,vy,vz\na.png,{vector},0,0,1\n")
-    assert_refused(lambda: textures.load(folder), "directions.csv", words)
+    assert_refused(lambda: nacre.load(folder), "directions.csv", words)
 
 
 def test_lists_that_are_none_are_refused(folder: Path, tmp_path: Path) -> None:
     assert_refused(lambda: load_photographs(tmp_path), "cannot be read")
     path = folder / "directions.csv"
     path.write_bytes(ANGLES.encode("utf-16"))
-    assert_refused(lambda: textures.load(folder), str(path), "not UTF-8")
+    assert_refused(lambda: nacre.load(folder), str(path), "not UTF-8")
     path.write_text(ANGLES + "x" * 70_000)
-    assert_refused(lambda: textures.load(folder), str(path), "line 6: is longer than")
+    assert_refused(lambda: nacre.load(folder), str(path), "line 6: is longer than")
     path.unlink()
     path.symlink_to(path)
     assert_refused(lambda: load_photographs(folder), str(path), "cannot be read")
     path.unlink()
     with path.open("wb") as file:
         file.truncate(1 << 40)
-    assert_refused(lambda: textures.load(folder), str(path), "more than")
+    assert_refused(lambda: nacre.load(folder), str(path), "more than")
 
 
 def test_a_scale_makes_up_for_the_exposure(folder: Path) -> None:
     text = ANGLES.replace("phi_l\n", "phi_l,scale\n").replace("0,0\n", "0,0,4\n")
     write_list(folder, text.replace("60,30\n", "60,30,0.5\n"))
-    first, second = textures.load(folder).images(slice(None))
+    first, second = nacre.load(folder).images(slice(None))
     np.testing.assert_allclose(first, 4.0 * linear(pixels(0)), rtol=2e-5, atol=1e-7)
     np.testing.assert_allclose(second, 0.5 * pixels(1, "f4"))
     write_list(folder, text.replace("60,30\n", "60,30,0\n"))
-    assert_refused(lambda: textures.load(folder), "line 5: column scale: 0 is not above 0")
+    assert_refused(lambda: nacre.load(folder), "line 5: column scale: 0 is not above 0")
     write_list(folder, text.replace("60,30\n", "60,30,bright\n"))
-    assert_refused(lambda: textures.load(folder), "line 5: column scale: 'bright' is not a finite")
+    assert_refused(lambda: nacre.load(folder), "line 5: column scale: 'bright' is not a finite")

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import nacre
 from nacre import textures
 from nacre.errors import FormatError, NacreError
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.scene import GEOMETRIES, describe_texture_scene, texture_scale
 from nacre.textures.codecs.principal import PcaCodec
 from tests.specimens import encoded
@@ -22,7 +23,7 @@ from .made import FlatCodec, latent, picture
 def test_scenes_in_xml_find_files_beside_them(rgb: Any, tmp_path: Path) -> None:
     codes = np.random.default_rng(1).normal(size=(2, 5, 2))
     textures.save_latent_map(latent(codes, basis_codec(1)), tmp_path / "cloth.safetensors")
-    textures.save(picture(np.full((3, 2, 3), 0.5)), tmp_path / "grey.npz")
+    nacre.save(picture(np.full((3, 2, 3), 0.5)), tmp_path / "grey.npz")
     (tmp_path / "scene.xml").write_text(
         """<scene version="3.0.0">
         <integrator type="path"/><emitter type="constant"/>

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from nacre.btf import TableBtf
-from nacre.textures import save
+from nacre.formats import save
 
 
 def write(texture: TableBtf, path: Path) -> None:

@@ -27,13 +27,13 @@ def command(source: Path, output: Path, model: Path | None, pixels: Quantity | N
     Written as codes, it is a material to all of nacre's commands, as any measured one: nacre fit
     makes a network of it, nacre compare and nacre plot show it.
     """
-    from nacre.textures.formats import load
+    from nacre.formats import load_btf
     from nacre.textures.uniform import average
 
     check_model(output, model)
     check_outputs([output], [source, *([model] if model else [])])
     expect(source, "a texture", "an encoded texture")
-    texture = load(source, pixels)
+    texture = load_btf(source, quantity=pixels)
     with Stages() as stages:
         mean = average(texture, stages.add(output.stem))
     write(mean, output, model)

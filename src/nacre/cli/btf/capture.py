@@ -53,10 +53,10 @@ def command(
     A list of directions has the columns theta,phi in degrees (every pair of them is taken), or
     theta_l,phi_l,theta_v,phi_v or the unit vectors lx,ly,lz,vx,vy,vz (light and view of a pair).
     """
+    from nacre.formats import is_btf
     from nacre.measured.textures.direction_list import named_directions
     from nacre.textures.capture.dataset import Settings, capture_all
     from nacre.textures.capture.gonioreflectometer import STEEPEST
-    from nacre.textures.formats import is_btf
 
     if everything == (recipe is not None):
         raise click.UsageError("expected either RECIPE or --all")
@@ -88,14 +88,14 @@ def _one(
 ) -> None:
     """Capture one recipe into a file."""
     from nacre.figures.texture_views import capture_sheet
+    from nacre.formats import save, target
     from nacre.render.preview import check_image_path, write_image
     from nacre.textures.capture.recipe import find
-    from nacre.textures.formats import save, target
 
     if picture:
         check_image_path(picture)
     found = find(recipe)
-    target(output)
+    target(output, "btf")
     check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
     line = stages.add(found.name)
     btf = settings.take(found, line)

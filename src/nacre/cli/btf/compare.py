@@ -56,23 +56,24 @@ def command(
     a temporary file of the system's.
     """
     from nacre.figures.texture_sheet import texture_sheet
+    from nacre.formats import identify, load_btf
     from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_comparison import compare_textures
     from nacre.metrics.texture_errors import UNITS
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
-    from nacre.textures.formats import lies_in_images, load
-    from nacre.textures.identity import source_files
+    from nacre.workflows.identity import source_files
 
     for path in (truth, other):
         expect(path, "a texture", "an encoded texture")
     if picture is not None:
         check_image_path(picture, DISPLAY_IMAGES)
     paths = truth, other
-    images = [lies_in_images(path) for path in paths]
+    images = [bool(identify(path).claims_folder) for path in paths]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture lies in images")
     textures = [
-        load(path, pixels if inside else None) for path, inside in zip(paths, images, strict=True)
+        load_btf(path, quantity=pixels if inside else None)
+        for path, inside in zip(paths, images, strict=True)
     ]
     if picture is not None:
         files = map(source_files, paths, textures)

@@ -43,12 +43,12 @@ def command(
     SOURCE is a file, a folder of images, or a list of photographs (.csv). Images are read once;
     they take room on the disk twice while the file is written.
     """
-    from nacre.textures.formats import load, save, target
+    from nacre.formats import load_btf, save, target
 
-    target(output)
+    target(output, "btf")
     check_outputs([output], [source])
     expect(source, "a texture", "an encoded texture")
-    btf = load(source, pixels)
+    btf = load_btf(source, quantity=pixels)
     given: dict[str, Any] = {"precision": precision, "components": components}
     options = {name: value for name, value in given.items() if value is not None}
     with Stages() as stages:

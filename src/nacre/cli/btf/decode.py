@@ -26,29 +26,29 @@ if TYPE_CHECKING:
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that was encoded in SOURCE to a file, in the format of its name."""
-    from nacre.textures.formats import save, target
+    from nacre.formats import save, target
     from nacre.textures.latent_file import load_latent_map
     from nacre.textures.latent_map import NeuralBtf
 
-    target(output)
+    target(output, "btf")
     check_outputs([output], [source, *([] if directions is None else [Path(directions)])])
     expect(source, "an encoded texture")
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
-        btf = btf.decoded(*_pairs(directions))
+        btf = btf.at_directions(*_pairs(directions))
     with Stages() as stages:
         loss = save(btf, output, progress=stages.add(output.stem))
     print_written(output, btf, loss)
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:
+    from nacre.formats import load_btf
     from nacre.measured.textures.direction_list import DOMES, named_directions
-    from nacre.textures.formats import load
 
     path = Path(directions)
     listed = path.suffix.lower() == ".csv" or not path.exists()
     if directions.lower() in DOMES or listed:
         return named_directions(directions)
     expect(path, "a texture", "an encoded texture")
-    btf = load(path)
+    btf = load_btf(path)
     return btf.wi, btf.wo

@@ -36,8 +36,7 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
     trained.
     """
     from nacre.io.tensors import has_header
-    from nacre.textures.codecs.codec_facts import codec_facts
-    from nacre.textures.codecs.codec_file import KEY
+    from nacre.textures.codecs.codec_file import KEY, codec_facts
 
     if not has_header(path, KEY):
         facts = _texture_facts(path, pixels)
@@ -53,15 +52,15 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
 
 
 def _texture_facts(path: Path, pixels: Quantity | None) -> dict[str, Any]:
-    from nacre.textures.formats import load, recognized
+    from nacre.formats import identify, load_btf
     from nacre.textures.selection import some_values
 
-    btf = load(path, pixels)
+    btf = load_btf(path, quantity=pixels)
     values = some_values(btf)
     facts = btf.describe() | {
         "value range": [float(values.min()), float(values.max())],
         "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
-        "format": recognized(path).name,
+        "format": identify(path).name,
         "file": str(path),
     }
     if path.is_file():

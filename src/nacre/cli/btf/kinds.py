@@ -26,9 +26,9 @@ def expect(path: Path, *wanted: Kind) -> None:
     FormatError
         If it is of none that are wanted.
     """
+    from nacre.formats import is_btf
     from nacre.io.tensors import has_header
     from nacre.textures.codecs.codec_file import KEY as MODEL
-    from nacre.textures.formats import is_btf
     from nacre.textures.latent_file import KEY as CODE
 
     kind: Kind
@@ -47,12 +47,12 @@ def expect(path: Path, *wanted: Kind) -> None:
 
 
 def _is_material(path: Path) -> bool:
-    from nacre.formats import load
+    from nacre.formats import load_brdf
 
     if not path.is_file():
         return False
     try:
-        load(path)
+        load_brdf(path)
     except NacreError:
         return False
     return True

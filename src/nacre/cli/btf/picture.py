@@ -48,14 +48,14 @@ def command(
         reduced_pictures,
         texture_panels,
     )
+    from nacre.formats import load_btf
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_bytes, write_image
-    from nacre.textures.formats import load
-    from nacre.textures.identity import source_files
+    from nacre.workflows.identity import source_files
 
     expect(source, "a texture", "an encoded texture")
     check_image_path(output)
-    btf = load(source, pixels)
+    btf = load_btf(source, quantity=pixels)
     check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [light] if light else _LIGHTS, [view] if view else _VIEWS
     pairs = np.array(list(dict.fromkeys(nearest_pairs(btf, lights, views).flat)))

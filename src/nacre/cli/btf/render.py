@@ -121,6 +121,7 @@ def command(
     from nacre.color import tone_map
     from nacre.figures.page import display_bytes
     from nacre.figures.rendering_panels import panels_size, rendering_panels
+    from nacre.formats import load_btf
     from nacre.metrics.temporal import temporal_errors
     from nacre.render.animation import check_animation, write_animation
     from nacre.render.environment import load_environment
@@ -128,8 +129,6 @@ def command(
     from nacre.render.textures.moving_light import light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
-    from nacre.textures.formats import load
-    from nacre.textures.latent_map import NeuralBtf
 
     output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
     inputs = [path for path in (source, reference, height_field) if path is not None]
@@ -150,14 +149,13 @@ def command(
     way = way or PATHS[0]
 
     def pictures(path: Path, stages: Stages) -> Iterator[Floats]:
-        btf = load(path)
-        neural = isinstance(btf, NeuralBtf)
+        btf = load_btf(path)
         report = stages.add(path.stem)
         bsdf = texture_bsdf(
-            btf.latent if isinstance(btf, NeuralBtf) else btf,
+            btf.latent or btf,
             report,
             **options,
-            **(own if neural else {}),
+            **(own if btf.latent else {}),
             to_uv=texture_scale(geometry, repeat, btf.width / btf.height),
         )
         total = frames or spp

@@ -37,11 +37,11 @@ def is_encoded(output: Path) -> bool:
 
 def check_model(output: Path, model: Path | None) -> None:
     """Refuse a model that is none, or that nothing is encoded by, and formats that are unknown."""
-    from nacre.textures.formats import target
+    from nacre.formats import target
 
     encoded = is_encoded(output)
     if not encoded:
-        target(output)
+        target(output, "btf")
     if model is None:
         return
     if not encoded:
@@ -52,12 +52,11 @@ def check_model(output: Path, model: Path | None) -> None:
 def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
     """Write a texture of one texel, repeated to width and height, and say what it became."""
     from nacre.btf import TableBtf
+    from nacre.formats import save
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import load_codec
-    from nacre.textures.formats import save
+    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
     from nacre.textures.latent_file import save_latent_map
     from nacre.textures.latent_map import LatentMap
-    from nacre.textures.pretrained import PUBLISHED
     from nacre.workflows.encoding import encode
 
     width, height = size

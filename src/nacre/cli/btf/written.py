@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def print_written(path: Path, btf: Btf, loss: Loss | None) -> None:
-    """A line, and one on what was clipped; `loss` is what :func:`nacre.textures.formats.save`
+    """A line, and one on what was clipped; `loss` is what :func:`nacre.save`
     gave.
     """
     facts = [

@@ -245,7 +245,7 @@ def _place(file: IO[bytes], member: zipfile.ZipInfo, size: int, where: str) -> t
 def _is_archive(path: Path) -> bool:
     try:
         with _opened(path) as (archive, _, _):
-            return {"values.npy", "wi.npy", "wo.npy"} <= set(archive.namelist())
+            return len({"values.npy", "wi.npy", "wo.npy"} & set(archive.namelist())) > 1
     except FormatError:
         return False
 
@@ -253,9 +253,10 @@ def _is_archive(path: Path) -> bool:
 FORMAT = Format(
     "NumPy archive of a BTF",
     (".npz",),
-    lambda head: head.startswith(b"PK\3\4"),
+    lambda head: head.startswith(b"PK\3\4") and not head.startswith(b"f_r.npy", 30),
     load,
     save,
+    kind="btf",
     claims=_is_archive,
 )
 """Entry of the registry of formats of textures."""

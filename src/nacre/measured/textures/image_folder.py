@@ -73,7 +73,7 @@ class ImageFolderBtf(Btf):
         quantities: Sequence[Quantity],
         scales: Sequence[float] | None = None,
     ) -> None:
-        self.files, self.wi, self.wo, self.name = list(files), wi, wo, name
+        self.files = list(files)
         radiance = np.array([quantity == "radiance" for quantity in quantities])
         self._radiance = int(radiance.sum())
         self._scales = np.where(radiance, 1.0 / wi[:, 2], 1.0).astype(np.float32)
@@ -86,7 +86,7 @@ class ImageFolderBtf(Btf):
                 f"{self.files[0]}: has {width} x {height} pixels, expected 1 to {_PIXEL_LIMIT:,} "
                 "in all; crop the images or scale them down"
             )
-        self.width, self.height = width, height
+        super().__init__(width, height, wi, wo, name=name)
         for path in self.files:
             self._check(path, read_header(path))
         kept = max(1, _CACHE_SIZE // (12 * self.texel_count))

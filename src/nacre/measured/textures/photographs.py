@@ -10,6 +10,7 @@ cut off.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path, PurePosixPath
 
 from nacre.errors import FormatError
@@ -95,13 +96,30 @@ def _scale(path: Path, line: int, row: dict[str, str]) -> float:
     return scale
 
 
-def _load(path: PathLike, quantity: Quantity | None = None) -> ImageFolderBtf:
+def _load(
+    path: PathLike, quantity: Quantity | None = None, directions: PathLike | None = None
+) -> ImageFolderBtf:
     """A folder with a list, or the list, beside which the images are."""
     path = Path(path)
     if path.is_dir():
-        return load_photographs(path, quantity=quantity)
+        return load_photographs(path, directions, quantity)
     return load_photographs(path.parent, path, quantity)
 
 
-FORMAT = Format("photographs", (".csv",), None, _load, claims=lambda path: (path / LIST).is_file())
+def _recognize(head: bytes) -> bool:
+    """Whether the first line that is no remark names a column `file` among others."""
+    lines = head.removeprefix(b"\xef\xbb\xbf").lower().splitlines()
+    named = next((line for line in lines if line.strip() and not line.startswith(b"#")), b"")
+    columns = [cell.strip(b' "') for cell in re.split(b"[,;\t]", named)]
+    return b"file" in columns and len(columns) > 1
+
+
+FORMAT = Format(
+    "photographs",
+    (".csv",),
+    _recognize,
+    _load,
+    kind="btf",
+    claims_folder=lambda path: (path / LIST).is_file(),
+)
 """Entry of the registry of formats of textures."""

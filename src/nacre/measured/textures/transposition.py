@@ -24,8 +24,7 @@ class _TransposedBtf(Btf):
     """Texels from parts of a table, each of all texels at some pairs; pictures as they were."""
 
     def __init__(self, btf: Btf, parts: list[npt.NDArray[Any]]) -> None:
-        self.name, self.width, self.height = btf.name, btf.width, btf.height
-        self.wi, self.wo = btf.wi, btf.wo
+        super().__init__(btf.width, btf.height, btf.wi, btf.wo, name=btf.name, source=btf.source)
         self._btf, self._parts = btf, parts
 
     def texels(self, chosen: Indices | slice) -> Floats:

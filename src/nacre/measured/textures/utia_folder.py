@@ -106,5 +106,5 @@ def _is_folder(path: Path) -> bool:
         return False
 
 
-FORMAT = Format("UTIA BTF folder", (), None, load, claims=_is_folder)
+FORMAT = Format("UTIA BTF folder", (), None, load, kind="btf", claims_folder=_is_folder)
 """Entry of the registry of formats of textures."""

@@ -14,8 +14,8 @@ import numpy as np
 from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.figures.texel_map import family
+from nacre.formats import is_btf, load_btf
 from nacre.measured.textures.transposition import transposed
-from nacre.textures.formats import is_btf, load
 
 UNSEEN = "12"
 """Names that end so are unseen, as in Rainer et al. 2020, section 4."""
@@ -47,7 +47,7 @@ class Material:
 
     def load(self) -> Btf:
         """The texture."""
-        return load(self.path)
+        return load_btf(self.path)
 
     @contextmanager
     def opened(self) -> Iterator[Btf]:
@@ -79,7 +79,7 @@ def collect(paths: Sequence[Path]) -> list[Material]:
     found: list[Path] = []
     for path in paths:
         if is_btf(path) or not path.is_dir():
-            load(path)  # says what is wrong with it
+            load_btf(path)  # says what is wrong with it
             found.append(path)
             continue
         inside = [p for p in sorted(path.rglob("*")) if p.is_file() and is_btf(p)]

@@ -23,7 +23,6 @@ from nacre.runtime.progress import Progress, named, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import load_codec, save_codec
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.principal import PcaCodec
 from nacre.textures.selection import random_texels
 
 _WHITENING_TEXELS = 16
@@ -210,10 +209,10 @@ class Study:
             return KINDS[method.kind].make(method, textures, self.settings, state, report)
 
         codec = self.cache.file(key, load_codec, make, save_codec)
-        if isinstance(codec, PcaCodec):
-            if codec.values < method.code_dim:
-                raise _UnfitError(f"there are {codec.values} principal components only")
+        try:
             codec = codec.first(method.code_dim)
+        except NacreError as error:
+            raise _UnfitError(str(error)) from error
         self._codecs[key, method.code_dim] = codec
         return codec
 

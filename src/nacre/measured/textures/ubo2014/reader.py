@@ -39,11 +39,10 @@ class Ubo2014Btf(Btf):
     """
 
     def __init__(self, header: Header, channels: list[tuple[_Matrix, _Matrix]], name: str) -> None:
+        wi = _vectors(header.lights.reshape(-1, 2))
+        wo = np.repeat(_vectors(header.views), header.lights.shape[1], axis=0)
+        super().__init__(header.width, header.height, wi, wo, name=name)
         self.header = header
-        self.name = name
-        self.width, self.height = header.width, header.height
-        self.wi = _vectors(header.lights.reshape(-1, 2))
-        self.wo = np.repeat(_vectors(header.views), header.lights.shape[1], axis=0)
         self._channels = channels
         self._scale = 1.0 / self.wi[:, 2] if header.cosine else None
 

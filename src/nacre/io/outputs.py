@@ -1,0 +1,137 @@
+"""Which files may be replaced: those that the same command wrote, and nobody changed since.
+
+Measurements cost days, so nothing else is replaced unless the user says so. What nacre wrote is
+kept track of in the user's folder for states (`NACRE_STATE`, else the platform's): for each output
+a small file with its size, its time of change and the command that wrote it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import platformdirs
+
+from nacre.errors import FormatError
+
+PathLike = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class _Policy:
+    """What writes now, for all threads of the process, and whether it may replace anything."""
+
+    command: str = ""
+    force: bool = False
+
+
+_policy = _Policy()
+
+
+@contextmanager
+def _applied(policy: _Policy) -> Iterator[None]:
+    global _policy
+    before, _policy = _policy, policy
+    try:
+        yield
+    finally:
+        _policy = before
+
+
+def overwrite(force: bool = True) -> AbstractContextManager[None]:
+    """A block in which outputs replace whatever file is there, read-only ones too.
+
+    Parameters
+    ----------
+    force
+        Whether they do; without it, the block changes nothing.
+    """
+    return _applied(replace(_policy, force=_policy.force or force))
+
+
+def written_by(command: str) -> AbstractContextManager[None]:
+    """A block whose outputs are of one command: they replace only what it wrote before.
+
+    Outside such blocks, as in a Python program of the user's, they replace what any command wrote.
+    """
+    return _applied(replace(_policy, command=command))
+
+
+def check_replaceable(path: PathLike) -> None:
+    """Refuse to write where there is a file that must not be replaced.
+
+    Raises
+    ------
+    FormatError
+        If it is a link, read-only, of another user, or not known as written by nacre, by this
+        command and unchanged since. Not within :func:`overwrite`.
+    """
+    path = Path(path)
+    if _policy.force:
+        return
+    try:
+        status = path.lstat()
+    except OSError:  # nothing there, or nothing that could be written either
+        return
+    if stat.S_ISDIR(status.st_mode):
+        return
+    if problem := _problem(path, status):
+        raise FormatError(f"{path}: {problem}; name another output, or use --force to replace it")
+
+
+def record_output(path: PathLike) -> None:
+    """Note that this command wrote a file; where that cannot be noted, the file is a stranger's."""
+    path = Path(path)
+    record = _record(path)
+    with suppress(OSError):
+        status = path.lstat()
+        content = {
+            "path": str(_absolute(path)),
+            "size": status.st_size,
+            "modified_ns": status.st_mtime_ns,
+            "command": _policy.command,
+        }
+        record.parent.mkdir(parents=True, exist_ok=True)
+        temporary = record.with_suffix(f".{os.getpid():x}")
+        temporary.write_text(json.dumps(content), encoding="utf-8")
+        temporary.replace(record)
+
+
+def _problem(path: Path, status: os.stat_result) -> str:
+    """Why a file must not be replaced; empty where it may."""
+    if stat.S_ISLNK(status.st_mode):
+        return "is a symbolic link"
+    if not stat.S_ISREG(status.st_mode):
+        return "is not a regular file"
+    if not status.st_mode & 0o222:
+        return "exists and is read-only"
+    if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
+        return "exists and belongs to another user"
+    try:
+        known = json.loads(_record(path).read_text(encoding="utf-8"))
+        same = (known["size"], known["modified_ns"]) == (status.st_size, status.st_mtime_ns)
+        command = str(known["command"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return "exists and was not written by nacre"
+    if not same:
+        return "exists and was changed since nacre wrote it"
+    if _policy.command and command != _policy.command:
+        return f"exists and was written by {command or 'another program'}"
+    return ""
+
+
+def _record(path: Path) -> Path:
+    folder = os.environ.get("NACRE_STATE") or platformdirs.user_state_dir("nacre")
+    name = hashlib.sha256(os.fsencode(_absolute(path))).hexdigest()[:40]
+    return Path(folder) / "outputs" / name[:2] / name
+
+
+def _absolute(path: Path) -> Path:
+    """The path of a file whose folder has no links left, but which may be one itself."""
+    return path.parent.resolve() / path.name

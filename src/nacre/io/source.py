@@ -1,0 +1,68 @@
+"""Where a material came from."""
+
+from __future__ import annotations
+
+import stat
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from nacre.io.files import PathLike, digest
+
+
+class Source(Mapping[str, str]):
+    """Name and SHA-256 of a file that was read: the keys "file" and "sha256".
+
+    The file is hashed when the hash is first asked for, since that takes as long as to read it. If
+    it has changed or gone by then there is no such key, for its hash would be that of other data.
+    A folder has none either.
+
+    Parameters
+    ----------
+    path
+        File or folder, which is about to be read.
+    """
+
+    def __init__(self, path: PathLike) -> None:
+        self._path = Path(path).absolute()
+        self._name = Path(path).name
+        self._state = self._status()
+        self._sha256: str | None = None
+
+    def __getitem__(self, key: str) -> str:
+        if key == "file":
+            return self._name
+        if key == "sha256" and self._hashed():
+            assert self._sha256 is not None
+            return self._sha256
+        raise KeyError(key)
+
+    def __iter__(self) -> Iterator[str]:
+        yield "file"
+        if self._hashed():
+            yield "sha256"
+
+    def __len__(self) -> int:
+        return 2 if self._hashed() else 1
+
+    def __repr__(self) -> str:
+        return f"Source({self._name!r})"
+
+    def _hashed(self) -> bool:
+        """Whether the hash is known, once it was tried."""
+        if self._sha256 is None and self._state is not None and self._state == self._status():
+            try:
+                found = digest(self._path)
+            except ValueError:  # it has gone, or may not be read again
+                return False
+            if self._state == self._status():
+                self._sha256 = found
+        return self._sha256 is not None
+
+    def _status(self) -> tuple[int, int, int] | None:
+        """Inode, size and time of change of the file; None where there is none."""
+        try:
+            found = self._path.stat()
+        except OSError:
+            return None
+        regular = stat.S_ISREG(found.st_mode)
+        return (found.st_ino, found.st_size, found.st_mtime_ns) if regular else None

@@ -1,0 +1,213 @@
+"""States and results of long work in files, from which another process goes on.
+
+A state is a tree of dictionaries, lists, numbers, texts and arrays (of NumPy or PyTorch). It is
+written as safetensors: loading it runs no code.
+"""
+
+from __future__ import annotations
+
+import glob
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nacre.errors import FormatError, NacreError, reason, require
+from nacre.io.files import write_encoded
+from nacre.io.tensors import Tensors, from_file, to_bytes
+from nacre.runtime.interrupts import uninterrupted
+
+_KEY = "nacre state"
+_LIMIT = 1 << 34
+_ARRAY, _TUPLE, _ITEMS, _FLOAT = "$array", "$tuple", "$items", "$float"
+
+
+class Store:
+    """Named states beside a path, all of one piece of work.
+
+    Parameters
+    ----------
+    path
+        What names of files start with: the state without a name is kept there, one of a name in
+        `PATH.NAME.state`. None to keep nothing.
+    fingerprint
+        What must be the same for the work to go on: files of another fingerprint are refused.
+    """
+
+    def __init__(self, path: Path | None, fingerprint: str = "") -> None:
+        self.path, self.fingerprint = path, fingerprint
+        self._saved = time.monotonic()
+
+    def __contains__(self, name: str) -> bool:
+        return self.path is not None and self.file(name).exists()
+
+    def file(self, name: str = "") -> Path:
+        """Where the state of a name is kept."""
+        assert self.path is not None
+        return self.path.with_name(f"{self.path.name}.{name}.state") if name else self.path
+
+    def files(self) -> list[Path]:
+        """All files there are."""
+        if self.path is None:
+            return []
+        named = self.path.parent.glob(f"{glob.escape(self.path.name)}.*.state")
+        return [*([self.path] if self.path.exists() else []), *sorted(named)]
+
+    def load(self, name: str = "") -> Any | None:
+        """The state of a name; None where there is none.
+
+        Raises
+        ------
+        NacreError
+            If it is of other work, or damaged; the message says what to remove.
+        """
+        if name not in self:
+            return None
+        path = self.file(name)
+        try:
+            header, tensors = from_file(path, _KEY, _LIMIT, "a state that nacre keeps")
+            if header["fingerprint"] != self.fingerprint:
+                raise NacreError(f"{path}: is of another run; remove it to begin anew")
+            return _unpacked(header["state"], tensors)
+        except (FormatError, LookupError, TypeError, ValueError) as error:
+            raise NacreError(
+                f"{path}: cannot be read, remove it to begin anew: {reason(error)}"
+            ) from error
+
+    def save(self, state: Any, name: str = "") -> None:
+        """Keep a state, whole or not at all, in place of the one of that name.
+
+        Raises
+        ------
+        FormatError
+            If it cannot be written.
+        TypeError
+            If it holds what is neither a number, a text nor an array.
+        """
+        self._saved = time.monotonic()
+        if self.path is None:
+            return
+        tensors: Tensors = {}
+        header = {"fingerprint": self.fingerprint, "state": _packed(state, tensors)}
+        write_encoded(
+            self.file(name),
+            lambda content: to_bytes(_KEY, content, tensors, _LIMIT),
+            header,
+            internal=True,
+        )
+
+    def steps(
+        self,
+        count: int,
+        state: Callable[[], Any],
+        restore: Callable[[Any], None],
+        name: str = "",
+        seconds: float = 45.0,
+    ) -> Iterator[int]:
+        """Numbers of steps, from the first that has not been taken; Ctrl-C waits for their ends.
+
+        The state is saved when it is due, after the last step, and when the work is interrupted.
+
+        Parameters
+        ----------
+        count
+            Steps in all.
+        state, restore
+            Gives what the steps change, and brings it to where an earlier process left it.
+        name
+            Of the state.
+        seconds
+            Between times that it is saved.
+
+        Raises
+        ------
+        NacreError
+            See :meth:`load` and :meth:`save`.
+        """
+        first = 0
+        if (kept := self.load(name)) is not None:
+            try:
+                first = int(kept["step"])
+                restore(kept["state"])
+            except (LookupError, TypeError, ValueError, RuntimeError) as error:
+                raise NacreError(
+                    f"{self.file(name)}: cannot be read, remove it to begin anew: {reason(error)}"
+                ) from error
+        for step in range(first, count):
+            try:
+                with uninterrupted():
+                    yield step
+                    if step + 1 == count or self.due(seconds):
+                        self.save({"step": step + 1, "state": state()}, name)
+            except KeyboardInterrupt:
+                with uninterrupted():
+                    self.save({"step": step + 1, "state": state()}, name)
+                raise
+
+    def due(self, seconds: float) -> bool:
+        """Whether so much time has passed since a state was saved, or since the start."""
+        return time.monotonic() - self._saved > seconds
+
+    def remove(self, names: str = "*") -> None:
+        """Remove all states, or those whose names match a pattern."""
+        if self.path is None:
+            return
+        if names == "*":
+            self.path.unlink(missing_ok=True)
+        for path in self.path.parent.glob(f"{glob.escape(self.path.name)}.{names}.state"):
+            path.unlink(missing_ok=True)
+
+
+def _packed(value: Any, tensors: Tensors) -> Any:
+    """A tree as JSON has it; arrays go to `tensors`, and their places name them."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return {_FLOAT: str(value)}
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        items = [[_packed(k, tensors), _packed(v, tensors)] for k, v in value.items()]
+        if all(isinstance(k, str) and not k.startswith("$") for k, _ in items):
+            return dict(items)
+        return {_ITEMS: items}
+    if isinstance(value, tuple):
+        return {_TUPLE: [_packed(v, tensors) for v in value]}
+    if isinstance(value, list):
+        return [_packed(v, tensors) for v in value]
+    name = str(len(tensors))
+    if isinstance(value, np.ndarray):
+        tensors[name] = np.ascontiguousarray(value).reshape(value.shape)
+        return {_ARRAY: name}
+    if type(value).__module__.partition(".")[0] == "torch" and hasattr(value, "detach"):
+        array = value.detach().cpu().contiguous()
+        kind = str(array.dtype).removeprefix("torch.")
+        if kind == "bfloat16":  # NumPy has no such numbers
+            array = array.view(require("torch", "latent").int16)
+        tensors[name] = array.numpy().copy()
+        return {_ARRAY: name, "torch": kind}
+    raise TypeError(f"a state cannot hold a {type(value).__name__}")
+
+
+def _unpacked(value: Any, tensors: Tensors) -> Any:
+    if isinstance(value, list):
+        return [_unpacked(v, tensors) for v in value]
+    if not isinstance(value, dict):
+        return value
+    if _ARRAY in value:
+        array = tensors[value[_ARRAY]]
+        if "torch" not in value:
+            return array
+        torch = require("torch", "latent")
+        tensor = torch.from_numpy(array.copy())
+        return tensor.view(torch.bfloat16) if value["torch"] == "bfloat16" else tensor
+    if _FLOAT in value:
+        return float(value[_FLOAT])
+    if _TUPLE in value:
+        return tuple(_unpacked(v, tensors) for v in value[_TUPLE])
+    if _ITEMS in value:
+        return {_unpacked(k, tensors): _unpacked(v, tensors) for k, v in value[_ITEMS]}
+    return {k: _unpacked(v, tensors) for k, v in value.items()}

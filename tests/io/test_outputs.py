@@ -1,0 +1,111 @@
+"""What is replaced, and what never is without being told."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from nacre.errors import FormatError
+from nacre.io.files import atomic_path, check_writable
+from nacre.io.outputs import overwrite, written_by
+
+
+def write(path: Path, text: str) -> None:
+    with atomic_path(path) as temporary:
+        temporary.write_text(text)
+
+
+def refused(path: Path, problem: str) -> None:
+    before = path.read_bytes()
+    for attempt in (lambda: write(path, "new"), lambda: check_writable(path)):
+        with pytest.raises(FormatError, match=f"{problem}.*--force"):
+            attempt()
+    assert path.read_bytes() == before
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_a_file_of_somebody_else_stays(tmp_path: Path):
+    path = tmp_path / "satin.bsdf"
+    path.write_text("measured for days")
+    refused(path, "was not written by nacre")
+    with overwrite(False), pytest.raises(FormatError):
+        write(path, "new")
+    with overwrite():
+        write(path, "new")
+    assert path.read_text() == "new"
+
+
+def test_what_a_command_wrote_it_may_write_again(tmp_path: Path):
+    path = tmp_path / "cloth.png"
+    with written_by("nacre btf capture"):
+        write(path, "sheet")
+        write(path, "sheet again")
+    with written_by("nacre render"):
+        refused(path, "was written by nacre btf capture")
+    write(path, "by a program of the user's")
+    assert path.read_text() == "by a program of the user's"
+
+
+def test_what_was_changed_since_is_no_longer_ours(tmp_path: Path):
+    path = tmp_path / "codes.json"
+    write(path, "{}")
+    path.write_text("{} ")
+    refused(path, "was changed since nacre wrote it")
+
+
+def test_a_file_that_is_read_only_stays(tmp_path: Path):
+    path = tmp_path / "kept.safetensors"
+    write(path, "old")
+    path.chmod(0o444)
+    refused(path, "read-only")
+    with overwrite():
+        write(path, "new")
+    assert (path.read_text(), stat.S_IMODE(path.stat().st_mode)) == ("new", 0o444)
+
+
+def test_the_mode_stays(tmp_path: Path):
+    path = tmp_path / "private.json"
+    write(path, "old")
+    path.chmod(0o600)
+    write(path, "new")
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
+def test_a_file_of_another_user_stays(tmp_path: Path):
+    path = tmp_path / "shared.json"
+    write(path, "old")
+    os.chown(path, 12345, -1)
+    refused(path, "belongs to another user")
+
+
+def test_a_link_stays(tmp_path: Path):
+    target, link = tmp_path / "a" / "measured.bsdf", tmp_path / "b" / "x.bsdf"
+    for path in (target, link):
+        path.parent.mkdir()
+    write(target, "measured")
+    link.symlink_to(target)
+    refused(link, "symbolic link")
+    with overwrite():
+        write(link, "new")
+    assert (target.read_text(), link.read_text(), link.is_symlink()) == ("measured", "new", False)
+
+
+def test_where_nothing_can_be_noted_files_are_written_once(tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("NACRE_STATE", str(tmp_path / "file" / "below"))
+    (tmp_path / "file").write_text("")
+    path = tmp_path / "out" / "x.json"
+    path.parent.mkdir()
+    write(path, "old")
+    refused(path, "was not written by nacre")
+
+
+def test_files_of_our_own_need_no_question(tmp_path: Path):
+    path = tmp_path / "x.state"
+    path.write_text("anything")
+    with atomic_path(path, internal=True) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new"
