@@ -22,7 +22,7 @@ __all__ = ["one_thread"]
 
 BASIS = replace(
     BasisRecipe(),
-    values=8,
+    code_dim=8,
     luma_count=12,
     chroma_count=4,
     width=16,

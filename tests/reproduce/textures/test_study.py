@@ -35,7 +35,7 @@ from tests.textures.codecs.networks.made import COARSE, texture
 class Means(TexelCodec):
     """Codes are the mean color of what is seen; decoded the same everywhere."""
 
-    values = 3
+    code_dim = 3
 
     def encoder(self, wi, wo):
         return lambda texels: texels.mean(axis=1)
