@@ -177,9 +177,7 @@ def smooth_edges(
     return smooth, coverage
 
 
-def _shade_all(
-    brdf: Brdf, light: Light, local: Floats, progress: Progress | None = None
-) -> Floats:
+def _shade_all(brdf: Brdf, light: Light, local: Floats, progress: Progress | None = None) -> Floats:
     """Radiance toward +z at points with given frames, from one thread a core, shape (n, 3)."""
     step = max(1, _PAIRS // light.count)
     parts = [local[start : start + step] for start in range(0, len(local), step)]
