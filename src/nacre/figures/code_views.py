@@ -124,53 +124,6 @@ def draw_map(
     for index, material in enumerate(materials):
         pictures.append(tone_map(render_sphere(material, light, _THUMBNAIL)[0]))
         progress("rendering", index + 1, len(materials), "")
-    return display_bytes(np.concatenate(pictures, axis=1))
-
-
-def draw_map(
-    names: Sequence[str],
-    materials: Sequence[CodedBrdf],
-    highlighted: Collection[str],
-    seed: int,
-    progress: Progress,
-) -> Any:
-    """The t-SNE map of codes, with a sphere for each.
-
-    Parameters
-    ----------
-    names
-        Of the materials, as they are printed.
-    materials
-        :data:`nacre.latent.map.MIN_CODES` or more, of one basis.
-    highlighted
-        Names of those to ring.
-    seed
-        The same seed gives the same map.
-    progress
-        Called as spheres are rendered.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    NacreError
-        If there are too few materials.
-    MissingExtraError
-        If openTSNE or Matplotlib is not installed.
-    """
-    places = embed([material.code for material in materials], seed)
-    light = standard_lights()["environment"]
-    pictures = []
-    for index, material in enumerate(materials):
-        image, _ = render_sphere(material, light, _THUMBNAIL)
-        smooth, coverage = smooth_edges(image, material, light)
-        alpha = coverage[..., None]
-        color = tone_map(smooth / np.maximum(alpha, 1e-6))
-        pictures.append(np.concatenate([color, alpha], axis=-1))
-        progress("rendering", index + 1, len(materials), "")
     return map_figure(names, places, pictures, highlighted)
 
 

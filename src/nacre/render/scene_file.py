@@ -135,7 +135,7 @@ def check_depth(path: PathLike) -> None:
         if depth > MAX_DEPTH:
             line = parser.CurrentLineNumber
             raise FormatError(
-                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others, which no scene needs"
+                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others; no scene needs that"
             )
 
     def closed(_: str) -> None:
@@ -156,7 +156,7 @@ def check_depth(path: PathLike) -> None:
 
 
 def _one_line(error: Exception) -> str:
-    """What Mitsuba says; of an error within a plugin of ours what that says, without a traceback."""
+    """What Mitsuba says; of an error in a plugin of ours what that says, without a traceback."""
     where, traceback, inner = str(error).partition("Traceback (most recent call last):")
     if traceback:
         last = inner.strip().splitlines()[-1]
