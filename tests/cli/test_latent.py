@@ -10,6 +10,8 @@ import pytest
 import nacre
 from nacre.cli import main
 from nacre.latent.directions import shared_directions
+from nacre.measured import merl
+from tests.cli.support import run, run_json
 from tests.latent.made import MATERIALS, NEW
 
 
@@ -19,6 +21,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for index, make in enumerate(MATERIALS):
         nacre.save(make(), tmp_path / f"made{index}.json")
     nacre.save(NEW, tmp_path / "new.json")
+    (tmp_path / "empty").mkdir()
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     main(["latent", "train", *names, "-o", "b.safetensors", "--code-dim", "9", *GRID])
     return tmp_path
@@ -41,6 +44,26 @@ def test_a_material_goes_through_its_code(capsys, folder):
         assert np.median(np.abs(found - truth) / truth) < 0.1
 
 
+def test_a_folder_stands_for_the_measured_files_in_it(capsys, folder):
+    (folder / "tables").mkdir()
+    for index in range(3):
+        table = merl.tabulate(MATERIALS[index](), merl.Resolution(30, 15, 15))
+        nacre.save(table, folder / f"tables/t{index}.binary")
+    (folder / "tables" / "notes.txt").write_text("not a material")
+    main(["latent", "train", "tables", "-o", "t.safetensors", "--code-dim", "3", *GRID])
+    assert "3 materials, latent size 3" in capsys.readouterr().out
+
+
+def test_info_tells_what_bases_and_codes_are(capsys, folder):
+    main(["latent", "encode", "new.json", "--basis", "b.safetensors", "-o", "c.json"])
+    basis, code = run_json(capsys, "info", "b.safetensors", "c.json")
+    assert (basis["kind"], basis["code_dim"]) == ("basis", 9)
+    assert (code["kind"], code["code_dim"]) == ("code", 9)
+    (folder / "d.json").write_text('{"code of": 3}')
+    assert run("info", "d.json") == 2
+    assert "d.json: is not a whole code" in capsys.readouterr().err
+
+
 NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "400"]
 
 
@@ -59,7 +82,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     with pytest.raises(SystemExit):
         main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "d.json",
               "--no-refine"])  # fmt: skip
-    assert "n.safetensors holds no principal components" in capsys.readouterr().err
+    assert "the basis 'neural' has no projection and no encoder" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "y.binary"])
     assert "is not a log-relative PCA code" in capsys.readouterr().err
@@ -105,16 +128,23 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
     ("arguments", "message"),
     [
         (["train", "none.json", "made1.json", "-o", "x.safetensors"], "none.json: does not exist"),
-        (["train", ".", "-o", "x.safetensors"], "is a folder; name the files in it"),
         (["frain"], "did you mean train?"),
-        (["train", "made0.json", "-o", "x.safetensors"], "two materials"),
+        (
+            ["train", "made0.json", "-o", "x.safetensors"],
+            "at least two materials, found only made0",
+        ),
+        (["train", "empty", "-o", "x.safetensors"], "empty: a basis needs at least two materials"),
+        (["train", "made0.json", "-o", "x.safetensors", "--model", "gan"], "no known latent basis"),
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
         (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "like 90,45,45"),
-        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "is --model pca"),
+        (
+            ["train", "made0.json", "-o", "x.safetensors", "--steps", "3"],
+            "steps is not a setting of the basis 'pca'",
+        ),
         (
             ["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID],
-            "--resolution is for --model pca",
+            "resolution is not a setting of the basis 'neural'",
         ),
         (["encode", "new.json", "--basis", "new.json", "-o", "c.json"], "safetensors"),
         (["encode", "none.json", "--basis", "b.safetensors", "-o", "c.json"], "none.json"),

@@ -59,7 +59,7 @@ def test_a_texture_of_several_texels_is_no_material(tmp_path) -> None:
     with pytest.raises(ValueError, match="3 x 2 texels"):
         material_of(latent)
     save_latent_map(latent, tmp_path / "more.safetensors")
-    with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; see nacre btf info"):
+    with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; nacre btf average"):
         load_brdf(tmp_path / "more.safetensors")
     whole = (tmp_path / "more.safetensors").read_bytes()
     (tmp_path / "part.safetensors").write_bytes(whole[:-9])

@@ -10,9 +10,9 @@ import click
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import kind_of
-from nacre.cli.rendering import SPP, TEXTURE_SPP, render_reflectance, render_scene, render_texture
+from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
 from nacre.render import scene
-from nacre.render.preview import MAX_SIZE
+from nacre.render.preview import DENOISED_SPP, MAX_SIZE, PLAIN_SPP
 from nacre.render.textures import scene as texture_scene
 from nacre.render.textures.moving_light import PATHS
 from nacre.render.textures.plugins import DECODERS
@@ -52,8 +52,15 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
 @options.option(
     "--spp",
     type=click.IntRange(1),
-    show_default=f"{SPP}; {TEXTURE_SPP} for textures",
+    show_default=f"{DENOISED_SPP}, not denoised {PLAIN_SPP}; {TEXTURE_SPP} for textures; as a "
+    "scene says",
     help="Samples per pixel.",
+)
+@options.option(
+    "--denoise/--no-denoise",
+    applies="brdf",
+    default=True,
+    help="Remove noise, where Intel's denoiser is installed (extra: render).",
 )
 @options.seed_option()
 @options.option(

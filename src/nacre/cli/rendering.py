@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from nacre.metrics.temporal import TemporalErrors
     from nacre.render.environment import Environment
 
-SPP, TEXTURE_SPP = 256, 64
-"""Samples per pixel of a reflectance and of a texture."""
+TEXTURE_SPP = 64
+"""Samples per pixel of a texture."""
 
 
 def _check_shape(
@@ -64,13 +64,13 @@ def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) 
 def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     """Render an object of a reflectance."""
     from nacre.formats import load_brdf
-    from nacre.render.preview import check_image_path, render_preview, write_image
+    from nacre.render.preview import check_image_path, default_spp, render_preview, write_image
 
     _check_shape(source, chosen, "a reflectance", scene.SHAPES, scene.LIGHTS)
     output = output or Path(f"{source.stem}.png")
     check_image_path(output)
     options.check_outputs([output], [source])
-    width, spp = chosen["size"], chosen["spp"] or SPP
+    width, spp = chosen["size"], chosen["spp"] or default_spp(chosen["denoise"])
     height = chosen["height"] or width
     line = progress(source.stem)
     line("reading", 0, 1)
@@ -86,6 +86,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
         chosen["seed"],
         environment,
         lambda part: line("rendering", round(part * spp), spp),
+        chosen["denoise"],
     )
     write_image(image, output)
     data = {"output": str(output), "width": width, "height": height, "samples_per_pixel": spp}
@@ -106,7 +107,7 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     _check_shape(source, chosen, "a texture", shapes, lights)
     frames, reference = chosen["frames"], chosen.pop("reference")
     output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
-    del chosen["height"]
+    del chosen["height"], chosen["denoise"]
     chosen |= {
         "shape": chosen["shape"] or texture_scene.GEOMETRIES[0],
         "spp": chosen["spp"] or TEXTURE_SPP,

@@ -2,84 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
-from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from nacre.cli import options
-from nacre.cli.command import Command
+from nacre.cli.command import command as make
 from nacre.cli.progress import progress
-from nacre.cli.report import print_facts, say
-from nacre.cli.reproduce_btf import EXPERIMENTS as _TEXTURES
-from nacre.cli.reproduce_btf import command as texture_command
-from nacre.cli.reproduction import list_option, output_option, print_reproduced, split_names
-from nacre.errors import NacreError
+from nacre.cli.report import aside, print_facts, report, say
 
-if TYPE_CHECKING:
-    from nacre.latent import NeuralBasis
-    from nacre.latent.file import AnyBasis
-    from nacre.reproduce import Method, Settings
-    from nacre.reproduce.codes import CodeSettings
-
-_NOISE = ("fig13", "fig14", "fig15", "fig16")
-_CODES = ("fig11", "fig12")
-_EXPERIMENTS = (
-    *("table1", "table2", "table3"),
-    *("fig6", "fig7", "fig8", "fig9", "fig10", *_CODES, *_NOISE, "fig17"),
-)
-_CODE_FIGURE = ("methods", "published", "environment", "size", "epochs", "cache", "fresh", "jobs")
-_FOREIGN = {
-    "table2": ("published", "basis", "epochs"),
-    "fig11": (*_CODE_FIGURE, "quick"),
-    "fig12": (*_CODE_FIGURE, "seed"),
-    **dict.fromkeys(_NOISE, ("published", "environment", "size", "epochs", "jobs")),
-}
-"""Options that are not for an experiment."""
+_FIELDS = {"cache": "folder"}
+"""Names of options that are called otherwise in :class:`nacre.reproduce.experiment.Request`."""
+_ALWAYS = frozenset(("experiment", "files", "output"))
 
 
-class _Command(Command):
-    """Hands over to another command, with options of its own, for experiments on textures."""
-
-    def make_context(
-        self,
-        info_name: str | None,
-        args: list[str],
-        parent: click.Context | None = None,
-        **extra: Any,
-    ) -> click.Context:
-        """See click."""
-        if any(arg in _TEXTURES for arg in args):
-            return texture_command.make_context(info_name, args, parent, **extra)
-        return super().make_context(info_name, args, parent, **extra)
-
-
-def _print_names() -> None:
-    """Print every method."""
-    from nacre.reproduce import Settings, methods
+def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    """Print every experiment and method, and stop."""
+    if not value or context.resilient_parsing:
+        return
+    from nacre.reproduce import EXPERIMENTS
     from nacre.reproduce.codes import CODES
+    from nacre.reproduce.methods import methods
     from nacre.reproduce.samplers import SAMPLERS
+    from nacre.reproduce.textures.methods import KINDS
+    from nacre.reproduce.trial import Settings
 
-    print_facts("experiments", [("", ", ".join(_EXPERIMENTS)), ("textures", ", ".join(_TEXTURES))])
+    print_facts("experiments", [(name, kind.title) for name, kind in EXPERIMENTS.members()])
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
-    say(f"\nsamplers of {', '.join(_NOISE)}: {', '.join(SAMPLERS)}")
+    print_facts("methods of btf-...", [(f"{name}-SIZE", k.about) for name, k in KINDS.items()])
+    say(f"\nsamplers of figures 13 to 16: {', '.join(SAMPLERS)}")
+    context.exit()
 
 
-@click.command("reproduce", cls=_Command, writes=True, reports=True)
-@click.argument("experiment", type=click.Choice((*_EXPERIMENTS, *_TEXTURES)))
+def _names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> list[str]:
+    """Distinct names with commas between them, in order."""
+    return list(dict.fromkeys(part.strip() for part in (value or "").split(",") if part.strip()))
+
+
+@make("reproduce", writes=True, reports=True)
+@click.argument("experiment")
 @options.inputs_argument("files", metavar="INPUT...")
-@output_option()
+@options.output_option(
+    "Folder for the CSV, the Markdown table and the pictures.",
+    required=False,
+    default="reproduced",
+)
 @options.option(
     "--methods",
-    "chosen",
+    callback=_names,
     metavar="NAME,NAME",
-    show_default="all that belong",
-    help="Methods to compare; codes for table2, samplers for fig13 to fig16.",
+    show_default="what the paper compares, and nacre's own",
+    help="Methods to compare: codes for table2, samplers for fig13 to fig16, codecs like "
+    "unified-32 for textures.",
 )
-@list_option(_print_names)
+@options.option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list,
+    help="Print the names of all experiments and methods.",
+)
 @options.option(
     "--published",
     type=options.INPUT,
@@ -89,9 +74,9 @@ def _print_names() -> None:
 @options.option(
     "--basis",
     type=options.INPUT,
-    help="Basis of nacre latent train, made of other materials: principal components for the "
-    "method pca; any for fig11 and fig12; a neural one for predicted samplers, in place of the "
-    "included one.",
+    show_default="a pretrained one",
+    help="Basis of nacre latent train: principal components for the method pca, any for fig11 and "
+    "fig12, a neural one for fig13 to fig16.",
 )
 @options.environment_option()
 @options.option(
@@ -100,211 +85,73 @@ def _print_names() -> None:
     default=128,
     help="Width and height of each picture in pixels.",
 )
+@options.option("--epochs", type=click.IntRange(1), default=100, help="Epochs of each training.")
 @options.option(
-    "--epochs", type=click.IntRange(1), default=100, help="Passes over the samples in a fit."
+    "--minutes",
+    type=options.FiniteRange(0.0, 1e6, min_open=True),
+    show_default="10",
+    help="Minutes of training each network of btf-...",
 )
 @options.option(
-    "--quick", is_flag=True, help="Fit shortly, draw small pictures: figures to look at."
+    "--unseen",
+    multiple=True,
+    metavar="NAME",
+    show_default="all whose names end in 12",
+    help="Texture to keep from the training of btf-... May be repeated.",
 )
+@options.option(
+    "--other",
+    type=options.INPUT,
+    multiple=True,
+    help="Folder or file of further unseen textures for btf-fig6, of any directions. May be "
+    "repeated.",
+)
+@options.option(
+    "--again",
+    type=options.INPUT,
+    help="Folder of second measurements for btf-table1, with other noise and the same names.",
+)
+@options.option("--quick", is_flag=True, help="Make short fits and small pictures to look at.")
 @options.seed_option()
 @options.option(
-    "--cache", type=options.OUTPUT, show_default="OUTPUT/cache", help="Folder of finished trials."
+    "--cache", type=options.OUTPUT, show_default="OUTPUT/cache", help="Folder of results to keep."
 )
-@options.option("--fresh", is_flag=True, help="Repeat trials that are in the cache.")
+@options.option("--fresh", is_flag=True, help="Make again what is in the cache.")
 @options.jobs_option()
 def command(
-    experiment: str,
-    files: tuple[Path, ...],
-    output: Path,
-    chosen: str | None,
-    published: tuple[Path, ...],
-    basis: Path | None,
-    environment: Path | None,
-    size: int,
-    epochs: int,
-    quick: bool,
-    seed: int,
-    cache: Path | None,
-    fresh: bool,
-    jobs: int | None,
+    experiment: str, files: tuple[Path, ...], output: Path, cache: Path | None, **chosen: Any
 ) -> None:
-    """Make a table or figure of the NBRDF paper again from given materials.
+    """Make a table or figure of a paper again from given materials.
 
-    Every pair of a material and a method is tried once and kept: a run that was stopped goes on,
+    EXPERIMENT is one that --list prints: of the NBRDF paper, like table1 or fig6, or of "Unified
+    Neural Encoding of BTFs", like btf-table1. For the latter INPUT are textures, or folders of
+    some, all measured at the same pairs of directions; codecs are trained on those that are not
+    kept unseen.
+
+    Every pair of a material and a method is tried once and kept: a run that was stopped continues,
     and other experiments on the same materials find what they need.
-
-    Those of the paper on textures have options of their own: nacre reproduce btf-table1 --help.
     """
-    from nacre.errors import require
-    from nacre.render.environment import load_environment
-    from nacre.reproduce import EXPERIMENTS, Settings, methods, run
-    from nacre.reproduce.cache import Cache
-    from nacre.reproduce.methods import TRUTH
+    from nacre.reproduce import EXPERIMENTS
+    from nacre.reproduce.experiment import Request, reproduce
 
-    require("matplotlib.figure", "plot")
-    _refuse_foreign(experiment)
-    kept = cache or output / "cache"
-    if experiment in _CODES:
-        _of_codes(experiment, files, output, basis, quick, seed)
-        return
-    if experiment in _NOISE:
-        _noise(experiment, files, output, chosen, basis, quick, seed, kept, fresh)
-        return
-    for folder in published:
-        if not folder.is_dir():
-            raise NacreError(
-                f"{folder}: is no folder; --published takes the folder of the networks"
-            )
-    lighting = load_environment(environment) if environment else None
-    settings = Settings(size=size, epochs=epochs, seed=seed, environment=lighting)
-    if quick:
-        settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)
-    known = methods(settings, published, basis)
-    if experiment == "table2":
-        files, codes, settings = _codes(files, chosen, settings, quick, kept, fresh)
-        known = {TRUTH: known[TRUTH], **codes}
-    kind = EXPERIMENTS[experiment]
-    names = _names(chosen, known) if chosen else kind.choose(known)
-    if kind.anisotropic:
-        _check_anisotropic(files, experiment)
-    output.mkdir(parents=True, exist_ok=True)
-    report = progress(experiment)
-    study = run(
-        files,
-        {name: known[name] for name in (TRUTH, *names)},
-        settings,
-        Cache(kept),
-        jobs=jobs,
-        fresh=fresh,
-        progress=report,
-    )
-    if not any(method != TRUTH for _, method in study.trials):
-        reasons = sorted(set(study.skipped.values()))
-        raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
-    paths = kind.write(experiment, study, names, output, report)
-    print_reproduced(paths, kind.differs, study.left_out())
+    kind = EXPERIMENTS.find(experiment)
+    _refuse_unheeded(experiment, kind.heeds)
+    request = Request(files, cache or output / "cache", progress=progress(experiment), **chosen)
+    paths, outcome = reproduce(kind, experiment, request, output)
+    missing = []
+    for method, reason, materials in outcome.left_out:
+        aside(f"left out: {method} ({', '.join(materials)}): {reason}")
+        missing.append({"method": method, "reason": reason, "materials": list(materials)})
+    lines = [f"{path}: {outcome.note}" if outcome.note else str(path) for path in paths]
+    data = {"outputs": list(map(str, paths)), "note": outcome.note, "left_out": missing}
+    report([*lines, f"differs from the paper: {kind.differs}"], data | {"differs": kind.differs})
 
 
-def _refuse_foreign(experiment: str) -> None:
-    """Raise if an option is given that is not for the experiment."""
+def _refuse_unheeded(experiment: str, heeded: frozenset[str]) -> None:
+    """Raise if an option is given that the experiment does not heed."""
     for parameter in click.get_current_context().command.params:
-        option = max(parameter.opts, key=len)
-        if options.is_given(parameter.name or "") and option.removeprefix("--") in _FOREIGN.get(
-            experiment, ()
-        ):
+        name = parameter.name or ""
+        own = parameter.expose_value and _FIELDS.get(name, name) not in heeded | _ALWAYS
+        if own and options.is_given(name):
+            option = max(parameter.opts, key=len)
             raise click.BadParameter(f"{option} is not for {experiment}")
-
-
-def _codes(
-    files: tuple[Path, ...],
-    chosen: str | None,
-    settings: Settings,
-    quick: bool,
-    folder: Path,
-    fresh: bool,
-) -> tuple[tuple[Path, ...], dict[str, Method], CodeSettings]:
-    """What Table 2 tries: held-out materials, codes by bases of the others, settings."""
-    from nacre.reproduce.codes import CODES, CodeSettings, code_methods
-
-    names = _names(chosen, CODES) if chosen else list(CODES)
-    shared = CodeSettings(
-        **{field.name: getattr(settings, field.name) for field in fields(settings)}
-    )
-    if quick:
-        shared = replace(shared, steps=500, mixtures=60)
-    held_out, codes, shared = code_methods(
-        files, names, shared, folder, progress("table2"), fresh=fresh
-    )
-    return tuple(held_out), codes, shared
-
-
-def _of_codes(
-    experiment: str,
-    files: tuple[Path, ...],
-    output: Path,
-    basis_path: Path | None,
-    quick: bool,
-    seed: int,
-) -> None:
-    """Figures 11 and 12, which show codes and compare nothing."""
-    from nacre.figures.plot import write_plot
-    from nacre.reproduce.code_figures import MAP_DIFFERS, ROWS_DIFFER, map_page, row_page
-
-    basis, path = _basis(basis_path), output / f"{experiment}.png"
-    output.mkdir(parents=True, exist_ok=True)
-    report = progress(experiment)
-    if experiment == "fig11":
-        page, ringed = map_page(files, basis, seed, report)
-        note, differs = f", {ringed} that the basis was not trained on", MAP_DIFFERS
-    else:
-        page = row_page(files, basis, *((64, 16) if quick else (192, 64)), report)
-        note, differs = "", ROWS_DIFFER
-    write_plot(page, path)
-    print_reproduced([f"{path}: {len(files)} materials{note}"], differs)
-
-
-def _basis(path: Path | None) -> AnyBasis:
-    """The basis that codes are of: that in a file, or the one that comes with nacre."""
-    from nacre.latent.pretrained import find_basis
-
-    return find_basis(str(path or "neural"))
-
-
-def _noise(
-    experiment: str,
-    files: tuple[Path, ...],
-    output: Path,
-    chosen: str | None,
-    basis_path: Path | None,
-    quick: bool,
-    seed: int,
-    cache: Path,
-    fresh: bool,
-) -> None:
-    """The figures of noise, which compare samplers and not representations."""
-    from nacre.formats import load_brdf
-    from nacre.reproduce.noise import NoiseSettings
-    from nacre.reproduce.noise_experiments import DIFFERS, NOISE_EXPERIMENTS
-    from nacre.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS
-
-    basis = _predicting(basis_path)
-    if chosen:
-        names = _names(chosen, SAMPLERS)
-    else:  # codes are for isotropic materials
-        coded = all(load_brdf(path).isotropic for path in files)
-        names = [name for name in DEFAULT if coded or name not in PREDICTED]
-    settings = NoiseSettings(seed=seed)
-    if quick:
-        settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)
-    kind = NOISE_EXPERIMENTS[experiment]
-    output.mkdir(parents=True, exist_ok=True)
-    study = kind.run(files, names, settings, cache, progress(experiment), basis=basis, fresh=fresh)
-    print_reproduced(kind.write(experiment, study, names, files, output), DIFFERS)
-
-
-def _predicting(path: Path | None) -> NeuralBasis:
-    """A basis that predicts lobes."""
-    from nacre.latent import NeuralBasis
-
-    basis = _basis(path)
-    if not isinstance(basis, NeuralBasis) or not basis.predictors:
-        raise NacreError(f"{path}: predicts no lobes; make it by nacre latent train --model neural")
-    return basis
-
-
-def _names(chosen: str, known: Container[str]) -> list[str]:
-    """Names of methods with commas between them."""
-    names = split_names(chosen)
-    for name in names:
-        if name not in known or name == "truth":
-            raise click.BadParameter(f"--methods: {name!r} is no method; --list prints them")
-    return names
-
-
-def _check_anisotropic(files: tuple[Path, ...], experiment: str) -> None:
-    """Raise if a material is isotropic."""
-    from nacre.formats import load_brdf
-
-    for path in files:
-        if load_brdf(path).isotropic:
-            raise NacreError(f"{path}: is isotropic; {experiment} is of anisotropic materials")

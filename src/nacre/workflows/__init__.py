@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import lazy_loader
 
 if TYPE_CHECKING:
-    from nacre.workflows.basis_training import train_basis
+    from nacre.workflows.bases import train_basis
     from nacre.workflows.cluster import Cluster
     from nacre.workflows.codec_training import TrainedCodec, train_codec
     from nacre.workflows.encoding import EncodedTexture, encode, encode_texture
@@ -68,7 +68,7 @@ __all__ = [
 __getattr__, __dir__, _ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "basis_training": ["train_basis"],
+        "bases": ["train_basis"],
         "cluster": ["Cluster"],
         "codec_training": ["TrainedCodec", "train_codec"],
         "encoding": ["EncodedTexture", "encode", "encode_texture"],

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nacre.brdf import Brdf
-from nacre.errors import FormatError
+from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, read_bytes
 from nacre.io.tensors import has_header
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
+_CODE_LIMIT = 1 << 20
 _UNITS = {
     "value range": "1/sr",
     "table range": "as stored",
@@ -47,7 +49,7 @@ class Inspection:
     Parameters
     ----------
     kind
-        "brdf", "btf", or what else a file of nacre is: "codec", "basis", "map".
+        "brdf", "btf", or what else a file of nacre is: "codec", "basis", "code", "map".
     facts
         By name, in the order to show them.
     units
@@ -120,12 +122,41 @@ def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
 
 def _other(path: Path) -> Inspection | None:
     """A file of nacre's own that is no material."""
+    from nacre.latent.file import KEY as BASIS
+    from nacre.latent.file import is_code, load_basis
     from nacre.textures.codecs.codec_file import KEY as CODEC
     from nacre.textures.codecs.codec_file import codec_facts
+    from nacre.textures.embedding import KEY as MAP
+    from nacre.textures.embedding import load_embedding_map
 
     if has_header(path, CODEC):
         return Inspection("codec", codec_facts(path), {"bytes": "bytes"})
-    return None
+    facts: dict[str, Any]
+    if has_header(path, BASIS):
+        kind, facts = "basis", dict(load_basis(path).describe())
+    elif has_header(path, MAP):
+        chart = load_embedding_map(path)
+        kind = "map"
+        facts = {"texels": len(chart.texture), "textures": ", ".join(chart.names)}
+    elif is_code(path):
+        kind, facts = "code", _code_facts(path)
+    else:
+        return None
+    facts["bytes"] = path.stat().st_size
+    return Inspection(kind, facts, _known(facts, _UNITS))
+
+
+def _code_facts(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(read_bytes(path, _CODE_LIMIT))
+        return {
+            "name": content["name"],
+            "model": content["code of"],
+            "code dim": len(content["values"]),
+            "basis sha256": content["basis"],
+        }
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise FormatError(f"{path}: is not a whole code: {reason(error)}") from error
 
 
 def _known(facts: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 from nacre.errors import NacreError
 from nacre.io.files import PathLike
+from nacre.render.scene_file import scene_bsdfs
 from nacre.render.virtual import MitsubaBrdf
 
 
@@ -40,7 +40,7 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         raise NacreError(f"{where}: is nested too deeply") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
-    return _virtual(_mitsuba("load_dict", description, where), where)
+    return _virtual(_loaded(description, where), where)
 
 
 def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
@@ -58,32 +58,27 @@ def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
     NacreError
         If the scene cannot be loaded, or has no such BSDF.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise NacreError(f"{path}: is not a file")
-    scene = _mitsuba("load_file", str(path), str(path))
-    bsdfs = [shape.bsdf() for shape in scene.shapes() if shape.bsdf()]
+    bsdfs = scene_bsdfs(path)
     found = {bsdf.id(): bsdf for bsdf in bsdfs if bsdf.id()}
     if name is None and len(bsdfs) == 1:
         return _virtual(bsdfs[0], f"{path}: {bsdfs[0].id() or 'its BSDF'}")
-    chosen = next(iter(found)) if name is None and len(found) == len(set(bsdfs)) == 1 else name
-    if chosen not in found:
-        problem = f"has no BSDF {name!r} on a shape" if name else "has not one BSDF; use --bsdf"
+    if name not in found:
+        problem = f"has no BSDF {name!r}" if name else "has not one BSDF; use --bsdf"
         nameless = sum(not bsdf.id() for bsdf in bsdfs)
         names = [*found, f"{nameless} without an id"] if nameless else found
         raise NacreError(f"{path}: {problem} (found: {', '.join(names) or 'none'})")
-    return _virtual(found[chosen], f"{path}: {chosen}")
+    return _virtual(found[name], f"{path}: {name}")
 
 
-def _mitsuba(function: str, argument: Any, where: str) -> Any:
-    """What one of Mitsuba's loaders makes of an argument; its complaints in one line."""
+def _loaded(description: dict[str, Any], where: str) -> Any:
+    """What Mitsuba makes of a dictionary; its complaints in one line."""
     from nacre.render import register
     from nacre.render.engine import mitsuba
 
     mi = mitsuba()
     register()
     try:
-        return getattr(mi, function)(argument)
+        return mi.load_dict(description)
     except NacreError:
         raise
     except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet

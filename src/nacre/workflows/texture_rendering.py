@@ -17,7 +17,7 @@ from nacre.runtime.progress import Progress, silent
 if TYPE_CHECKING:
     from nacre.array import Floats
     from nacre.btf import Btf
-    from nacre.figures.drawing import Bytes
+    from nacre.figures.page import Bytes
     from nacre.metrics.temporal import TemporalErrors
 
 
@@ -139,7 +139,7 @@ def render_texture(
         As :func:`check_texture_view` has it, or if the texture cannot be rendered so.
     """
     from nacre.color import tone_map
-    from nacre.figures.drawing import display_bytes
+    from nacre.figures.page import display_bytes
     from nacre.figures.rendering_panels import panels_size, rendering_panels
     from nacre.metrics.temporal import temporal_errors
     from nacre.render.animation import write_animation

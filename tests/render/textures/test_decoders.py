@@ -9,7 +9,7 @@ import pytest
 
 import nacre
 from nacre.array import Floats
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.textures import LatentMap
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.uniform import material_of

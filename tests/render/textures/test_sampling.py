@@ -10,7 +10,7 @@ import pytest
 
 from nacre.measured.textures import BONN
 from nacre.measured.textures.domes import pairs
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.sampling.tilted import TiltedMixture, fit_tilted
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture

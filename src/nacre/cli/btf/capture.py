@@ -90,7 +90,7 @@ def command(
 
 def _one(recipe: str, output: Path, settings: Settings, picture: Path | None) -> None:
     """Capture one recipe into a file."""
-    from nacre.figures.capture_sheet import sheet
+    from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
     from nacre.render.preview import check_image_path, write_image
     from nacre.textures.capture.recipe import find
@@ -104,5 +104,5 @@ def _one(recipe: str, output: Path, settings: Settings, picture: Path | None) ->
     btf = settings.take(found, line)
     loss = save(btf, output, progress=line)
     if picture:
-        write_image(sheet(btf), picture)
+        write_image(capture_sheet(btf), picture)
     report_texture(output, btf, loss)

@@ -19,8 +19,7 @@ from nacre.cli.report import report_file
 def command(source: Path, output: Path, basis_name: str) -> None:
     """Write the material that a code stands for, in the format that the output's name ends in."""
     from nacre.formats import check_target, writer
-    from nacre.latent import find_basis
-    from nacre.latent.file import load_code
+    from nacre.latent import find_basis, load_code
 
     write = writer(output)
     options.check_outputs([output], [source, Path(basis_name)])

@@ -20,14 +20,12 @@ from nacre.cli.report import report_file
     "--refine/--no-refine",
     default=True,
     help="Refine the code for pictures. Without, a pca code is closest in the logarithm, and an "
-    "autoencoder's is what its encoder gives.",
+    "autoencoder's is what its encoder gives; the others have no such code.",
 )
 def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
     """Find the code of an isotropic material."""
     from nacre.formats import load_brdf
-    from nacre.latent import Autoencoder, Basis, find_basis
-    from nacre.latent import encode as find
-    from nacre.latent.file import save_code
+    from nacre.latent import find_basis, save_code
 
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
@@ -35,13 +33,9 @@ def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
     line = progress(source.stem)
     line("reading", 0, 1)
     basis = find_basis(basis_name)
-    if not refine and not isinstance(basis, Basis | Autoencoder):
-        raise click.BadParameter(
-            f"--no-refine: {basis_name} holds no principal components and no encoder"
-        )
     brdf = load_brdf(source)
     line("encoding", 0, 1)
-    code = find(basis, brdf) if refine else basis.project(brdf)
+    code = basis.encode(brdf, refine=refine)
     save_code(basis.decode(code, brdf.name), output)
     text = f"{len(code)} values ({4 * len(code)} bytes)"
     report_file(output, text, code_dim=len(code), code_bytes=4 * len(code))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
@@ -42,9 +41,8 @@ def command(
     In pca and neural bases the logarithm of f_r is linear in a code: what lies between reflects no
     more than the same mixture of the ends would, in any direction.
     """
-    from nacre.figures.code_views import between, coded, displayed
-    from nacre.latent import find_basis
-    from nacre.latent.file import save_code
+    from nacre.figures.code_views import between, coded, strip
+    from nacre.latent import find_basis, save_code
     from nacre.metrics import albedo
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
@@ -58,12 +56,11 @@ def command(
         codes.mkdir(parents=True, exist_ok=True)
         for index, material in enumerate(materials):
             save_code(material, codes / f"{index:02d}.json")
-    rows, pictures = [], []
-    for index, material in enumerate(materials):
-        line("rendering", index, count)
-        pictures.append(displayed(material, size, spp))
-        rows.append((index / (count - 1), [float(x) for x in albedo(material, [0.0]).value[0]]))
-    write_bytes(np.rint(255.0 * np.concatenate(pictures, axis=1)).astype(np.uint8), output)
+    write_bytes(strip(materials, size, spp, line), output)
+    rows = [
+        (index / (count - 1), [float(x) for x in albedo(material, [0.0]).value[0]])
+        for index, material in enumerate(materials)
+    ]
     if not session().as_json:
         columns = ("fraction of the second", "albedo, red", "green", "blue")
         table = [(f"{fraction:.2f}", *(f"{x:.3f}" for x in albedos)) for fraction, albedos in rows]

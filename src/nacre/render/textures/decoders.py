@@ -13,7 +13,7 @@ from nacre.geometry import stereographic
 from nacre.numerics.mlp import Layer
 from nacre.render.network import pack_layers
 from nacre.render.textures.angle_grid import AngleGrid
-from nacre.render.textures.factors import CHROMAS, GREYS, Factors
+from nacre.render.textures.factors import CHROMAS, LUMAS, Factors
 from nacre.render.textures.texels import Corners, Records
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import join_components
@@ -60,7 +60,7 @@ class TableDecoder:
     def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
         functions = self._grid.interpolated(self._functions, wi, wo)
-        return _joined(texels, functions, GREYS, CHROMAS)
+        return _joined(texels, functions, LUMAS, CHROMAS)
 
 
 class BasisDecoder:
@@ -210,9 +210,9 @@ def _silu(state: Any) -> Any:
 
 
 def _joined(
-    texels: Weighed, functions: list[Any], greys: int, chromas: int, mean: Any = 0.0
+    texels: Weighed, functions: list[Any], lumas: int, chromas: int, mean: Any = 0.0
 ) -> Components:
-    """Reflectance between texels, of functions of gray values, then of both values of pairs.
+    """Reflectance between texels, of functions of luma, then of both values of pairs.
 
     Functions stand for roots of it, whose means between unlike texels would be too dark.
     """
@@ -225,9 +225,9 @@ def _joined(
 
     total: list[Any] = [0.0] * 3
     for weights, share in texels:
-        grey = product(weights[:greys], functions[:greys], mean)
-        first, second = weights[greys : greys + chromas], weights[greys + chromas :]
-        pairs = [product(w, functions[greys:], 0.0) for w in (first, second)]
-        rgb = join_components(grey, *pairs)
+        luma = product(weights[:lumas], functions[:lumas], mean)
+        first, second = weights[lumas : lumas + chromas], weights[lumas + chromas :]
+        pairs = [product(w, functions[lumas:], 0.0) for w in (first, second)]
+        rgb = join_components(luma, *pairs)
         total = [dr.fma(value, share, sum_) for value, sum_ in zip(rgb, total, strict=True)]
     return total[0], total[1], total[2]
