@@ -14,6 +14,7 @@ import numpy as np
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.brdf import Sampler
+from nacre.numerics.direction_samples import loss_scale
 from nacre.sampling import LobeSampledBrdf
 
 Value: TypeAlias = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
@@ -226,6 +227,13 @@ class AnalyticBrdf(LobeSampledBrdf):
     def summary(self) -> str:
         """The model and its parameters in one line, rounded."""
         return ", ".join([self.model, *(f"{k} {v}" for k, v in self._shown().items())])
+
+    def loss_text(self) -> str:
+        """The loss of a fit with its scale: "loss 0.00312 (log(1 + f cos))"; else empty."""
+        fit = self.metadata.get("fit", {})
+        if not isinstance(fit.get("loss"), float):
+            return ""
+        return f"loss {fit['loss']:.5f} ({loss_scale(fit.get('gain'))})"
 
     def _shown(self) -> dict[str, str]:
         """Parameters, rounded, and sizes of tables."""

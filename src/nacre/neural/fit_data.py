@@ -133,6 +133,7 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
             batch=half,
             learning_rate=0.5 * recipe.learning_rate,
             precision=recipe.precision or SINGLE,
+            gain=1.0,  # of the held-out samples
         )
     usual = factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     count = recipe.samples or max(4 * BLOCK, round(recipe.sample_share * usual))

@@ -65,3 +65,13 @@ class Scattered(Protocol):
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
         """See :meth:`nacre.Brdf.eval`."""
         ...
+
+
+def loss_scale(gain: object) -> str:
+    """What a loss of this gain compares, for people: "log(1 + 32 f cos)".
+
+    Losses on different scales say nothing about each other. A scan has no gain: its held-out
+    samples are compared as with a gain of 1.
+    """
+    factor = f"{gain:g} " if isinstance(gain, int | float) and gain != 1.0 else ""
+    return f"log(1 + {factor}f cos)"
