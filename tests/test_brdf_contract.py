@@ -14,7 +14,7 @@ import pytest
 import nacre
 from nacre.brdf import Brdf, CosineSampler
 from nacre.errors import NacreError
-from nacre.latent import train
+from nacre.latent import PcaBasis, PcaRecipe
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
@@ -64,7 +64,7 @@ def code() -> Brdf:
     """Half-way between two networks."""
     names = (PAPER, ENHANCED)
     makers = [functools.partial(network, True, inputs) for inputs in names]
-    return train(makers, 1, Resolution(30, 15, 15)).decode([0.0])
+    return PcaBasis.train(makers, PcaRecipe(1, Resolution(30, 15, 15))).decode([0.0])
 
 
 def real(folder: str, name: str) -> Brdf:

@@ -22,6 +22,26 @@ Components: TypeAlias = tuple[Array, Array, Array]
 
 Floats: TypeAlias = npt.NDArray[np.floating]
 Weights: TypeAlias = npt.NDArray[np.float32]
+Image: TypeAlias = npt.NDArray[np.float32]
+"""A picture, shape (height, width, 3): linear Rec. 709 RGB."""
+
+_ALIGNMENT = 64
+"""Bytes; of a line of the cache, and of the widest vectors."""
+
+
+def aligned_zeros(
+    shape: int | tuple[int, ...], dtype: npt.DTypeLike = np.float32
+) -> npt.NDArray[Any]:
+    """Zeros that begin at a line of the cache, as vector code expects.
+
+    NumPy's own arrays lie by chance: Dr.Jit, which takes their memory as it is, reads numbers one
+    by one where several may straddle lines, and kernels over them take up to twice as long in some
+    processes as in others.
+    """
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    raw = np.zeros(size + _ALIGNMENT, np.uint8)
+    start = -raw.ctypes.data % _ALIGNMENT
+    return raw[start : start + size].view(dtype).reshape(shape)
 
 
 class Table:

@@ -21,8 +21,8 @@ from nacre.measured.textures import BONN
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture, find
 from nacre.textures.codecs import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.textures.mipmap import LatentPyramid
-from nacre.textures.pretrained import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.ablations.btf_mipmaps import PAIRS, of_codes
 from studies.speed.table import markdown
@@ -37,13 +37,13 @@ def main() -> None:
     recipe = find("leather12")
     rows = []
     for height in HEIGHTS:
-        family = replace(recipe.family, depth=height, specular=0.3, roughness=0.15)
+        family = replace(recipe.generator, depth=height, specular=0.3, roughness=0.15)
         surface = replace(recipe, family=family).build()
         btf = capture(surface, *BONN.pairs())
         latent = LatentMap(encode(btf, codec).codes, codec, btf.wi, btf.wo, btf.name)
         chosen = np.random.default_rng(9).choice(btf.pair_count, PAIRS, replace=False)
         decode = codec.decoder(btf.wi[chosen], btf.wo[chosen])
-        texels = decode(latent.codes.reshape(-1, codec.values).astype(np.float32))
+        texels = decode(latent.codes.reshape(-1, codec.code_dim).astype(np.float32))
         truth = texels.mean(0)
         measured = btf.texels(slice(None))[:, chosen].mean(0)
         row = [f"{height:g}", f"{relative(texels, truth):.2f}"]

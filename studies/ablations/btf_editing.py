@@ -33,8 +33,7 @@ from nacre.textures.capture.recipe import Recipe, built_in
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from studies.speed.table import markdown
 
 DOME = Dome("coarse", ((0.0, 1, 0.0), (25.0, 6, 0.0), (50.0, 12, 0.0), (70.0, 12, 15.0)))
@@ -187,7 +186,7 @@ def outcomes(codec: BasisCodec, edit: str, folder: Path) -> Iterator[tuple[str, 
                 p
                 for p in pairs
                 if not p.recipe.unseen
-                and not (without and p.recipe.family.name == new.recipe.family.name)
+                and not (without and p.recipe.generator.name == new.recipe.generator.name)
             ]
             found[name] = edited(codec, training, new.before, change, coefficients=coefficients)
         found["captured, then encoded"] = new.after

@@ -25,13 +25,12 @@ from nacre.formats import load_btf
 from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
 from nacre.textures import LatentMap
-from nacre.textures.box_filter import halved_rows
 from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import TexelMap
-from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED
+from nacre.textures.mipmap import LatentPyramid, filtered_reflectance, halved_rows
 from nacre.textures.selection import nearest_pair
 from nacre.workflows.encoding import encode
 from studies.speed.table import markdown
@@ -52,12 +51,12 @@ def by_coefficients(latent: LatentMap) -> list[Floats]:
     codec, codes = latent.codec, latent.codes.astype(np.float32)
     assert isinstance(codec, BasisCodec)
     shape = codes.shape[:2]
-    coefficients = codec.decode(codes.reshape(-1, codec.values)).reshape(*shape, -1)
+    coefficients = codec.decode(codes.reshape(-1, codec.code_dim)).reshape(*shape, -1)
     levels = []
-    while codes.size > codec.values:
+    while codes.size > codec.code_dim:
         codes, coefficients = halved_map(codes), halved_map(coefficients)
         wanted = coefficients.reshape(-1, coefficients.shape[2])
-        found = project(codes.reshape(-1, codec.values), wanted, codec.decode, 2)
+        found = project(codes.reshape(-1, codec.code_dim), wanted, codec.decode, 2)
         levels.append(found.reshape(codes.shape))
     return levels
 

@@ -29,9 +29,8 @@ from nacre.formats import load_btf
 from nacre.measured.textures import BONN, load_photographs
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import TexelMap, on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.plan import CANDIDATES, informative, write_plan
-from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.selection import random_texels
 from studies.speed.table import markdown
 

@@ -29,7 +29,7 @@ from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map
 from nacre.textures.synthesis import blend, synthesize
-from nacre.textures.synthesis.features import texel_features
+from nacre.textures.synthesis.quilted_map import texel_features
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
 from nacre.textures.synthesis.seams import seam_contrast, seams
 from studies.speed.table import markdown

@@ -44,28 +44,19 @@ from nacre.brdf import Brdf
 from nacre.latent import (
     Autoencoder,
     AutoencoderRecipe,
-    Basis,
     BasisRecipe,
     Hypernetwork,
     HypernetworkRecipe,
+    LatentBasis,
     NeuralBasis,
-    encode,
-    encode_network,
-    encode_neural,
-    optimised,
-    train,
-    train_autoencoder,
-    train_hypernetwork,
-    train_neural,
+    PcaBasis,
+    PcaRecipe,
 )
-from nacre.latent.file import AnyBasis
 from nacre.latent.pca import encoded
-from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
 from nacre.metrics import albedo, compare
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.render.environment import Environment, load_environment
-from nacre.render.sphere import lit_pixels
 from nacre.reproduce.codes import split
 from studies.speed.table import markdown
 from tests.data import data_folder
@@ -76,11 +67,11 @@ RIDGE = 0.1
 Encode = Callable[[Brdf], Brdf]
 
 
-def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encode]:
+def whole_codes(pca: PcaBasis, neural: NeuralBasis, values: int) -> dict[str, Encode]:
     """Codes of materials that are known everywhere."""
     return {
-        f"PCA, optimized, {values} values": lambda brdf: pca.decode(optimised(pca, brdf)),
-        f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
+        f"PCA, optimized, {values} values": lambda brdf: pca.decode(pca.encode(brdf)),
+        f"neural, {values} values": lambda brdf: neural.decode(neural.encode(brdf)),
     }
 
 
@@ -89,11 +80,11 @@ def network_bases(
 ) -> tuple[Hypernetwork, Autoencoder]:
     """Bases whose codes stand for networks."""
     start = time.perf_counter()
-    hyper = train_hypernetwork(neural, HypernetworkRecipe(seed=seed))
+    hyper = Hypernetwork.train(materials, HypernetworkRecipe(seed=seed), base=neural)
     log(f"hypernetwork, loss {hyper.metadata['hypernetwork']['loss']:.4f}", hyper, start)
     start = time.perf_counter()
-    recipe = AutoencoderRecipe(values=values, seed=seed)
-    auto = train_autoencoder(materials, lit_pixels(), recipe)
+    recipe = AutoencoderRecipe(code_dim=values, seed=seed)
+    auto = Autoencoder.train(materials, recipe)
     log(f"autoencoder, loss {auto.metadata['loss']:.6f}", auto, start)
     return hyper, auto
 
@@ -103,18 +94,18 @@ def network_codes(
 ) -> dict[str, Encode]:
     """Codes that stand for networks, and those of the neural basis."""
     return {
-        f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
-        f"hypernetwork, {values} values": lambda brdf: hyper.decode(encode_network(hyper, brdf)),
-        f"autoencoder, encoder only, {values} values": lambda brdf: auto.decode(auto.project(brdf)),
-        f"autoencoder, optimized, {values} values": lambda brdf: auto.decode(
-            encode_network(auto, brdf)
+        f"neural, {values} values": lambda brdf: neural.decode(neural.encode(brdf)),
+        f"hypernetwork, {values} values": lambda brdf: hyper.decode(hyper.encode(brdf)),
+        f"autoencoder, encoder only, {values} values": lambda brdf: auto.decode(
+            auto.encode(brdf, refine=False)
         ),
+        f"autoencoder, optimized, {values} values": lambda brdf: auto.decode(auto.encode(brdf)),
     }
 
 
-def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
+def between(basis: LatentBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
     """One line on materials half way between two codes: albedo for light along the normal."""
-    codes = [encode(basis, nacre.load(path)) for path in held_out]
+    codes = [basis.encode(nacre.load(path)) for path in held_out]
     random = np.random.default_rng((seed, 6))
     found, ratios = [], []
     for _ in range(pairs):
@@ -128,13 +119,13 @@ def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) ->
     return f"{max(found):.3f}", f"{above} of {pairs}", f"{max(ratios):.2f}"
 
 
-def log(name: str, basis: AnyBasis, start: float) -> None:
+def log(name: str, basis: LatentBasis, start: float) -> None:
     """One line on a basis and the time that it took."""
     spent = time.perf_counter() - start
     print(f"{name}: {basis.nbytes:,} bytes, {spent:.0f} s", file=sys.stderr, flush=True)
 
 
-def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
+def sample_codes(pca: PcaBasis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
     """Codes from a few samples, at nodes of the grid so that no interpolation enters."""
     nodes = np.flatnonzero(pca.mask.reshape(-1))
     theta_h = np.unravel_index(nodes, pca.mask.shape)[0]
@@ -147,15 +138,15 @@ def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> d
     )
     weights = pca.weights()[drawn]
     parts = pca.components[pca.uses][:, drawn].T.astype(np.float64) * pca.deviations
-    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, len(pca))
-    normal = rows.T @ rows + ridge * np.eye(len(pca))
+    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, pca.code_dim)
+    normal = rows.T @ rows + ridge * np.eye(pca.code_dim)
 
     def by_ridge(brdf: Brdf) -> Brdf:
-        logs = encoded(brdf.eval(wi, wo), weights) - pca.centre[drawn, None]
+        logs = encoded(brdf.eval(wi, wo), weights) - pca.center[drawn, None]
         return pca.decode(np.linalg.solve(normal, rows.T @ logs.reshape(-1)))
 
     def by_network(brdf: Brdf) -> Brdf:
-        return neural.decode(encode_samples(neural, DirectionSamples(wi, wo, brdf.eval(wi, wo))))
+        return neural.decode(neural.encode(DirectionSamples(wi, wo, brdf.eval(wi, wo))))
 
     return {
         f"PCA by ridge regression, {count} samples": by_ridge,
@@ -187,7 +178,9 @@ def main() -> None:
     values = options.values
 
     start = time.perf_counter()
-    neural = train_neural(materials, BasisRecipe(values=values, seed=options.seed))
+    neural = NeuralBasis.train(
+        materials, BasisRecipe(code_dim=values, seed=options.seed, predictors=False)
+    )
     log(f"neural, loss {neural.metadata['loss']:.4f}", neural, start)
     protocol = environment, options.size, options.directions
     if options.networks:
@@ -201,17 +194,19 @@ def main() -> None:
             print(markdown(columns, [(k, *between(b, *chosen)) for k, b in bases.items()]))
         return
     start = time.perf_counter()
-    pca = train(materials, values)
+    pca = PcaBasis.train(materials, PcaRecipe(values))
     log("PCA", pca, start)
     methods: dict[str, Encode] = {}
     for count in options.samples:
         methods |= sample_codes(pca, neural, count, options.ridge)
     methods = methods or whole_codes(pca, neural, values)
     if options.projected:
-        methods[f"PCA, projected, {values} values"] = lambda brdf: pca.decode(pca.project(brdf))
-        by_channel = train(materials, 3 * values, separate=True)
+        methods[f"PCA, projected, {values} values"] = lambda brdf: pca.decode(
+            pca.encode(brdf, refine=False)
+        )
+        by_channel = PcaBasis.train(materials, PcaRecipe(3 * values, separate=True))
         methods[f"PCA by channel, projected, 3 x {values} values"] = lambda brdf: by_channel.decode(
-            by_channel.project(brdf)
+            by_channel.encode(brdf, refine=False)
         )
     report(methods, held_out, options.seed, *protocol)
 

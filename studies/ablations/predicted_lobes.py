@@ -40,13 +40,10 @@ from nacre.latent import (
     LobePredictor,
     NeuralBasis,
     PredictorRecipe,
-    encode_neural,
-    train_neural,
-    with_predictors,
 )
 from nacre.latent.file import load_basis, save_basis
 from nacre.neural import Layer
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.newton import minimize
 from nacre.reproduce.codes import split as split_files
 from nacre.runtime.parallel import one_blas_thread
@@ -94,7 +91,7 @@ def trained(files: Sequence[Path], kept: Path | None) -> NeuralBasis:
             raise NacreError(f"{kept}: predicts no lobes")
         return basis
     loads = [partial(nacre.load, path) for path in files]
-    basis = with_predictors(train_neural(loads))
+    basis = NeuralBasis.train(loads)
     if kept:
         save_basis(basis, kept)
     return basis
@@ -104,7 +101,7 @@ def labeled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePred
     """Blinn-Phong lobes by labels: squared errors of the share and of the exponent's logarithm."""
     known = fitted_names(labels)
     given = [path for path in files if path.stem in known]
-    codes = np.array([encode_neural(basis, nacre.load(path)) for path in given])
+    codes = np.array([basis.encode(nacre.load(path)) for path in given])
     found = []
     for path in given:
         fit = load_fit(labels, path.stem).values
@@ -116,14 +113,14 @@ def labeled(basis: NeuralBasis, files: Sequence[Path], labels: Path) -> LobePred
     recipe, random = PredictorRecipe(), np.random.default_rng(7)
     torch.manual_seed(7)
     network = torch.nn.Sequential(
-        torch.nn.Linear(len(basis), recipe.hidden),
+        torch.nn.Linear(basis.code_dim, recipe.hidden),
         torch.nn.Tanh(),
         torch.nn.Linear(recipe.hidden, 2),
     )
     adam = torch.optim.Adam(network.parameters(), 1e-3, weight_decay=1e-5)
     for _ in range(recipe.steps):
         index = random.integers(len(codes), size=recipe.batch)
-        drawn = basis.reordered(codes[index], random.integers(len(ORDERS), size=recipe.batch))
+        drawn = basis.permuted(codes[index], random.integers(len(PERMUTATIONS), size=recipe.batch))
         drawn += JITTER * random.normal(size=drawn.shape)
         loss = (
             (torch.sigmoid(network(torch.from_numpy(drawn).float())) - targets[index])
@@ -149,9 +146,9 @@ def judged(
     for path in files:
         brdf = nacre.load(path)
         seen = second_moment(brdf, SEEN)
-        encode_neural(basis, brdf)  # what is evaluated once only is not timed
+        basis.encode(brdf)  # what is evaluated once only is not timed
         start = time.process_time()
-        code = encode_neural(basis, brdf)
+        code = basis.encode(brdf)
         times[ENCODING].append(1e3 * (time.process_time() - start))
         for name, fit in fits.items():
             start = time.process_time()

@@ -41,8 +41,7 @@ import nacre
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
-from nacre.latent import NeuralBasis
-from nacre.latent.pretrained import find_basis
+from nacre.latent import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.render.environment import load_environment
 from nacre.reproduce.samplers import PREDICTED, sampler
@@ -94,8 +93,8 @@ SAMPLERS: dict[str, Callable[[Brdf], Sampler]] = {
 def predicted(name: str) -> dict[str, Callable[[Brdf], Sampler]]:
     """Samplers that a basis predicts, by name."""
     basis = find_basis(name)
-    if not isinstance(basis, NeuralBasis):
-        raise NacreError(f"{name}: is no neural basis")
+    if not basis.predictors:
+        raise NacreError(f"{name}: predicts no lobes")
     return {f"`{kind}`": sampler(kind, basis) for kind in PREDICTED}
 
 

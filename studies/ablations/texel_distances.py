@@ -22,9 +22,7 @@ from nacre.formats import load_btf
 from nacre.measured.textures import BONN
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.embedding import appearance
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.selection import random_texels
 from studies.speed.table import markdown
 
@@ -76,7 +74,7 @@ def main() -> None:
         "coefficients": codec.decode(codes),
         "decoded, 2000 pairs": decoded,
         "decoded, roots": np.sqrt(decoded),
-        "nacre.textures.embedding": appearance(codec)(codes),
+        "nacre.textures.embedding": codec.embedding(*BONN.pairs())(codes),
     }
     truths = {"roots": distances(np.sqrt(measured)), "reflectance": distances(measured)}
     rows = []

@@ -23,8 +23,8 @@ from nacre.array import Floats
 from nacre.btf import Btf, TableBtf
 from nacre.formats import load_btf
 from nacre.measured.textures import BONN
-from nacre.textures.codecs.basis import BasisRecipe, train_basis
-from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.basis import BasisCodec, BasisRecipe
+from nacre.textures.codecs.codec import TexelCodec, TrainingRun, on_all_cores
 from nacre.textures.codecs.codec_file import load_codec
 from studies.speed.table import markdown
 
@@ -81,12 +81,12 @@ def main() -> None:
     options = parser.parse_args()
     directions = held_out()
     files = sorted((options.captured / "train").glob("*.npz"))
-    textures = [partial(without, path, directions) for path in files]
 
     def report(stage: str, done: int, total: int, text: str) -> None:
         print(f"\r{stage} {done} of {total} {text}   ", end="", file=sys.stderr, flush=True)
 
-    parted = train_basis(textures, BasisRecipe(seed=options.seed), report)
+    run = TrainingRun(files, partial(without, directions=directions), progress=report)
+    parted = BasisCodec.train(run, BasisRecipe(seed=options.seed))
     whole = load_codec(options.model)
     rows, ratios = [], []
     for path in sorted((options.captured / "unseen").glob("*.npz")):

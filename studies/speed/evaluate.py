@@ -26,7 +26,7 @@ from nacre import load  # noqa: E402
 from nacre.geometry import split  # noqa: E402
 from nacre.neural import NeuralBrdf  # noqa: E402
 from nacre.render import mitsuba  # noqa: E402
-from nacre.render.network import CooperativeNetwork  # noqa: E402
+from nacre.render.network import BufferedNetwork  # noqa: E402
 from studies.speed.peak import peak  # noqa: E402
 from tests.data import data_folder  # noqa: E402
 
@@ -44,7 +44,7 @@ def candidates(brdf: NeuralBrdf) -> dict[str, Callable[[], object]]:
     torch.set_num_threads(1)
     traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in split(x)) for x in w]
     tensors = [tuple(torch.from_numpy(np.ascontiguousarray(c)) for c in split(x)) for x in w]
-    cooperative = CooperativeNetwork(brdf, mi)
+    cooperative = BufferedNetwork(brdf, mi)
     buffer = cooperative.initial()
 
     def in_torch() -> object:

@@ -57,7 +57,7 @@ def test_predicted_lobes_sample_new_codes(predictors, family: str) -> None:
         assert predicted < searched + 0.05
 
 
-def test_the_same_seed_gives_the_same_predictor_and_progress_is_told() -> None:
+def test_the_same_seed_gives_the_same_predictor_and_progress_is_reported() -> None:
     short = PredictorRecipe(hidden=8, codes=32, sets=2, lights=16, steps=50)
     seen = []
     one, other = (

@@ -19,7 +19,7 @@ from nacre.measured.merl import tabulate
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
-from .btf.made import FlatCodec, latent
+from .textures.made import FlatCodec, latent
 from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
 
@@ -147,7 +147,7 @@ def test07_ten_materials_in_one_scene(rgb: Any) -> None:
     brdfs: list[Brdf] = [network(i) for i in range(7)]
     brdfs += [Constant(0.1 * i) for i in range(2, 5)]
     modes = ["cooperative" if i in (1, 4) else "literals" for i in range(10)]
-    bsdfs = [nacre.render.bsdf(b, m) for b, m in zip(brdfs, modes, strict=True)]
+    bsdfs = [nacre.render.bsdf(b, weights=m) for b, m in zip(brdfs, modes, strict=True)]
     together = row(rgb, bsdfs)
     blocks = together.reshape(8, 10, 8, 3).mean((0, 2))
     assert len(np.unique(blocks.round(3), axis=0)) == 10
@@ -247,8 +247,8 @@ def test12_cooperative_weights_change_without_recompiling(
     wi, wo = directions
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
     first, second = (network(seed, inputs=inputs) for seed in (1, 2))
-    bsdf = nacre.render.bsdf(first, "cooperative", precision)
-    other = nacre.render.bsdf(second, "cooperative", precision)
+    bsdf = nacre.render.bsdf(first, weights="cooperative", precision=precision)
+    other = nacre.render.bsdf(second, weights="cooperative", precision=precision)
     params = rgb.traverse(bsdf)
     params["weights"] = rgb.traverse(other)["weights"]
     params.update()
@@ -275,7 +275,7 @@ def test13_scalar(scalar: Any) -> None:
     assert np.isfinite(image).all()
     assert image.min() > 0.0
     with pytest.raises(nacre.NacreError, match="JIT variant"):
-        nacre.render.bsdf(brdf, "cooperative")
+        nacre.render.bsdf(brdf, weights="cooperative")
 
 
 def test14_mono_is_luminance(mono: Any) -> None:
@@ -341,7 +341,7 @@ def test18_following_light_swaps_the_directions(rgb: Any) -> None:
 def test19_albedo_for_denoisers(rgb: Any, mode: str) -> None:
     aov = {"type": "aov", "aovs": "albedo:albedo", "img": {"type": "path"}}
     brdf = Constant(0.2, 0.5, 0.8) if mode == "literals" else network(1)
-    bsdf = nacre.render.bsdf(brdf, mode)
+    bsdf = nacre.render.bsdf(brdf, weights=mode)
     scene = rgb.load_dict(sphere_scene(rgb, bsdf, size=4, integrator=aov))
     image = np.array(rgb.render(scene, spp=4))
     expected = nacre.render.adapter.albedo(brdf)
@@ -353,11 +353,11 @@ def test19_albedo_for_denoisers(rgb: Any, mode: str) -> None:
 
 def test20_what_cannot_be_is_refused(rgb: Any, tmp_path: Path) -> None:
     with pytest.raises(nacre.NacreError, match="for networks, not Constant"):
-        nacre.render.bsdf(Constant(0.5), "cooperative")
-    with pytest.raises(nacre.NacreError, match="'literals' or 'cooperative'"):
-        nacre.render.bsdf(network(1), "textures")
+        nacre.render.bsdf(Constant(0.5), weights="cooperative")
+    with pytest.raises(nacre.NacreError, match="auto, literals, cooperative; got 'textures'"):
+        nacre.render.bsdf(network(1), weights="textures")
     with pytest.raises(nacre.NacreError, match="cooperative weights"):
-        nacre.render.bsdf(network(1), "literals", "half")
+        nacre.render.bsdf(network(1), precision="half")
     with pytest.raises(RuntimeError, match="'filename'"):
         rgb.load_dict({"type": "brdf"})
     with pytest.raises(RuntimeError, match=r"absent\.safetensors: cannot be read"):
@@ -369,10 +369,10 @@ def test20_what_cannot_be_is_refused(rgb: Any, tmp_path: Path) -> None:
 
 def test25_what_was_refused_is_not_rendered_with(rgb: Any) -> None:
     with pytest.raises(nacre.NacreError) as first:
-        nacre.render.bsdf(network(1), "textures")
+        nacre.render.bsdf(network(1), weights="textures")
     codes = latent(np.ones((2, 2, 3)), FlatCodec())
     with pytest.raises(nacre.NacreError) as second:
-        nacre.render.texture_bsdf(codes, resolution=40, memory=8)
+        nacre.render.bsdf(codes, resolution=40, memory=8)
     assert first.tb is not None
     assert second.tb is not None  # both keep what was begun, as notebooks do
     image = np.array(rgb.render(rgb.load_dict(sphere_scene(rgb, {"type": "diffuse"})), spp=1))

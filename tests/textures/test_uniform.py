@@ -11,7 +11,7 @@ from nacre.btf import TableBtf
 from nacre.errors import FormatError
 from nacre.measured.textures import BONN
 from nacre.textures import LatentMap, save_latent_map
-from nacre.textures.uniform import TexelBrdf, average, material_of, spread
+from nacre.textures.uniform import TexelBrdf, average, material_of, tile
 from tests.textures.codecs.basis.made import codec
 from tests.textures.support import ByImage
 
@@ -32,14 +32,14 @@ def test_a_mean_is_that_of_all_texels_read_by_texel_or_by_image() -> None:
         np.testing.assert_allclose(mean.values[0, 0], wanted, rtol=1e-6)
 
 
-def test_a_material_is_spread_everywhere() -> None:
-    texture = spread(Lambert(diffuse=(0.2, 0.4, 0.8)), WI, WO, 30, 20)
+def test_a_material_is_tiled_everywhere() -> None:
+    texture = tile(Lambert(diffuse=(0.2, 0.4, 0.8)), WI, WO, 30, 20)
     assert (texture.width, texture.height) == (30, 20)
     assert texture.values.base is not None  # no copies
     np.testing.assert_allclose(texture.images([3])[0, 7, 9], (0.2, 0.4, 0.8), rtol=1e-6)
     np.testing.assert_array_equal(average(texture).values[0, 0], texture.values[0, 0])
     with pytest.raises(ValueError, match="0 x 1 texels"):
-        spread(Lambert(diffuse=(1.0, 1.0, 1.0)), WI, WO, 0)
+        tile(Lambert(diffuse=(1.0, 1.0, 1.0)), WI, WO, 0)
 
 
 def test_an_encoded_texel_is_a_material(tmp_path) -> None:

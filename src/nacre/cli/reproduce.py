@@ -18,8 +18,7 @@ from nacre.cli.reproduction import list_option, output_option, print_reproduced,
 from nacre.errors import NacreError
 
 if TYPE_CHECKING:
-    from nacre.latent import NeuralBasis
-    from nacre.latent.file import AnyBasis
+    from nacre.latent import LatentBasis
     from nacre.reproduce import Method, Settings
     from nacre.reproduce.codes import CodeSettings
 
@@ -234,9 +233,9 @@ def _of_codes(
     print_reproduced([f"{path}: {len(files)} materials{note}"], differs)
 
 
-def _basis(path: Path | None) -> AnyBasis:
+def _basis(path: Path | None) -> LatentBasis:
     """The basis that codes are of: that in a file, or the one that comes with nacre."""
-    from nacre.latent.pretrained import find_basis
+    from nacre.latent import find_basis
 
     return find_basis(str(path or "neural"))
 
@@ -276,12 +275,10 @@ def _noise(
     print_reproduced(kind.write(experiment, study, names, files, output), DIFFERS)
 
 
-def _predicting(path: Path | None) -> NeuralBasis:
+def _predicting(path: Path | None) -> LatentBasis:
     """A basis that predicts lobes."""
-    from nacre.latent import NeuralBasis
-
     basis = _basis(path)
-    if not isinstance(basis, NeuralBasis) or not basis.predictors:
+    if not basis.predictors:
         raise NacreError(f"{path}: predicts no lobes; make it by nacre latent train --model neural")
     return basis
 

@@ -13,7 +13,7 @@ from nacre.errors import require
 from nacre.figures.polar import INK
 from nacre.io.files import PathLike
 from nacre.io.text_file import write_rows
-from nacre.textures.embedding_map import EmbeddingMap
+from nacre.textures.embedding import EmbeddingMap
 
 Places = npt.NDArray[np.float64]
 

@@ -26,7 +26,6 @@ from nacre.figures.texture_panels import SMALL, angles, enlarged, texels
 from nacre.figures.texture_views import reduced
 from nacre.measured.textures.directions import from_degrees
 from nacre.metrics.texture_comparison import matched
-from nacre.textures.latent_map import NeuralBtf
 from nacre.textures.selection import nearest_pair
 
 SHOWN = (
@@ -88,7 +87,7 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     draw_text(draw, (_MARGIN, 42), names[1], 26, INK, limit=right - _MARGIN)
     subtitle = f"against {names[0]}; {texels(truth, *size)}"
     draw_text(draw, (_MARGIN, 70), subtitle, 16, FAINT, limit=right - _MARGIN)
-    decoded = "Decoded" if isinstance(other, NeuralBtf) else "Other"
+    decoded = "Decoded" if other.decodable else "Other"
     titles = "Reference", decoded, "Error / white"
     for x, title in zip(columns, titles, strict=True):
         draw_text(draw, (x + cell / 2, _HEADER - 8), title, 15, INK, anchor="ms")

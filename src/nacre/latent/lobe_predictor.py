@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Sampler
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import TANH, Layer, forward, widths
 from nacre.sampling.parametrizations import FAMILIES
 
 
@@ -39,10 +39,7 @@ class LobePredictor:
     def __post_init__(self) -> None:
         if self.family not in FAMILIES:
             raise ValueError(f"unknown sampler {self.family!r}; update nacre")
-        widths = [len(layer.biases) for layer in self.layers]
-        if [len(layer.weights) for layer in self.layers[1:]] != widths[:-1]:
-            raise ValueError(f"layers that predict {self.family} do not chain")
-        if not widths or widths[-1] != FAMILIES[self.family].size:
+        if widths(self.layers)[-1] != FAMILIES[self.family].size:
             raise ValueError(f"{self.family} takes {FAMILIES[self.family].size} parameters")
 
     def __call__(self, code: npt.ArrayLike) -> Sampler:
@@ -51,9 +48,5 @@ class LobePredictor:
 
     def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
         """Its free parameters, of the family's size."""
-        values = np.asarray(code, np.float32)
-        *hidden, last = self.layers
-        for layer in hidden:
-            values = np.tanh(values @ layer.weights + layer.biases)
-        free: npt.NDArray[np.floating] = values @ last.weights + last.biases
+        free: npt.NDArray[np.floating] = forward(np.asarray(code, np.float32), self.layers, TANH)
         return free

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 
 def bounded(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:

@@ -22,7 +22,7 @@ from nacre.neural.scattered import (
 )
 from nacre.neural.training import initial_layers
 from nacre.numerics.direction_samples import Scattered
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import check_isotropic, fit_lobes

@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, Sampler
+from nacre.brdf import Sampler
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
     input_count,
-    network_inputs,
     turns_half_vector,
 )
-from nacre.numerics.direction_samples import loss_scale
-from nacre.numerics.layer import Layer
+from nacre.neural.network import NetworkBrdf
+from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
@@ -61,7 +60,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
                 raise ValueError("weights are so large that sums of them overflow")
 
 
-class NeuralBrdf(Brdf):
+class NeuralBrdf(NetworkBrdf):
     """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
 
     Parameters
@@ -143,19 +142,6 @@ class NeuralBrdf(Brdf):
         sizes = "-".join(map(str, self.sizes))
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
-    def loss_text(self) -> str:
-        """The loss of a fit with its scale: "held-out loss 0.00312 (log(1 + 32 f cos))".
-
-        Empty where the network was not fitted here.
-        """
-        loss = self.metadata.get("quality", {}).get("held_out_loss")
-        if not isinstance(loss, float):
-            return ""
-        return f"held-out loss {loss:.5f} ({self._loss_scale()})"
-
-    def _loss_scale(self) -> str:
-        return loss_scale(self.metadata.get("fit", {}).get("gain"))
-
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
         return NeuralBrdf(
@@ -169,14 +155,9 @@ class NeuralBrdf(Brdf):
             precision=self.precision,
         )
 
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        xp = namespace(*wi, *wo)
-        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic, self.inputs)
-        for index, layer in enumerate(self.layers):
-            if index:
-                values = [xp.maximum(v, 0.0) for v in values]
-            values = xp.dense(values, layer.weights, layer.biases)
+    def from_outputs(self, values: Sequence[Array]) -> Components:
+        """See :class:`nacre.neural.network.NetworkBrdf`."""
+        xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
@@ -190,7 +171,6 @@ class NeuralBrdf(Brdf):
             "sampler": str(self.sampler),
             "fitted to": source.get("file"),
             "fitted to sha256": source.get("sha256"),
-            "loss": self._loss_scale() if self.loss_text() else None,
             **self.metadata.get("quality", {}),
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }

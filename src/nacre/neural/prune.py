@@ -7,7 +7,7 @@ import numpy as np
 from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 _PAIRS = 1 << 16
 _MARGIN = 0.02

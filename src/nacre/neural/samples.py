@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components, Floats
+from nacre.array import Components, Floats, aligned_zeros
 from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
 from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
@@ -61,7 +61,7 @@ class Samples:
         targets = np.maximum(f, 0.0) * w[:, None]
         rows = np.concatenate([x, targets, w[:, None]], axis=1)
         padded = np.take(rows, np.arange(-(-len(rows) // BLOCK) * BLOCK) % len(rows), axis=0)
-        blocks = aligned(padded.size)
+        blocks = aligned_zeros(padded.size)
         shaped = blocks.reshape(-1, rows.shape[1], BLOCK)
         shaped[:] = padded.reshape(-1, BLOCK, rows.shape[1]).transpose(0, 2, 1)
         return cls(blocks, x.shape[1])
@@ -72,13 +72,6 @@ class Samples:
         cut = len(self.blocks) - held * self.rows * BLOCK
         # Blocks are a multiple of 64 bytes, so both parts stay aligned.
         return Samples(self.blocks[:cut], self.inputs), Samples(self.blocks[cut:], self.inputs)
-
-
-def aligned(count: int) -> npt.NDArray[np.float32]:
-    """Zeros in a flat float32 array that starts on a 64-byte boundary."""
-    raw = np.zeros(count + 16, np.float32)
-    start = (-raw.ctypes.data // 4) % 16
-    return raw[start : start + count]
 
 
 def draw(

@@ -11,8 +11,7 @@ directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -25,11 +24,6 @@ from nacre.runtime.parallel import thread_map
 
 SIZE = 128
 """Pixels along an edge of the picture."""
-
-PICTURE_SIZE = 64
-"""Pixels along an edge of the pictures that an autoencoder is trained on (NBRDF paper, 3.2)."""
-PICTURE_LIGHTS = (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)
-"""Degrees off the view of the lights in these: one alone would show one angle theta_d only."""
 
 MARGIN = 0.03
 """Part of the half frame that stays free around the sphere."""
@@ -100,37 +94,6 @@ def frames(normals: Floats) -> Floats:
     x, _, z = normals.T
     tangent = np.stack([z, np.zeros_like(x), -x], axis=-1) / np.hypot(x, z)[:, None]
     return np.stack([tangent, np.cross(normals, tangent), normals], axis=1)
-
-
-def lit_pixels(
-    angles: Sequence[float] = PICTURE_LIGHTS, size: int = PICTURE_SIZE
-) -> tuple[Floats, Floats]:
-    """Directions at the pixels of spheres that are lit by one light each.
-
-    The defaults are the pictures that an autoencoder is trained on.
-
-    Parameters
-    ----------
-    angles
-        Of the lights off the view in degrees, to the upper left.
-    size
-        Pixels along an edge.
-
-    Returns
-    -------
-    wi, wo
-        Local directions to the light and to the viewer at each pixel that sees both, one picture
-        after the other, shapes (n, 3).
-    """
-    normals, mask = sphere_normals(size)
-    local = frames(normals[mask])
-    wi = []
-    for angle in np.deg2rad(angles):
-        aside = math.sqrt(0.5) * math.sin(angle)
-        wi.append(local @ np.array([-aside, aside, math.cos(angle)], np.float32))
-    lights = np.concatenate(wi)
-    lit = lights[:, 2] > 0.0
-    return lights[lit], np.tile(local[:, :, 2], (len(wi), 1))[lit]
 
 
 def render_sphere(

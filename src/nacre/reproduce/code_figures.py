@@ -9,7 +9,7 @@ from typing import Any
 from nacre.errors import NacreError
 from nacre.figures.code_views import between, coded, displayed, draw_map
 from nacre.figures.page import Page, broken
-from nacre.latent.file import AnyBasis
+from nacre.latent.basis import LatentBasis
 from nacre.runtime.progress import Progress
 
 COUNT = 5
@@ -29,7 +29,7 @@ _SIDE, _GAP, _NAMES = 1.2, 0.08, 1.25
 
 
 def map_page(
-    files: Sequence[Path], basis: AnyBasis, seed: int, progress: Progress
+    files: Sequence[Path], basis: LatentBasis, seed: int, progress: Progress
 ) -> tuple[Any, int]:
     """Figure 11: the t-SNE map of codes, those that the basis was not trained on ringed in red.
 
@@ -68,7 +68,7 @@ def map_page(
 
 
 def row_page(
-    files: Sequence[Path], basis: AnyBasis, size: int, spp: int, progress: Progress
+    files: Sequence[Path], basis: LatentBasis, size: int, spp: int, progress: Progress
 ) -> Any:
     """Figure 12: a row for every pair of files, with what lies between their codes.
 

@@ -2,61 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nacre import latent
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.io.files import digest
-from nacre.latent import (
-    Autoencoder,
-    AutoencoderRecipe,
-    Basis,
-    BasisRecipe,
-    HypernetworkRecipe,
-    encode,
-)
-from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
-from nacre.render.sphere import lit_pixels
+from nacre.latent.basis import LatentBasis
+from nacre.latent.file import BASES, load_basis, save_basis
+from nacre.latent.recipes import AutoencoderRecipe
 from nacre.reproduce.cache import code_digest, facts_digest
 from nacre.reproduce.methods import Method
 from nacre.reproduce.trial import Settings
 from nacre.runtime.progress import Progress, named
+from nacre.runtime.store import Store
 
-SHARE = 0.2
-"""Of the materials that is held out."""
-FEWEST = 5
+HELD_OUT = 0.2
+"""Fraction of the materials that is held out."""
+MIN_MATERIALS = 5
 """Materials of which one can be held out."""
 
 
 class Code(NamedTuple):
-    """One way to give a material a code: in words, the model of its basis, whether optimized."""
+    """One way to give a material a code: in words, the kind of its basis, whether it is refined."""
 
     about: str
-    model: str
-    optimised: bool = True
+    kind: str
+    refined: bool = True
+    family: str = "network"
 
 
 CODES: Mapping[str, Code] = {
-    "pca-projected": Code("principal components, projected", "pca", False),
-    "pca-optimised": Code("principal components, optimized for pictures", "pca"),
+    "pca-projected": Code("principal components, projected", "pca", False, "table"),
+    "pca-refined": Code("principal components, refined for pictures", "pca", True, "table"),
     "autoencoder-projected": Code("the paper's autoencoder, encoder only", "autoencoder", False),
-    "autoencoder-optimised": Code("the paper's autoencoder, optimized for pictures", "autoencoder"),
-    "hypernetwork": Code("weights of a network, optimized for pictures", "hypernetwork"),
-    "neural": Code("functions that a network gives, optimized for pictures", "neural"),
+    "autoencoder-refined": Code("the paper's autoencoder, refined for pictures", "autoencoder"),
+    "hypernetwork": Code("weights of a network, refined for pictures", "hypernetwork"),
+    "neural": Code("functions that a network gives, refined for pictures", "neural"),
 }
 """What Table 2 compares, by name."""
-
-_MODELS = ("pca", "autoencoder", "neural", "hypernetwork")
-"""Of bases, in an order in which each can be made."""
-_Recipe = TypeVar("_Recipe", BasisRecipe, HypernetworkRecipe, AutoencoderRecipe)
 
 
 @dataclass(frozen=True)
@@ -65,17 +55,17 @@ class CodeSettings(Settings):
 
     Parameters
     ----------
-    values
-        Of a code.
+    code_dim
+        Number of values in a code.
     steps
-        Of a training, at most.
+        Steps of a training, at most.
     mixtures
         Of two materials, that the autoencoder is trained on besides.
     trained
         Number of materials that the bases are trained on.
     """
 
-    values: int = 32
+    code_dim: int = 32
     steps: int = 8000
     mixtures: int = AutoencoderRecipe.mixtures
     trained: int = 0
@@ -83,20 +73,27 @@ class CodeSettings(Settings):
     def summary(self) -> str:
         """The settings in one line, for people."""
         return (
-            f"{self.pictures()}; codes of {self.values} values; bases of {self.trained} materials "
-            f"other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
+            f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
+            f"materials other than those below, trained for {self.steps:,} steps at most; "
+            f"seed {self.seed}"
         )
 
-    def recipe(self, kind: type[_Recipe], **options: int) -> _Recipe:
+    def recipe(self, kind: str) -> Any:
         """The recommended settings of a training, with these in place of its own."""
-        return kind(seed=self.seed, steps=min(self.steps, kind.steps), **options)
+        basis = BASES[kind]
+        own = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
+        settings = {**own, "steps": self.steps, "predictors": False}
+        known: dict[str, Any] = {field.name: field.default for field in fields(basis.Recipe)}
+        if "steps" in known:
+            settings["steps"] = min(self.steps, known["steps"])
+        return basis.recipe({name: v for name, v in settings.items() if name in known})
 
 
 def split(files: Sequence[Path], seed: int) -> tuple[list[Path], list[Path]]:
     """Materials to train on, and held-out ones, whatever order they are given in."""
     files = sorted(files)
     order = np.random.default_rng(seed).permutation(len(files))
-    held = round(SHARE * len(files))
+    held = round(HELD_OUT * len(files))
     return [files[i] for i in sorted(order[held:])], [files[i] for i in sorted(order[:held])]
 
 
@@ -143,36 +140,44 @@ def code_methods(
     """
     if len({path.stem for path in files}) < len(files):
         raise NacreError("two materials have the same file name without its ending; rename one")
-    if len(files) < FEWEST:
-        raise NacreError(f"table2 takes {FEWEST} materials at least, got {len(files)}")
+    if len(files) < MIN_MATERIALS:
+        raise NacreError(f"table2 takes at least {MIN_MATERIALS} materials, got {len(files)}")
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
     hashes = [digest(path) for path in training]
     materials = [partial(load_brdf, path) for path in training]
-    bases: dict[str, AnyBasis] = {}
-    wanted = {CODES[name].model for name in names}
-    for model in _MODELS:
-        if model not in wanted and not (model == "neural" and "hypernetwork" in wanted):
-            continue
-        chosen = settings.values, settings.steps, settings.mixtures, settings.seed
-        facts = [model, hashes, chosen, code_digest()]
-        path = folder / f"basis-{facts_digest(facts)}.safetensors"
+    bases: dict[str, LatentBasis] = {}
+
+    def basis(kind: str) -> LatentBasis:
+        if kind in bases:
+            return bases[kind]
+        base = BASES[kind].builds_on
+        built_on = basis(base) if base else None
+        chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
+        path = folder / f"basis-{facts_digest([kind, hashes, chosen, code_digest()])}.safetensors"
         found = None if fresh else _kept(path)
         if found is None:
             state = path.with_suffix(".state")
             if fresh:
-                state.unlink(missing_ok=True)
+                Store(state).remove()
             folder.mkdir(parents=True, exist_ok=True)
-            report = named(progress, model)
-            found = _trained(model, materials, bases.get("neural"), settings, state, report)
+            found = BASES[kind].train(
+                materials,
+                settings.recipe(kind),
+                base=built_on,
+                checkpoint=state,
+                progress=named(progress, kind),
+            )
             save_basis(found, path)
-            state.unlink(missing_ok=True)
-        bases[model] = found
+            Store(state).remove()
+        bases[kind] = found
+        return found
+
     codes = {name: CODES[name] for name in names}
-    return held_out, {k: _method(code, bases[code.model]) for k, code in codes.items()}, settings
+    return held_out, {k: _method(code, basis(code.kind)) for k, code in codes.items()}, settings
 
 
-def _kept(path: Path) -> AnyBasis | None:
+def _kept(path: Path) -> LatentBasis | None:
     """A basis that was trained before; None where there is none, or a damaged one."""
     try:
         return load_basis(path)
@@ -180,42 +185,9 @@ def _kept(path: Path) -> AnyBasis | None:
         return None
 
 
-def _trained(
-    model: str,
-    materials: Sequence[Callable[[], Brdf]],
-    neural: AnyBasis | None,
-    settings: CodeSettings,
-    state: Path,
-    report: Progress,
-) -> AnyBasis:
-    """A new basis; a hypernetwork is made of the neural one."""
-    values = settings.values
-    recipe: Any
-    basis: AnyBasis
-    options: dict[str, Any] = {"checkpoint": state, "progress": report}
-    if model == "pca":
-        basis = latent.train(materials, values, progress=report)
-    elif model == "autoencoder":
-        recipe = settings.recipe(AutoencoderRecipe, values=values, mixtures=settings.mixtures)
-        basis = latent.train_autoencoder(materials, lit_pixels(), recipe, **options)
-    elif model == "neural":
-        recipe = settings.recipe(BasisRecipe, values=values)
-        basis = latent.train_neural(materials, recipe, **options)
-    else:
-        recipe = settings.recipe(HypernetworkRecipe)
-        basis = latent.train_hypernetwork(neural, recipe, **options)
-    return basis
-
-
-def _method(code: Code, basis: AnyBasis) -> Method:
+def _method(code: Code, basis: LatentBasis) -> Method:
     def represent(brdf: Brdf) -> Brdf:
-        if isinstance(basis, Basis | Autoencoder) and not code.optimised:
-            values = basis.project(brdf)
-        else:
-            values = encode(basis, brdf)
-        decoded: Brdf = basis.decode(values, brdf.name)
-        return decoded
+        return basis.decode(basis.encode(brdf, refine=code.refined), brdf.name)
 
-    facts = {"basis": fingerprint(basis), "optimised": code.optimised}
-    family = "table" if code.model == "pca" else "network"
-    return Method(code.about, represent, family, facts)
+    facts = {"basis": basis.fingerprint(), "refined": code.refined}
+    return Method(code.about, represent, code.family, facts)

@@ -14,8 +14,7 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.io.files import digest
-from nacre.latent import Basis, PcaBrdf, optimised
-from nacre.latent.file import fingerprint, load_basis
+from nacre.latent.file import load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
@@ -91,7 +90,7 @@ def methods(
     published
         Folders of networks that others fitted, each under the name of its material.
     basis
-        Principal components, as :func:`nacre.latent.train` makes them of other materials.
+        File of principal components of other materials, see :class:`nacre.latent.PcaBasis`.
 
     Raises
     ------
@@ -188,14 +187,14 @@ def _published(folders: tuple[Path, ...]) -> Method:
 def _codes(path: Path | None) -> Method:
     basis = load_basis(path) if path else None
 
-    def encode(brdf: Brdf) -> PcaBrdf:
-        if not isinstance(basis, Basis):
+    def encode(brdf: Brdf) -> Brdf:
+        if basis is None or basis.kind != "pca":
             raise UnavailableError("needs --basis, principal components of other materials")
-        return basis.decode(optimised(basis, brdf), brdf.name)
+        return basis.decode(basis.encode(brdf), brdf.name)
 
-    values = f"{len(basis)} values" if basis else "values"
-    about = f"code of {values} in a basis of principal components, optimized for pictures"
-    return Method(about, encode, "table", {"basis": fingerprint(basis) if basis else None})
+    values = f"{basis.code_dim} values" if basis else "values"
+    about = f"code of {values} in a basis of principal components, refined for pictures"
+    return Method(about, encode, "table", {"basis": basis.fingerprint() if basis else None})
 
 
 def _table(brdf: Brdf) -> RglBrdf:

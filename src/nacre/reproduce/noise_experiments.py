@@ -11,8 +11,7 @@ from nacre.brdf import Brdf
 from nacre.figures.plot import write_plot
 from nacre.formats import load_brdf
 from nacre.io.files import atomic_path
-from nacre.latent import NeuralBasis
-from nacre.latent.file import fingerprint
+from nacre.latent.basis import LatentBasis
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.noise import Describe, NoiseSettings
@@ -58,7 +57,7 @@ class NoiseExperiment:
         folder: Path,
         progress: Progress,
         *,
-        basis: NeuralBasis | None = None,
+        basis: LatentBasis | None = None,
         fresh: bool = False,
     ) -> NoiseStudy:
         """Render what is not in the folder yet, or all.
@@ -75,7 +74,7 @@ class NoiseExperiment:
         chosen = {name: sampler(name, basis) for name in samplers}
         marks = {}
         if basis is not None:
-            marks = dict.fromkeys(PREDICTED, fingerprint(basis, predictors=True))
+            marks = dict.fromkeys(PREDICTED, basis.fingerprint(predictors=True))
         return run_noise(
             self.describe, groups, chosen, settings, folder, progress, marks=marks, fresh=fresh
         )

@@ -10,7 +10,7 @@ import pytest
 from nacre.btf import TableBtf
 from nacre.errors import NacreError
 from nacre.measured.textures import BONN
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.hemisphere import Hemisphere
 
 from .made import factors_at, hemisphere

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nacre.errors import NacreError
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.pixel_footprint import footprint
 from nacre.render.textures.placement import Placement
 

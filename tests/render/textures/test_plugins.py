@@ -11,7 +11,7 @@ import pytest
 import nacre
 from nacre import textures
 from nacre.errors import FormatError, NacreError
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.scene import GEOMETRIES, describe_texture_scene, texture_scale
 from nacre.textures.codecs.principal import PcaCodec
 from tests.specimens import encoded

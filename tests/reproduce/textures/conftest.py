@@ -22,8 +22,8 @@ __all__ = ["one_thread"]
 BASIS = replace(
     BasisRecipe(),
     values=8,
-    greys=12,
-    chromas=4,
+    luma_count=12,
+    chroma_count=4,
     width=16,
     wide=24,
     hidden=8,

@@ -43,7 +43,7 @@ def command(
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_map import texel_map_figure, write_table
-    from nacre.textures.embedding_map import embed_texels, load_embedding_map, save_embedding_map
+    from nacre.textures.embedding import embed_texels, load_embedding_map, save_embedding_map
     from nacre.textures.latent_file import load_latent_maps
 
     check_plot_path(output)

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import NacreError
+from nacre.formats import load_btf
 from nacre.reproduce.cache import SOURCES, sources_digest
 from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
 
 _COMPONENTS = 32
@@ -138,28 +139,15 @@ def _network(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
-    from nacre.formats import load_btf
-    from nacre.textures.codecs.networks.custom import CustomSettings
-    from nacre.textures.codecs.networks.recipe import TrainingRecipe
-    from nacre.textures.codecs.networks.training import train_network
-    from nacre.textures.codecs.networks.unified import UnifiedSettings
-
-    given: dict[str, Any] = {"seed": settings.seed}
-    sizes: UnifiedSettings | CustomSettings = UnifiedSettings(latent=method.values)
-    if method.kind != "unified":
-        sizes = CustomSettings(latent=method.values)
-        given |= {"loss": "l2", "permute": False}
+    kind = CODECS["unified" if method.kind == "unified" else "custom"]
+    recipe = kind.recipe(code_dim=method.values, minutes=settings.minutes, seed=settings.seed)
     if method.own:
-        given["held_out"] = 0.0
-    return train_network(
-        [material.path for material in training],
-        load_btf,
-        sizes,
-        TrainingRecipe(**given),
-        minutes=settings.minutes,
-        checkpoint=state,
-        progress=progress,
-    )
+        recipe = replace(recipe, training=replace(recipe.training, held_out=0.0))
+    return kind.train(_run(training, state, progress), recipe)
+
+
+def _run(training: Sequence[Material], state: Path, progress: Progress) -> TrainingRun:
+    return TrainingRun([m.path for m in training], load_btf, state, progress=progress)
 
 
 def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
@@ -181,7 +169,7 @@ def _components(
     progress: Progress,
 ) -> PcaCodec:
     recipe = _pca_recipe(method, settings)
-    return find_components([m.load for m in training], recipe, progress, fewest=1)
+    return find_components([m.load for m in training], recipe, progress, min_count=1)
 
 
 def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
@@ -190,7 +178,7 @@ def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
 
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
     try:
-        return replace(settings.basis, values=method.values, seed=settings.seed)
+        return replace(settings.basis, code_dim=method.values, seed=settings.seed)
     except ValueError as error:
         raise NacreError(f"{method.name}: {error}") from error
 
@@ -202,29 +190,30 @@ def _basis(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
-    from nacre.textures.codecs.basis.stages import Stages
-    from nacre.textures.codecs.basis.training import train_basis
-
     recipe = _basis_recipe(method, settings)
-    return train_basis([m.load for m in training], recipe, progress, Stages(state))
+    return CODECS["basis"].train(_run(training, state, progress), recipe)
 
 
 def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
     return asdict(_basis_recipe(method, settings))
 
 
-_CHOICES = "btf/directions.py", "btf/selection.py", "channels.py"
+_CHOICES = (
+    "measured/textures/directions.py",
+    "textures/selection.py",
+    "numerics/channels.py",
+    "numerics/pca.py",
+)
 _NETWORK: dict[str, Any] = {
     "make": _network,
-    "sources": ("btf/networks/*.py",),
+    "sources": ("textures/codecs/networks/*.py",),
     "settings": _network_settings,
 }
 _PCA: dict[str, Any] = {
     "make": _components,
     "sources": (
-        "btf/principal/*.py",
-        "btf/basis/components.py",
-        "btf/basis/symmetry.py",
+        "textures/codecs/principal/*.py",
+        "textures/codecs/symmetry.py",
         *_CHOICES,
     ),
     "settings": _pca_settings,
@@ -236,7 +225,10 @@ KINDS: Mapping[str, Kind] = {
     "pca": Kind("principal components of all textures", **_PCA),
     "pca-own": Kind("principal components of the material's own texels", **_PCA, own=True),
     "basis": Kind(
-        "nacre's own codec", _basis, ("btf/basis/*.py", "btf/domes.py", *_CHOICES), _basis_settings
+        "nacre's own codec",
+        _basis,
+        ("textures/codecs/basis/*.py", "measured/textures/domes.py", "numerics/mlp.py", *_CHOICES),
+        _basis_settings,
     ),
 }
 """Every kind of method by name."""

@@ -24,7 +24,6 @@ from nacre.runtime.progress import Progress, named, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import load_codec, save_codec
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.principal import PcaCodec
 from nacre.textures.selection import random_texels
 
 _WHITENING_TEXELS = 16
@@ -224,10 +223,10 @@ class Study:
             self._made.add(path)
             for left in self.folder.glob(f"{state.name}*"):
                 left.unlink()
-        if isinstance(codec, PcaCodec):
-            if codec.values < method.values:
-                raise _UnfitError(f"there are {codec.values} principal components only")
+        try:
             codec = codec.first(method.values)
+        except NacreError as error:
+            raise _UnfitError(str(error)) from error
         self._codecs[mark, method.values] = codec
         return codec
 

@@ -43,7 +43,7 @@ def test_the_network_of_the_paper_has_its_numbers_of_weights():
 def test_another_size_of_the_code_changes_two_layers(latent):
     network = UnifiedNetwork(UnifiedSettings(latent=latent), WHITENING)
     assert count(network, "") == 711_902 + (latent - 32) * (128 + 1 + 106)
-    assert network.values == latent
+    assert network.code_dim == latent
 
 
 @pytest.mark.parametrize(
