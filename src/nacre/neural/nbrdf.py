@@ -19,6 +19,7 @@ from nacre.neural.inputs import (
     turns_half_vector,
 )
 from nacre.neural.network import NetworkBrdf
+from nacre.numerics.direction_samples import loss_scale
 from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
@@ -142,6 +143,19 @@ class NeuralBrdf(NetworkBrdf):
         sizes = "-".join(map(str, self.sizes))
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
+    def loss_text(self) -> str:
+        """The loss of a fit with its scale: "held-out loss 0.00312 (log(1 + 32 f cos))".
+
+        Empty where the network was not fitted here.
+        """
+        loss = self.metadata.get("quality", {}).get("held_out_loss")
+        if not isinstance(loss, float):
+            return ""
+        return f"held-out loss {loss:.5f} ({self._loss_scale()})"
+
+    def _loss_scale(self) -> str:
+        return loss_scale(self.metadata.get("fit", {}).get("gain"))
+
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
         return NeuralBrdf(
@@ -171,6 +185,7 @@ class NeuralBrdf(NetworkBrdf):
             "sampler": str(self.sampler),
             "fitted to": source.get("file"),
             "fitted to sha256": source.get("sha256"),
+            "loss": self._loss_scale() if self.loss_text() else None,
             **self.metadata.get("quality", {}),
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
