@@ -19,9 +19,9 @@ from nacre.measured.merl import tabulate
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
-from .textures.made import FlatCodec, latent
 from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
+from .textures.made import FlatCodec, latent
 
 Pairs = tuple[np.ndarray, np.ndarray]
 

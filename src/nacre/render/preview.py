@@ -148,9 +148,7 @@ def render_scene(
     return picture.astype(np.float32)
 
 
-def _denoised(
-    mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int
-) -> Image:
+def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int) -> Image:
     auxiliary = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
     sizes = [_AUXILIARY_SPP]
     ((_, seen),) = accumulate(scene, sizes, seed + 1, rows, auxiliary, 6)

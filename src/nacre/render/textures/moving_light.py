@@ -8,10 +8,9 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from nacre.array import Floats
+from nacre.array import Floats, Image
 from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
-from nacre.array import Image
 from nacre.render.preview import render_scene
 from nacre.render.textures.scene import facing, light_direction, point_position
 

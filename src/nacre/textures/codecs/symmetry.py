@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
-from nacre.geometry import join, split, turn
+from nacre.geometry import join, rotate, split
 from nacre.measured.textures.directions import SAME
 
 _MAX_ROTATIONS = 24
