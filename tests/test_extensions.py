@@ -18,6 +18,8 @@ from nacre import formats
 from nacre.analytic import MODELS
 from nacre.formats import FORMATS
 from nacre.latent import BASES, load_basis, load_code
+from nacre.neural import NeuralBrdf
+from nacre.neural.training import initial_layers
 from nacre.sampling import SAMPLERS
 from nacre.textures import LatentMap
 from nacre.textures.codecs import CODECS, load_codec
@@ -163,3 +165,39 @@ def test_a_latent_basis_of_another_package_serves_the_commands(
     assert run("latent", "train", *names, "--steps", "5", *options) == 2
     assert run("latent", "encode", "new.json", "--basis", "b.safetensors", "--no-refine",
                "-o", "d.json") == 2  # fmt: skip
+
+
+def test_an_analytic_model_of_another_package_is_fitted_and_stored(
+    installed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(installed)
+    truth = MODELS["minnaert"](diffuse=(0.3, 0.2, 0.1), k=1.5, name="moon")
+    nacre.save(truth, "moon.json")
+    assert repr(nacre.load("moon.json")) == repr(truth)
+    fitted = nacre.analytic.fit(truth, MODELS.find("minnaert"), samples=500, starts=4)
+    np.testing.assert_allclose(fitted.values["k"], 1.5, rtol=1e-3)
+    assert run("fit", "moon.json", "--model", "minnaert", "-o", "again.json") == 0
+    wi = np.array([[0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
+    again = nacre.load("again.json").eval(wi, wi[::-1])
+    np.testing.assert_allclose(again, truth.eval(wi, wi[::-1]), rtol=1e-3)
+
+
+def test_a_sampler_of_another_package_stays_with_a_network(
+    installed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = installed / "network.safetensors"
+    sampler = SAMPLERS["power-cosine"](3.0)
+    network = NeuralBrdf(initial_layers((4,), 0), sampler=sampler)
+    nacre.save(network, path)
+    loaded = nacre.load(path)
+    assert loaded.sampler == sampler
+    wo = np.array([0.0, 0.6, 0.8])
+    u = np.random.default_rng(0).random((20_000, 3))
+    wi, pdf = loaded.sample(wo, u)
+    np.testing.assert_allclose(loaded.pdf(wi, wo), pdf, rtol=1e-12)
+    assert (1.0 / pdf).mean() == pytest.approx(2.0 * np.pi, rel=0.2)  # of the hemisphere
+
+    monkeypatch.setattr(SAMPLERS, "_entry_points", {})
+    monkeypatch.setattr(SAMPLERS, "_members", {})
+    with pytest.raises(nacre.FormatError, match="'power-cosine'; update nacre, or install the pa"):
+        nacre.load(path)

@@ -58,20 +58,22 @@ class Parameter:
 
     def to_free(self, value: Array) -> Array:
         """A number of the whole line for a value between the bounds; inverse of `from_free`."""
-        share = np.clip((np.asarray(value) - self.low) / (self.high - self.low), 1e-13, 1 - 1e-13)
-        return np.log(share) - np.log1p(-share)
+        fraction = np.clip(
+            (np.asarray(value) - self.low) / (self.high - self.low), 1e-13, 1 - 1e-13
+        )
+        return np.log(fraction) - np.log1p(-fraction)
 
     def from_free(self, free: Array) -> Array:
         """The logistic curve between the bounds: near either, steps are ratios of the distance."""
         xp = namespace(free)
         return self.low + (self.high - self.low) / (1.0 + xp.exp(-free))
 
-    def at(self, share: Array) -> Array:
-        """The point of :attr:`start` at a share of the way, in [0, 1]."""
+    def at(self, fraction: Array) -> Array:
+        """The point of :attr:`start` at a fraction of the way from end to end, in [0, 1]."""
         low, high = self.start
         if low <= 0.0:
-            return low + (high - low) * share
-        return low * (high / low) ** share
+            return low + (high - low) * fraction
+        return low * (high / low) ** fraction
 
     def check(self, value: Any) -> Value:
         """`value` as one float or three.

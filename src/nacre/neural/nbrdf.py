@@ -16,7 +16,7 @@ from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
     input_count,
-    turns_half_vector,
+    rotates_half_vector,
 )
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.direction_samples import loss_scale
@@ -34,9 +34,9 @@ PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.d
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
     """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""
     kind = PRECISIONS[precision]
-    most = np.finfo(kind).max
+    largest = np.finfo(kind).max
     return [
-        Layer(*(np.clip(a, -most, most).astype(kind) for a in (layer.weights, layer.biases)))
+        Layer(*(np.clip(a, -largest, largest).astype(kind) for a in (layer.weights, layer.biases)))
         for layer in layers
     ]
 
@@ -69,7 +69,7 @@ class NeuralBrdf(NetworkBrdf):
     layers
         Dense layers from the inputs (see :func:`nacre.neural.inputs.network_inputs`) to 3 outputs.
     isotropic
-        Whether h is turned to phi_h = 0.
+        Whether h is rotated to phi_h = 0.
     name, source, sampler
         See :class:`nacre.brdf.Brdf`.
     metadata
@@ -115,7 +115,7 @@ class NeuralBrdf(NetworkBrdf):
                 for a, b in ((layer.weights, stored.weights), (layer.biases, stored.biases))
             ):
                 raise ValueError(f"{self.precision} precision does not hold these weights")
-        if self.isotropic and not turns_half_vector(self.inputs, True):
+        if self.isotropic and not rotates_half_vector(self.inputs, True):
             raise ValueError(f"a network with {self.inputs} inputs is not isotropic")
         count = input_count(self.inputs, self.isotropic)
         if sizes[0] != count or sizes[-1] != OUTPUTS:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import ColorList, Colors, Scalars, VectorList
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class DirectionSamples:
         gamut.
     """
 
-    wi: Floats
-    wo: Floats
-    rgb: Floats
+    wi: VectorList
+    wo: VectorList
+    rgb: ColorList
 
     @property
-    def cosine(self) -> Floats:
+    def cosine(self) -> Scalars:
         """Cos theta_i, shape (n,)."""
         return self.wi[:, 2]
 
@@ -62,7 +62,7 @@ class Scattered(Protocol):
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
         ...
 
-    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """See :meth:`nacre.Brdf.eval`."""
         ...
 
