@@ -81,7 +81,9 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
             bsdf = nacre.render.bsdf(fitted.replaced(sampler=LOBES))
             found[f"{material}, nbrdf of {inputs} inputs"] = bsdf
         if cooperative:
-            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(network, weights="cooperative")
+            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(
+                network, weights="cooperative"
+            )
     return found
 
 

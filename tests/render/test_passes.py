@@ -70,7 +70,9 @@ def test_passes_are_as_large_as_memory_allows(
 
 def test_a_picture_beyond_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(passes, "available_memory", lambda: 1 << 30)
-    with pytest.raises(NacreError, match=r"8192 x 8192 .* 8\.5 GiB .* 1\.0 GiB are left: render 28"):
+    with pytest.raises(
+        NacreError, match=r"8192 x 8192 .* 8\.5 GiB .* 1\.0 GiB are left: render 28"
+    ):
         plan_passes(8192, 8192, 64)
 
 

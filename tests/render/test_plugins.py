@@ -25,9 +25,9 @@ from nacre.render.virtual import MitsubaBrdf
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
-from .textures.made import FlatCodec, latent
 from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
+from .textures.made import FlatCodec, latent
 
 Pairs = tuple[np.ndarray, np.ndarray]
 

@@ -35,7 +35,7 @@ MAX_SIZE = 8192
 """Longest edge of a picture in pixels."""
 
 
-DENOISED_SPP, PLAIN_SPP = 32, 48
+DENOISED_SPP, PLAIN_SPP = 24, 40
 """Default samples per pixel of previews: with the denoiser, and without it as many as take about
 10 seconds on two cores."""
 _AUXILIARY_SPP = 8
@@ -148,9 +148,7 @@ def render_scene(
     return picture.astype(np.float32)
 
 
-def _denoised(
-    mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int
-) -> Image:
+def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int) -> Image:
     auxiliary = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
     sizes = [_AUXILIARY_SPP]
     ((_, seen),) = accumulate(scene, sizes, seed + 1, rows, auxiliary, 6)

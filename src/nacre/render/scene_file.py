@@ -95,7 +95,7 @@ def scene_bsdfs(path: PathLike) -> list[Any]:
         return []
     bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
 
-    class Children(mi.TraversalCallback):  # type: ignore[misc]
+    class Children(mi.TraversalCallback):  # type: ignore[misc,name-defined]
         def put(self, _name: str, value: Any, *_: Any) -> None:
             if isinstance(value, mi.BSDF):
                 bsdfs.append(value)
@@ -135,7 +135,7 @@ def check_depth(path: PathLike) -> None:
         if depth > MAX_DEPTH:
             line = parser.CurrentLineNumber
             raise FormatError(
-                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others, which no scene needs"
+                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others; no scene needs that"
             )
 
     def closed(_: str) -> None:
@@ -156,7 +156,7 @@ def check_depth(path: PathLike) -> None:
 
 
 def _one_line(error: Exception) -> str:
-    """What Mitsuba says; of an error within a plugin of ours what that says, without a traceback."""
+    """What Mitsuba says, without the traceback of an error within a plugin of this package."""
     where, traceback, inner = str(error).partition("Traceback (most recent call last):")
     if traceback:
         last = inner.strip().splitlines()[-1]
