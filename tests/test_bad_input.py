@@ -159,6 +159,7 @@ def test_a_file_that_vanishes_is_refused(case: Target, monkeypatch: pytest.Monke
 
 
 def test_a_pipe_is_refused_at_once(case: Target) -> None:
+    case.path.unlink(missing_ok=True)
     os.mkfifo(case.path)
     refused(case, case.path, "is not a regular file", "not an NBRDF network")
 

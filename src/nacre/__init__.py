@@ -12,7 +12,12 @@ import lazy_loader
 if TYPE_CHECKING:
     from nacre import (
         analytic,
+        array,
+        brdf,
+        btf,
+        color,
         download,
+        errors,
         figures,
         formats,
         geometry,
@@ -20,6 +25,7 @@ if TYPE_CHECKING:
         measured,
         metrics,
         neural,
+        registry,
         render,
         sampling,
         textures,
@@ -46,7 +52,12 @@ __all__ = [
     "TableBtf",
     "__version__",
     "analytic",
+    "array",
+    "brdf",
+    "btf",
+    "color",
     "download",
+    "errors",
     "figures",
     "fit",
     "fit_many",
@@ -57,6 +68,7 @@ __all__ = [
     "measured",
     "metrics",
     "neural",
+    "registry",
     "render",
     "sampling",
     "save",
@@ -64,28 +76,20 @@ __all__ = [
     "workflows",
 ]
 
-__getattr__, __dir__, _ = lazy_loader.attach(
+_ATTRIBUTES = {
+    "brdf": ["Brdf", "CosineSampler", "Sampler"],
+    "btf": ["Btf", "TableBtf"],
+    "errors": ["FormatError", "MissingExtraError", "NacreError"],
+    "formats": ["load", "save"],
+    "neural": ["NeuralBrdf", "Recipe", "fit", "fit_many"],
+}
+
+__getattr__, _, _ = lazy_loader.attach(
     __name__,
-    submodules=[
-        "analytic",
-        "download",
-        "figures",
-        "formats",
-        "geometry",
-        "latent",
-        "measured",
-        "metrics",
-        "neural",
-        "render",
-        "sampling",
-        "textures",
-        "workflows",
-    ],
-    submod_attrs={
-        "brdf": ["Brdf", "CosineSampler", "Sampler"],
-        "btf": ["Btf", "TableBtf"],
-        "errors": ["FormatError", "MissingExtraError", "NacreError"],
-        "formats": ["load", "save"],
-        "neural": ["NeuralBrdf", "Recipe", "fit", "fit_many"],
-    },
+    submodules=set(__all__).difference(["__version__"], *_ATTRIBUTES.values()),
+    submod_attrs=_ATTRIBUTES,
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

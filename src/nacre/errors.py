@@ -5,6 +5,9 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
+DISTRIBUTION = "nacre-materials"
+"""Name on the package index, where `nacre` is someone else's package."""
+
 
 class NacreError(Exception):
     """Something a user can mend; the message is one line that says how.
@@ -59,7 +62,7 @@ def require(module: str, extra: str) -> ModuleType:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         raise MissingExtraError(
-            f"this needs {package}, which is not installed: pip install 'nacre[{extra}]'"
+            f"this needs {package}, which is not installed: pip install '{DISTRIBUTION}[{extra}]'"
         ) from error
     except Exception as error:  # a library of the system that is missing shows in many ways
         cause = error.__context__ if isinstance(error.__context__, Exception) else error

@@ -17,7 +17,6 @@ from nacre.io.format import Format, Kind
 from nacre.io.source import Source
 from nacre.io.tensors import header_key
 from nacre.registry import Registry
-from nacre.runtime.frozen import Frozen
 
 FORMATS: Registry[Format] = Registry(
     "nacre.formats",
@@ -251,7 +250,7 @@ def _load(path: Path, entry: Format, material: str | None, options: dict[str, An
 
 
 def _with_source(loaded: Any, path: Path, source: Source) -> Any:
-    return Frozen.replaced(loaded, name=loaded.name or path.stem, source=source)
+    return loaded.replaced(name=loaded.name or path.stem, source=source)
 
 
 def _check_options(

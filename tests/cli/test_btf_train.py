@@ -88,7 +88,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns + 1))
     for others in ([], ["--steps", 13]):  # the file is another, then the number of steps
         assert run(*arguments, *others, "--resume") == 2
-        assert "is of another training" in capsys.readouterr().err
+        assert "is of another run" in capsys.readouterr().err
         os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns))
     assert run(*arguments, "--resume") == 0
     assert not state.exists()
@@ -200,7 +200,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(
     assert run(*arguments) == 2
     assert "add --resume to go on" in capsys.readouterr().err
     assert run(*arguments[:-1], 4, "--resume") == 2
-    assert "is of another training" in capsys.readouterr().err
+    assert "is of another run" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0
     assert not list(tmp_path.glob("*.stage"))
     content = output.read_bytes()
@@ -244,7 +244,7 @@ def test_bad_textures_leave_nothing_of_the_default_model_behind(files, tmp_path,
 
 def test_states_of_other_models_are_not_mixed(files, tmp_path, capsys):
     output = tmp_path / "model.safetensors"
-    for name, model in (("state.codes.stage", "unified"), ("state", "basis")):
+    for name, model in (("state.codes.state", "unified"), ("state", "basis")):
         other = tmp_path / f"model.safetensors.{name}"
         other.touch()
         for options in ([], ["--resume"]):

@@ -316,9 +316,9 @@ def test_a_missing_extra_is_named(folder):
         "from nacre.cli import main; main(sys.argv[1:])"
     )
     for arguments, extra in (
-        (["render", "table.binary"], "nacre[render]"),
-        (["compare", "table.binary", "table.binary"], "nacre[render]"),
-        (["fit", "table.binary", "--device", "cpu", "--samples", "1000"], "nacre[latent]"),
+        (["render", "table.binary"], "nacre-materials[render]"),
+        (["compare", "table.binary", "table.binary"], "nacre-materials[render]"),
+        (["fit", "table.binary", "--device", "cpu", "--samples", "1000"], "nacre-materials[torch]"),
     ):
         done = subprocess.run(
             [sys.executable, "-c", hide, *arguments],

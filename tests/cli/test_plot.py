@@ -94,7 +94,7 @@ def test_the_missing_extra_is_named_before_any_work(here, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     for arguments in (["plot", "cut.safetensors"], ["info", "cut.safetensors", "--plot", "x.png"]):
         assert run(*arguments) == 2
-        assert "nacre[plot]" in capsys.readouterr().err
+        assert "nacre-materials[plot]" in capsys.readouterr().err
 
 
 def test_info_shows_energy_reciprocity_and_units(here, capsys):

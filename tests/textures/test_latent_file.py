@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
-from nacre.formats import is_btf
-from nacre.formats import load_btf as load
+from nacre.formats import is_btf, load_btf
 from nacre.io.files import digest
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map, save_latent_map
@@ -58,11 +57,11 @@ def test_a_map_comes_back_as_it_was(tmp_path, dtype, scattered):
 
 def test_an_encoded_texture_is_a_texture(path):
     assert is_btf(path)
-    btf = load(path)
+    btf = load_btf(path)
     assert isinstance(btf, NeuralBtf)
     assert (btf.width, btf.height, btf.pair_count) == (5, 3, 6561)
     facts = btf.describe()
-    assert facts["values a code"] == 2
+    assert facts["latent size"] == 2
     assert facts["model"] == "embedded"
     assert facts["MSE x 1e4"] == 2.5
     made = latent()
@@ -84,15 +83,15 @@ def test_a_model_beside_it_is_referred_to(tmp_path):
     save_latent_map(
         dataclasses.replace(latent(), reference=CodecFile(model.name, digest(model))), path
     )
-    btf = load(path)
+    btf = load_btf(path)
     assert btf.describe()["model"] == "in model.safetensors"
     np.testing.assert_array_equal(btf.texels(slice(None)), NeuralBtf(latent()).texels(slice(None)))
     save_codec(codec(seed=1), model)
     with pytest.raises(FormatError, match=r"is another model .* than felt\.safetensors was"):
-        load(path)
+        load_btf(path)
     model.unlink()
     with pytest.raises(FormatError, match=r"refers to the model model\.safetensors .*copy it"):
-        load(path)
+        load_btf(path)
 
 
 @pytest.mark.parametrize("name", ["", "../x", "/etc/passwd", "a/b", "\0", 3, ".", None])
@@ -100,7 +99,7 @@ def test_only_files_beside_it_are_referred_to(path, name):
     header, tensors = header_and_tensors(path)
     rewrite(path, {**header, "codec": {"file": name, "sha256": "0" * 64}}, tensors)
     with pytest.raises(FormatError, match=r"no name of a file|not in its folder|is a directory"):
-        load(path)
+        load_btf(path)
 
 
 @pytest.mark.parametrize(
@@ -120,7 +119,7 @@ def test_a_damaged_header_is_an_error_that_names_the_field(path, change, message
     header, tensors = header_and_tensors(path)
     rewrite(path, {**header, **change}, tensors)
     with pytest.raises(FormatError, match=message) as caught:
-        load(path)
+        load_btf(path)
     assert str(caught.value).startswith(f"{path}: ")
 
 
@@ -147,7 +146,7 @@ def test_a_damaged_tensor_is_an_error_that_names_it(path, change, message):
     header, tensors = header_and_tensors(path)
     rewrite(path, header, tensors | change)
     with pytest.raises(FormatError, match=message) as caught:
-        load(path)
+        load_btf(path)
     assert str(caught.value).startswith(f"{path}: ")
 
 
@@ -156,11 +155,11 @@ def test_what_is_missing_is_named(path):
     for key in header:
         rewrite(path, {k: v for k, v in header.items() if k != key}, tensors)
         with pytest.raises(FormatError, match=f"'{key}' is missing"):
-            load(path)
+            load_btf(path)
     for name in ("codes", "lights", "views", "codec.encode.linear"):
         rewrite(path, header, {k: v for k, v in tensors.items() if k != name})
         with pytest.raises(FormatError, match="is missing"):
-            load(path)
+            load_btf(path)
 
 
 def test_codes_that_decode_to_no_numbers_are_an_error():

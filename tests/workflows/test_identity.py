@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from nacre.errors import FormatError
-from nacre.formats import load_btf as load
+from nacre.formats import load_btf
 from nacre.workflows.identity import source_files, source_fingerprint
 from tests.reproduce.textures.made import write
 from tests.textures.codecs.networks.made import texture
@@ -73,7 +73,7 @@ def test_photographs_have_the_fingerprint_of_the_list_and_all_images(photographs
 
 
 def test_images_that_were_loaded_are_not_looked_at_again(photographs, monkeypatch):
-    fingerprint, loaded = source_fingerprint(photographs), load(photographs)
+    fingerprint, loaded = source_fingerprint(photographs), load_btf(photographs)
     monkeypatch.setattr("nacre.measured.textures.image_folder.read_header", None)
     assert source_fingerprint(photographs, source_files(photographs, loaded)) == fingerprint
 

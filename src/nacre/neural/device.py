@@ -11,7 +11,7 @@ from nacre.errors import require
 from nacre.neural.samples import BLOCK, Samples
 from nacre.runtime.device import open_device
 
-torch: Any = require("torch", "latent")
+torch: Any = require("torch", "torch")
 
 
 def stack_bytes(device: str) -> int:

@@ -22,8 +22,8 @@ from nacre.neural.samples import BLOCK
 from nacre.numerics.mlp import Layer
 from nacre.runtime.device import open_device
 
-torch: Any = require("torch", "latent")
-adam: Any = require("torch.optim.adam", "latent").adam
+torch: Any = require("torch", "torch")
+adam: Any = require("torch.optim.adam", "torch").adam
 Tensor: TypeAlias = Any
 Vector = npt.NDArray[np.float32]
 

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 from nacre.errors import NacreError, reason, require
 from nacre.io.files import atomic_path
 
-torch: Any = require("torch", "latent")
 _Result = TypeVar("_Result")
 
 
@@ -33,7 +32,7 @@ def save_state(path: Path, mark: str, state: dict[str, Any]) -> None:
     """
     # To a file, PyTorch would hide why it cannot be written.
     content = io.BytesIO()
-    torch.save({**state, "mark": mark}, content)
+    require("torch", "torch").save({**state, "mark": mark}, content)
     with atomic_path(path, internal=True) as temporary:
         temporary.write_bytes(content.getbuffer())
 
@@ -47,7 +46,7 @@ def load_state(path: Path, mark: str, restore: Callable[[dict[str, Any]], _Resul
         If the state is of another training, or the file is damaged.
     """
     try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
+        state = require("torch", "torch").load(path, map_location="cpu", weights_only=True)
         if state["mark"] != mark:
             raise NacreError(f"{path}: is of another training; remove it to begin anew")
         return restore(state)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import html
+import textwrap
 from typing import Any
 
 from nacre.errors import printable
@@ -25,7 +26,7 @@ class Described(Frozen):
         return ""
 
     def __repr__(self) -> str:
-        summary = self.summary()
+        summary = textwrap.shorten(self.summary(), 140, placeholder=" ...")
         return printable(
             f"<{type(self).__name__} {self.name!r}{f': {summary}' if summary else ''}>"
         )

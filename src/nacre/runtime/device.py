@@ -8,8 +8,6 @@ from typing import Any
 
 from nacre.errors import NacreError, reason, require
 
-torch: Any = require("torch", "latent")
-
 
 def open_device(device: str) -> Any:
     """The PyTorch device of a name: "cpu", "cuda", "cuda:1".
@@ -19,6 +17,7 @@ def open_device(device: str) -> Any:
     NacreError
         If PyTorch has no such device here.
     """
+    torch = _torch()
     try:
         opened = torch.device(device)
         float(torch.bmm(*torch.ones((2, 1, 1, 1), device=opened)))
@@ -30,6 +29,7 @@ def open_device(device: str) -> Any:
 @contextmanager
 def memory_errors(device: str) -> Iterator[None]:
     """A block in which memory that runs out is an error of one line."""
+    torch = _torch()
     try:
         yield
     except torch.OutOfMemoryError as error:
@@ -42,9 +42,15 @@ def one_thread() -> Iterator[None]:
 
     Matrices are small: more threads gain little, and lose far more where cores are busy.
     """
+    torch = _torch()
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
         yield
     finally:
         torch.set_num_threads(threads)
+
+
+def _torch() -> Any:
+    # When it is first used: a caller that needs more than PyTorch has named its own extra by then.
+    return require("torch", "torch")

@@ -16,13 +16,14 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, reason
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, digest, write_encoded
-from nacre.io.tensors import Tensors, check_numbers, from_file, to_bytes
+from nacre.io.files import PathLike, digest
+from nacre.io.tensors import check_numbers
 from nacre.measured.textures.image_folder import Quantity
 from nacre.measured.textures.transposition import transposed
 from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
+from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
@@ -34,8 +35,6 @@ BLOCK = 1 << 28
 _COMPARED = 1 << 23
 """Values of pairs of directions that are decoded to tell the error, about."""
 _SAVE_EVERY = 45.0
-_KEY = "nacre encoding"
-_LIMIT = 1 << 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,40 +105,53 @@ def encode(
     step = texels_per_block or max(1, BLOCK // (12 * btf.pair_count))
     compared = min(btf.pair_count, max(1, _COMPARED // total))
     dtype = np.dtype(np.float16 if half else np.float32)
-    run = _Run(np.empty((total, codec.code_dim), dtype), ErrorSums(), 0)
-    fingerprint = (
-        f"{fingerprint} {btf.width} {btf.height} {btf.pair_count} {step} {codec.code_dim} {dtype}"
-    )
-    if state is not None and state.exists():
-        run.restore(state, fingerprint)
-    if run.done < total:
+    sizes = f"{btf.width} {btf.height} {btf.pair_count} {step} {codec.code_dim} {dtype}"
+    store = Store(state, f"{fingerprint} {sizes}")
+    codes = np.empty((total, codec.code_dim), dtype)
+    errors, done = _restored(store, codes)
+    if done < total:
         encoder = on_all_cores(codec, codec.encoder(btf.wi, btf.wo))
-    saved = time.monotonic()
     try:
-        for block, texels in _read_ahead(btf, run.done, step):
+        for block, texels in _read_ahead(btf, done, step):
             with np.errstate(over="ignore"):
-                codes = encoder(texels).astype(dtype)
-            if not np.isfinite(codes).all():
+                found = encoder(texels).astype(dtype)
+            if not np.isfinite(found).all():
                 raise NacreError(f"{btf.name}: some texels have codes that are not finite")
             chosen = _pairs(btf.pair_count, compared, block.start)
             wi, wo = btf.wi[chosen], btf.wo[chosen]
             decode = on_all_cores(codec, codec.decoder(wi, wo))
-            found = decode(codes.astype(np.float32))
+            decoded = decode(found.astype(np.float32))
             with uninterrupted():
-                run.errors.add(texels[:, chosen], found, wo)
-                run.codes[block], run.done = codes, block.stop
-            if state is not None and time.monotonic() - saved > save_every:
-                run.save(state, fingerprint)
-                saved = time.monotonic()
-            mse = 1e4 * run.errors.result().mse
-            progress("encoding", run.done, total, f"MSE x 1e4 {mse:.3g}")
+                errors.add(texels[:, chosen], decoded, wo)
+                codes[block], done = found, block.stop
+            if store.due(save_every):
+                store.save({"codes": codes[:done], "errors": errors.sums})
+            mse = 1e4 * errors.result().mse
+            progress("encoding", done, total, f"MSE x 1e4 {mse:.3g}")
     except KeyboardInterrupt:
-        if state is not None:
-            with uninterrupted():
-                run.save(state, fingerprint)
+        with uninterrupted():
+            store.save({"codes": codes[:done], "errors": errors.sums})
         raise
-    codes = run.codes.reshape(btf.height, btf.width, codec.code_dim)
-    return Encoding(codes, run.errors.result(), compared)
+    shape = btf.height, btf.width, codec.code_dim
+    return Encoding(codes.reshape(shape), errors.result(), compared)
+
+
+def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
+    """Errors, and how many texels are done, of an encoding that was stopped; fills in its codes."""
+    kept = store.load()
+    if kept is None:
+        return ErrorSums(), 0
+    try:
+        found = kept["codes"]
+        if found.dtype != codes.dtype or found.shape[1:] != codes.shape[1:]:
+            raise ValueError(f"codes are {found.dtype} {found.shape}")
+        check_numbers(kept, np.inf)
+        codes[: len(found)] = found
+        return ErrorSums(kept["errors"]), len(found)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise NacreError(
+            f"{store.file()}: cannot be read, remove it to begin anew: {reason(error)}"
+        ) from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,37 +284,6 @@ def encode_texture(
         output.stat().st_size,
         model if reference and model != PUBLISHED else None,
     )
-
-
-class _Run:
-    """Codes so far, their errors, and how many texels are done."""
-
-    def __init__(self, codes: npt.NDArray[Any], errors: ErrorSums, done: int) -> None:
-        self.codes, self.errors, self.done = codes, errors, done
-
-    def save(self, path: Path, fingerprint: str) -> None:
-        """Write it to a file, whole or not at all."""
-        tensors: Tensors = {"codes": self.codes[: self.done], "errors": self.errors.sums}
-        header = {"mark": fingerprint}
-        write_encoded(
-            path, lambda content: to_bytes(_KEY, content, tensors, _LIMIT), header, internal=True
-        )
-
-    def restore(self, path: Path, fingerprint: str) -> None:
-        """Take up what a file has."""
-        advice = "remove it to begin anew"
-        try:
-            header, tensors = from_file(path, _KEY, _LIMIT, "the state of an encoding")
-            if header["mark"] != fingerprint:
-                raise NacreError(f"{path}: is of another encoding; {advice}")
-            codes = tensors["codes"]
-            if codes.dtype != self.codes.dtype or codes.shape[1:] != self.codes.shape[1:]:
-                raise ValueError(f"codes are {codes.dtype} {codes.shape}")
-            check_numbers(tensors, np.inf)
-            self.codes[: len(codes)] = codes
-            self.errors, self.done = ErrorSums(tensors["errors"]), len(codes)
-        except (FormatError, KeyError, TypeError, ValueError) as error:
-            raise NacreError(f"{path}: cannot be read, {advice}: {reason(error)}") from error
 
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
-from nacre.textures.codecs import save_codec
-from nacre.textures.codecs.codec_file import codec_facts
+from nacre.textures.codecs import PUBLISHED, load_codec, save_codec
+from nacre.textures.codecs.codec_file import codec_facts, codec_fingerprint
 from nacre.textures.codecs.principal import PcaCodec
 from tests.textures.codec_files import header_and_tensors, rewrite_field
 from tests.textures.codecs.basis.made import codec
@@ -81,3 +81,8 @@ def test_damage_is_an_error_that_names_the_field(path):
     with pytest.raises(FormatError, match="functions: 0 of 5 functions are of luma") as caught:
         codec_facts(path)
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_the_pretrained_codec_has_the_fingerprint_that_maps_of_texels_have_of_it():
+    expected = "13113e67cbe34df17f43a0e64962546a4fa80bb2ffb051721a1efe54b8d5ce94"
+    assert codec_fingerprint(load_codec(PUBLISHED)) == expected

@@ -125,7 +125,7 @@ def command(
     It learns from textures of the same pairs of directions, 100 texels of each and four a value of
     a code at least: two textures or more.
 
-    Beside the output it keeps its state (OUTPUT.state, of basis OUTPUT.state.*.stage) until it is
+    Beside the output it keeps its state (OUTPUT.state, of basis OUTPUT.state.*.state) until it is
     done, from which --resume goes on: after Ctrl-C nothing is lost, and a minute at most when it is
     killed. Of unified and custom there is a table of the losses too, OUTPUT.journal.csv, which
     stays, and several processes train together where torchrun starts them:

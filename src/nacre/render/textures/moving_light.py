@@ -28,8 +28,9 @@ def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") 
     Parameters
     ----------
     path
-        "around": one rotation about the normal in the middle of the picture, from where the light of
-        a single picture is; "over": on a great circle from 80 degrees to the left to 80 to the right.
+        "around": one rotation about the normal in the middle of the picture, from where the light
+        of a single picture is; "over": on a great circle from 80 degrees to the left to 80 to the
+        right.
     count
         Directions, at least 1. Those around are evenly spaced, so that the first follows the last.
     angle

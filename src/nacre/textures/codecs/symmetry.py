@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
-from nacre.geometry import join, split, turn
+from nacre.geometry import join, rotate, split
 from nacre.measured.textures.directions import SAME
 
 _MAX_ROTATIONS = 24
@@ -38,7 +38,7 @@ def symmetric_rotations(wi: Floats, wo: Floats) -> list[npt.NDArray[np.intp]]:
 
 
 def _order(tree: Any, wi: Floats, wo: Floats, angle: float) -> npt.NDArray[np.intp] | None:
-    rotated = np.concatenate([join(turn(split(w), angle)) for w in (wi, wo)], axis=1)
+    rotated = np.concatenate([join(rotate(split(w), angle)) for w in (wi, wo)], axis=1)
     distance, order = tree.query(rotated, distance_upper_bound=SAME)
     if not np.isfinite(distance).all() or len(np.unique(order)) != len(order):
         return None

@@ -11,12 +11,13 @@ import numpy as np
 from nacre.array import Floats
 from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
+from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
 from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 512
 """Texels in a step."""
@@ -45,7 +46,7 @@ def train_codes(
     functions: FunctionValues,
     recipe: BasisRecipe,
     report: Progress,
-    stages: Stages,
+    store: Store,
 ) -> Networks:
     """The networks between coefficients and codes, the one that completes coefficients, the prior.
 
@@ -57,12 +58,12 @@ def train_codes(
         At all directions, over which they are orthonormal.
     recipe
         Sizes and efforts.
-    report, stages
+    report, store
         Called as it goes on, and where results and steps are kept.
     """
     training = _Training(data, functions, recipe)
-    coder = stages.result("coder", _Coder, lambda: training.autoencoder(report, stages))
-    complete = training.completion(report, stages)
+    coder = kept(store, "coder", _Coder, lambda: training.autoencoder(report, store))
+    complete = training.completion(report, store)
     return Networks(complete, coder.encode, coder.decode, training.prior(complete))
 
 
@@ -89,7 +90,7 @@ class _Training:
         self._values = torch.from_numpy(data.values)
         self._residuals = torch.from_numpy(data.residuals)
 
-    def autoencoder(self, report: Progress, stages: Stages) -> _Coder:
+    def autoencoder(self, report: Progress, store: Store) -> _Coder:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
@@ -102,12 +103,12 @@ class _Training:
             found = decode(encode(seen / self._scale)) * self._scale
             return self._error(found - seen, parts)
 
-        self._descend([encode, decode], loss, "codes", report, stages)
+        self._descend([encode, decode], loss, "codes", report, store)
         return _Coder(
             encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
         )
 
-    def completion(self, report: Progress, stages: Stages) -> SkipNetwork:
+    def completion(self, report: Progress, store: Store) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
         self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
@@ -127,7 +128,7 @@ class _Training:
             found = complete(torch.cat([seen / self._scale, fractions], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        self._descend([complete], loss, "completion", report, stages)
+        self._descend([complete], loss, "completion", report, store)
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -150,12 +151,12 @@ class _Training:
         loss: Callable[[int], Tensor],
         stage: str,
         report: Progress,
-        stages: Stages,
+        store: Store,
     ) -> None:
         steps = self._recipe.code_steps
         vectors = [vector for network in networks for vector in network.vectors]
         matrices = [matrix for network in networks for matrix in network.matrices]
-        descend(vectors, matrices, loss, steps, stage, report, self._generator, stages)
+        descend(vectors, matrices, loss, steps, stage, report, self._generator, store)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from nacre.array import Floats
 from nacre.io.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 from nacre.measured.textures.domes import pairs
 from nacre.numerics.mlp import Layer
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
 from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
@@ -28,6 +28,8 @@ _CHUNK = 512
 _PAIRS = 1 << 9
 """Pairs of directions at a time that are decoded: few enough for the cache."""
 VERSION = 2
+_VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
+"""Stays as it is: maps of texels know their codec by the hash of its header and weights."""
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
 _LARGEST = 1e9
@@ -182,7 +184,7 @@ class BasisCodec(TexelCodec):
             "version": VERSION,
             "model": self.kind,
             "numbers": numbers,
-            "values": "roots of pi f_r, linear Rec. 709, as gray values and pairs of colors",
+            "values": _VALUES,
             "metadata": metadata,
         }
         return header, written
@@ -245,7 +247,7 @@ class BasisCodec(TexelCodec):
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:
         """See :meth:`TexelCodec.state_files`."""
-        return sorted(state.parent.glob(f"{glob.escape(state.name)}.*.stage"))
+        return [path for path in Store(state).files() if path != state]
 
 
 def _widths(layers: Sequence[Layer]) -> list[int]:

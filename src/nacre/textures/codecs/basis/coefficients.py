@@ -15,10 +15,11 @@ from nacre.btf import Btf
 from nacre.measured.textures.domes import below
 from nacre.measured.textures.transposition import transposed
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
+from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.networks import FunctionValues
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.stages import Stages
 from nacre.textures.selection import random_texels
 
 _BLOCK = 64
@@ -86,7 +87,7 @@ def training_texels(
     subsets: Sequence[Indices],
     recipe: BasisRecipe,
     progress: Progress,
-    stages: Stages,
+    store: Store,
 ) -> TrainingTexels:
     """Coefficients of random texels of every texture, each rotated about its normal at random.
 
@@ -102,7 +103,7 @@ def training_texels(
         Of the pairs, the first of all.
     recipe
         Says how many texels of each.
-    progress, stages
+    progress, store
         Called as it goes on, and where what is read of each texture is kept.
     """
     tables = [functions.at(subset) for subset in subsets]
@@ -119,7 +120,7 @@ def training_texels(
 
     found: list[_Read] = []
     for index in range(len(textures)):
-        found.append(stages.result(f"coefficients-{index}", _Read, partial(read, index)))
+        found.append(kept(store, f"coefficients-{index}", _Read, partial(read, index)))
         progress("coefficients", index + 1, len(textures), "")
     moments = np.concatenate([part.moments for part in found], axis=1)
     residuals = np.concatenate([part.residuals for part in found])

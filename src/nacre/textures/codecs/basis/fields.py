@@ -7,13 +7,14 @@ them, a number stands in the header, and the names of parts precede those of wha
 from __future__ import annotations
 
 import typing
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import Field, fields, is_dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 
-from nacre.io.tensors import Tensors
+from nacre.io.tensors import Tensors, format_errors
+from nacre.runtime.store import Store
 
 _LAYERS = 1 << 6
 """Items of a sequence that are read."""
@@ -102,3 +103,21 @@ def _unpacked(kind: Any, numbers: dict[str, Any], tensors: Tensors, name: str) -
     if type(value) is not wanted:
         raise ValueError(f"{name} is {value!r:.40}, expected a {wanted.__name__}")
     return value
+
+
+def kept(store: Store, name: str, kind: type[_Part], make: Callable[[], _Part]) -> _Part:
+    """What `make` gives, or gave in an earlier process: a dataclass that fields can be packed of.
+
+    Raises
+    ------
+    NacreError
+        See :meth:`nacre.runtime.store.Store.load` and :meth:`nacre.runtime.store.Store.save`.
+    """
+    found = store.load(name)
+    if found is not None:
+        with format_errors(store.file(name)):
+            return unpack_fields(kind, found["numbers"], found["tensors"])
+    made = make()
+    numbers, tensors = pack_fields(made)
+    store.save({"numbers": numbers, "tensors": tensors}, name)
+    return made

@@ -14,11 +14,11 @@ from nacre.errors import NacreError
 from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.numerics.pca import leading_components
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.network_training import Tensor, descend, new_layer, to_layer, torch
 from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, direction_inputs
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 1024
 _BLOCK = 64
@@ -113,7 +113,7 @@ def principal_components(
 
 
 def train_functions(
-    components: Components, recipe: BasisRecipe, report: Progress, stages: Stages
+    components: Components, recipe: BasisRecipe, report: Progress, store: Store
 ) -> AngularFunctions:
     """A network of components; all but the mean become orthonormal at their directions.
 
@@ -123,7 +123,7 @@ def train_functions(
         What it learns.
     recipe
         Sizes and efforts.
-    report, stages
+    report, store
         Called as it goes on, and where steps are kept.
     """
     table, inputs = components.table, direction_inputs(components.wi, components.wo)
@@ -150,7 +150,7 @@ def train_functions(
 
     matrices = [weights for weights, _ in layers[1:-2]]
     vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
-    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, stages)
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, store)
     first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
     first = Layer(
         first.weights / scatter[:, None], first.biases - (shift / scatter) @ first.weights

@@ -13,8 +13,8 @@ from nacre.errors import NacreError, require
 from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.networks import SkipNetwork
-from nacre.textures.codecs.basis.stages import Stages
 
 torch: Any = require("torch", "btf")
 Tensor: TypeAlias = Any
@@ -30,7 +30,7 @@ def descend(
     stage: str,
     report: Progress,
     generator: Any,
-    stages: Stages,
+    store: Store,
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
@@ -44,7 +44,7 @@ def descend(
         Of a step.
     steps, stage, report
         How many, their name, and what is called as they go on.
-    generator, stages
+    generator, store
         What the loss draws from, and where steps are kept.
 
     Raises
@@ -57,7 +57,22 @@ def descend(
         muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
         optimizers.append((muon, _MATRIX_RATE))
     changed = [*vectors, *matrices]
-    left = stages.steps(stage, steps, changed, [o for o, _ in optimizers], generator)
+
+    def state() -> dict[str, Any]:
+        return {
+            "tensors": changed,
+            "optimizers": [optimizer.state_dict() for optimizer, _ in optimizers],
+            "generator": generator.get_state(),
+        }
+
+    def restore(state: dict[str, Any]) -> None:
+        for tensor, saved in zip(changed, state["tensors"], strict=True):
+            tensor.data.copy_(saved)
+        for (optimizer, _), saved in zip(optimizers, state["optimizers"], strict=True):
+            optimizer.load_state_dict(saved)
+        generator.set_state(state["generator"])
+
+    left = store.steps(steps, state, restore, f"{stage}-steps")
     with one_thread():
         _steps(left, optimizers, loss, steps, partial(report, stage))
     if not all(bool(torch.isfinite(tensor).all()) for tensor in changed):

@@ -15,6 +15,7 @@ from nacre.errors import NacreError
 from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import narrowed, transposed
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.code_training import train_codes
 from nacre.textures.codecs.basis.codec import VERSION, BasisCodec
 from nacre.textures.codecs.basis.coefficients import (
@@ -22,6 +23,7 @@ from nacre.textures.codecs.basis.coefficients import (
     partial_measurements,
     training_texels,
 )
+from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.function_training import (
     Components,
     principal_components,
@@ -29,7 +31,6 @@ from nacre.textures.codecs.basis.function_training import (
 )
 from nacre.textures.codecs.basis.networks import AngularFunctions
 from nacre.textures.codecs.basis.recipe import BasisRecipe, check_textures
-from nacre.textures.codecs.basis.stages import Stages
 from nacre.textures.codecs.codec import TrainingRun
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
@@ -62,20 +63,23 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
     textures = [partial(_open, run.load, path) for path in run.paths]
     progress = run.progress
     check_textures(textures, recipe)
-    stages = Stages(run.state, f"{VERSION} {recipe} {run.fingerprint}")
+    store = Store(run.state, f"{VERSION} {recipe} {run.fingerprint}")
 
     def found_components() -> Components:
-        wi, wo, texels = _gathered(textures, recipe, progress, stages)
+        wi, wo, texels = _gathered(textures, recipe, progress, store)
         return principal_components(texels, wi, wo, symmetric_rotations(wi, wo), recipe, progress)
 
     try:
-        components = stages.result("components", Components, found_components)
+        components = kept(store, "components", Components, found_components)
     except NacreError:
-        stages.remove()  # no more than some texels, and one may be to blame
+        store.remove()  # no more than some texels, and one may be to blame
         raise
-    stages.remove("texels-*")
-    functions = stages.result(
-        "functions", AngularFunctions, lambda: train_functions(components, recipe, progress, stages)
+    store.remove("texels-*")
+    functions = kept(
+        store,
+        "functions",
+        AngularFunctions,
+        lambda: train_functions(components, recipe, progress, store),
     )
     wi, wo = components.wi, components.wo
     values = functions(wi, wo)
@@ -85,12 +89,12 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
         rotations = symmetric_rotations(wi, wo)
         plain = partial(uniform_texels, wi, wo, recipe.coded_texels, recipe.seed)
         return training_texels(
-            [*textures, plain], values, rotations, subsets, recipe, progress, stages
+            [*textures, plain], values, rotations, subsets, recipe, progress, store
         )
 
-    data = stages.result("coefficients", TrainingTexels, found_texels)
-    stages.remove("coefficients-*")
-    return BasisCodec(functions, *train_codes(data, values, recipe, progress, stages))
+    data = kept(store, "coefficients", TrainingTexels, found_texels)
+    store.remove("coefficients-*")
+    return BasisCodec(functions, *train_codes(data, values, recipe, progress, store))
 
 
 def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:
@@ -108,13 +112,13 @@ class _Texels:
 
 
 def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, stages: Stages
+    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, store: Store
 ) -> tuple[Floats, Floats, Floats]:
     """Directions, and random texels of every texture as half floats, shape (t, n, 3)."""
     found: list[_Texels] = []
     for index, open_texture in enumerate(textures):
         read = partial(_texels_of, open_texture, recipe, index, len(textures))
-        found.append(stages.result(f"texels-{index}", _Texels, read))
+        found.append(kept(store, f"texels-{index}", _Texels, read))
         progress("reading", index + 1, len(textures), "")
     wi, wo = found[0].wi, found[0].wo
     plain = uniform_texels(wi, wo, recipe.texels, recipe.seed).texels(slice(None))

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import NacreError
-from nacre.runtime.checkpoint import load_state, save_state
+from nacre.errors import NacreError, reason
 from nacre.runtime.device import memory_errors, open_device
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
+from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TrainingRun
 from nacre.textures.codecs.networks.dataset import Batch, TexelStream, images_once
 from nacre.textures.codecs.networks.distributed import Processes, processes
@@ -77,15 +77,14 @@ def train_network(
         if recipe.minutes is None and steps is None:
             steps = training_recipe.epochs * stream.epoch_steps
         whole = f"{run.fingerprint} {steps} {recipe.minutes}"
-        training = _Training(network, stream, training_recipe, device, members, whole)
+        training = _Training(network, stream, training_recipe, device, members, run.state, whole)
         first = members.rank == 0
         with memory_errors(own):
-            step = training.resume(run.state) if run.state and run.state.exists() else 0
+            step = training.resume()
             with Journal(*((run.journal, step, run.events) if first else (None,))) as rows:
                 training.run(
                     steps,
                     recipe.minutes,
-                    run.state if first else None,
                     recipe.save_every,
                     rows,
                     run.progress if first else silent,
@@ -118,6 +117,7 @@ class _Training:
         recipe: TrainingRecipe,
         device: Any,
         members: Processes,
+        state: Path | None,
         fingerprint: str,
     ) -> None:
         network = network.to(device)
@@ -132,16 +132,18 @@ class _Training:
         ]
         self._held_out = stream.held_out()
         about = f"{network.kind} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
-        self._fingerprint = f"{about} {fingerprint}"
+        self._store = Store(state, f"{about} {fingerprint}")
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
         self._best: dict[str, Any] = {"loss": math.inf, "step": 0, "parameters": []}
 
-    def resume(self, checkpoint: Path) -> int:
-        """Take up the state in a file; gives the step."""
-
-        def restore(state: dict[str, Any]) -> int:
+    def resume(self) -> int:
+        """Take up the state that is kept; gives the step."""
+        state = self._store.load()
+        if state is None:
+            return 0
+        try:
             for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
                 optimizer.load_state_dict(saved)
             self._set_parameters(state["parameters"])
@@ -149,12 +151,14 @@ class _Training:
             self._loss, self._seconds = float(state["loss"]), float(state["seconds"])
             self._best, self._validation = state["best"], state["validation"]
             self._step = int(state["step"])
-            return self._step
+        except (LookupError, TypeError, ValueError, RuntimeError) as error:
+            raise NacreError(
+                f"{self._store.file()}: cannot be read, remove it to begin anew: {reason(error)}"
+            ) from error
+        return self._step
 
-        return load_state(checkpoint, self._fingerprint, restore)
-
-    def _save(self, checkpoint: Path | None) -> None:
-        if checkpoint is None:
+    def _save(self) -> None:
+        if self._members.rank:
             return
         state = {
             "optimizers": [optimizer.state_dict() for optimizer in self._optimizers],
@@ -167,7 +171,7 @@ class _Training:
             "step": self._step,
         }
         with uninterrupted():
-            save_state(checkpoint, self._fingerprint, state)
+            self._store.save(state)
 
     def _set_parameters(self, values: Sequence[Tensor]) -> None:
         for mine, saved in zip(self._parameters, values, strict=True):
@@ -177,14 +181,13 @@ class _Training:
         self,
         steps: int | None,
         minutes: float | None,
-        checkpoint: Path | None,
         save_every: float,
         journal: Journal,
         report: Progress,
     ) -> None:
         """Take the steps that are left."""
         last = _FOREVER if steps is None else steps
-        saved = before = time.monotonic()
+        before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
             while self._step < last and not self._patience_over():
@@ -204,18 +207,17 @@ class _Training:
                         self._validate()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
                         self._note(journal, rate, validated)
-                    if time.monotonic() - saved > save_every:
-                        self._save(checkpoint)
-                        saved = time.monotonic()
+                    if self._store.due(save_every):
+                        self._save()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
                 note = "" if self._validation is None else f", held out {self._validation:.4f}"
                 report("training", int(done), int(total), f"loss {self._loss:.4f}{note}")
             self._validate()
             # What is interrupted before the caller has written the network goes on from here.
-            self._save(checkpoint)
+            self._save()
         except KeyboardInterrupt:
-            self._save(checkpoint)
+            self._save()
             raise
         finally:
             batches.close()
@@ -290,7 +292,7 @@ class _Training:
         self._recent.zero_()
         if not math.isfinite(self._loss):
             raise NacreError(
-                f"training diverged at step {self._step:,}; remove the checkpoint, if there is "
+                f"training diverged at step {self._step:,}; remove the state, if there is "
                 "one, and lower the learning rate"
             )
         validation = self._validation if validated else None
