@@ -106,7 +106,7 @@ def test_few_samples_and_samples_of_one_kind_are_no_trouble():
     assert (black.eval(wo, wi) == 0.0).all()
 
 
-def test_directions_at_the_horizon_and_below_do_not_raise():
+def test_directions_below_the_horizon_do_not_raise():
     brdf = scan(Gloss(), 100)
     up = np.array([[0.0, 0.0, 1.0]])
     for other in ([0.0, 0.0, -1.0], [1.0, 0.0, 0.0]):

@@ -214,7 +214,7 @@ class GgxMixture(Sampler):
         def at(values: Values) -> Array:
             value: Array = values[0]
             for step, (low, high) in zip(steps, itertools.pairwise(values), strict=True):
-                if low != high:
+                if type(low) is not float or low != high:  # numbers may be data of a kernel
                     value = value + (high - low) * step
             return value
 
