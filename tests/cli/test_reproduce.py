@@ -113,28 +113,21 @@ def test_rows_show_what_lies_between_pairs(coded, capsys):
     assert (coded / "out" / "fig12.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_every_figure_of_noise_can_be_chosen():
-    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    from nacre.cli.reproduce import _NOISE
-    from nacre.reproduce.noise_experiments import NOISE_EXPERIMENTS
-
-    assert tuple(NOISE_EXPERIMENTS) == _NOISE
-
-
 def test_reproduce_lists_methods(here, capsys):
     assert run("reproduce", "--list") == 0
     printed = capsys.readouterr().out
     assert "nbrdf-675-uniform" in printed
     assert "sgd" in printed
     assert "autoencoder-projected" in printed
-    assert all(name in printed for name in ("table2", "fig11", "fig12"))
+    assert "unified-SIZE" in printed
+    assert all(name in printed for name in ("table2", "fig11", "btf-tsne"))
     assert "nacre-predicted, power-iterations, rgl, nacre, cosine, own" in printed
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["fig5", "a.safetensors"], "'fig5' is not one of"),
+        (["fig5", "a.safetensors"], "'fig5' is no known experiment"),
         (["fig6"], "Missing argument 'FILES...'"),
         (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),

@@ -6,10 +6,13 @@ import pytest
 
 import nacre
 from nacre.errors import NacreError
-from nacre.reproduce import EXPERIMENTS, methods, run
+from nacre.reproduce import EXPERIMENTS
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.codes import CODES, CodeSettings, code_methods, split
-from nacre.reproduce.methods import TRUTH
+from nacre.reproduce.methods import methods
+from nacre.reproduce.study import run
+from nacre.reproduce.trial import TRUTH
+from nacre.runtime.progress import silent
 from tests.latent.made import material
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -30,7 +33,7 @@ def prepare(files, names, folder, settings=SETTINGS, fresh=False):
     """Held-out files, methods, settings, and the stages that were reported."""
     stages = []
     found = code_methods(
-        files, names, settings, folder, lambda stage, *_: stages.append(stage), fresh=fresh
+        files, names, settings, Cache(folder, fresh=fresh), lambda stage, *_: stages.append(stage)
     )
     return *found, stages
 
@@ -58,7 +61,8 @@ def test_every_code_is_tried_on_what_no_basis_has_seen(files, tmp_path):
         assert len(basis.metadata["materials"]) == 5
         assert nacre.load(held_out[0]).name not in basis.metadata["materials"]
     (tmp_path / "out").mkdir()
-    path = EXPERIMENTS["table2"].write("table2", study, list(CODES), tmp_path / "out")[1]
+    outcome = EXPERIMENTS["table2"].outcome("table2", study, list(CODES), silent)
+    path = outcome.write("table2", tmp_path / "out")[1]
     text = path.read_text(encoding="utf-8")
     assert "bases of 5 materials other than those below" in text
     assert "the data differ" in text

@@ -14,8 +14,8 @@ from nacre.latent.file import save_basis
 from nacre.measured.merl import Resolution
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
-from nacre.reproduce import Settings, methods
-from nacre.reproduce.methods import SIZES
+from nacre.reproduce.methods import SIZES, methods
+from nacre.reproduce.trial import Settings
 from tests.reflectances import Brushed, Glossy
 from tests.reproduce.support import SETTINGS, write_materials
 

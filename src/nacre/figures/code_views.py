@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.errors import require
+from nacre.figures.labels import place_labels
+from nacre.figures.page import INK, Page, display_bytes
+from nacre.figures.texel_map import apart
 from nacre.formats import load_brdf
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import is_code, load_code
@@ -19,11 +21,11 @@ from nacre.render.preview import render_preview
 from nacre.render.sphere import render_sphere, standard_lights
 from nacre.runtime.progress import Progress, silent
 
-_THUMBNAIL = 48
-"""Pixels along an edge of the pictures on a map."""
-_SIZE, _INCHES = 9.0, 0.42
-"""Inches: edge of the map, and of a picture on it."""
-_INK, _HIGHLIGHT = "#202124", "#d62728"
+_THUMBNAIL, _SIDE, _PAGE = 64, 0.42, 8.0
+"""Pixels along an edge of a sphere on a map, and inches; inches of the map."""
+_OVERLAP = 0.8
+"""Fraction of a sphere that neighbors leave free at least."""
+_HIGHLIGHT = "#d62728"
 
 
 def coded(
@@ -79,7 +81,7 @@ def strip(
     for index, material in enumerate(materials):
         pictures.append(displayed(material, size, spp))
         progress("rendering", index + 1, len(materials), "")
-    return np.asarray(np.rint(255.0 * np.concatenate(pictures, axis=1)), np.uint8)
+    return display_bytes(np.concatenate(pictures, axis=1))
 
 
 def draw_map(
@@ -89,12 +91,12 @@ def draw_map(
     seed: int,
     progress: Progress,
 ) -> Any:
-    """The t-SNE map of codes, with a sphere for each; the highlighted ones are ringed in red.
+    """The t-SNE map of codes, with a sphere for each.
 
     Parameters
     ----------
     names
-        Names of the materials, as they are shown.
+        Of the materials, as they are printed.
     materials
         :data:`nacre.latent.map.MIN_CODES` or more, of one basis.
     highlighted
@@ -120,37 +122,61 @@ def draw_map(
     light = standard_lights()["environment"]
     pictures = []
     for index, material in enumerate(materials):
-        image, mask = render_sphere(material, light, _THUMBNAIL)
-        pictures.append(np.concatenate([tone_map(image), mask[..., None]], axis=-1))
+        pictures.append(tone_map(render_sphere(material, light, _THUMBNAIL)[0]))
         progress("rendering", index + 1, len(materials), "")
-    return _map_figure(names, places, pictures, highlighted)
+    return map_figure(names, places, pictures, highlighted)
 
 
-def _map_figure(
+def map_figure(
     names: Sequence[str],
     places: npt.NDArray[np.float64],
     pictures: Sequence[npt.NDArray[np.floating]],
-    highlighted: Collection[str],
+    highlighted: Collection[str] = (),
 ) -> Any:
-    """Pictures (RGBA of display) at their places in the plane, shape (n, 2), on one page."""
-    boxes = require("matplotlib.offsetbox", "plot")
-    figure = require("matplotlib.figure", "plot").Figure((_SIZE, _SIZE), facecolor="white")
-    axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
-    axes.set_axis_off()
+    """Spheres of materials where they are on the map, the highlighted ones ringed in red.
+
+    Parameters
+    ----------
+    names
+        Of the materials.
+    places
+        Shape (n, 2).
+    pictures
+        Spheres in display values, shape (size, size, 3).
+    highlighted
+        Names.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One page.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib or textalloc is not installed.
+    """
+    page = Page(_PAGE, _PAGE, "white")
     low, high = places.min(axis=0), places.max(axis=0)
-    margin = 0.08 * np.maximum(high - low, 1e-9)
-    axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
-    axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
-    for name, place, picture in zip(names, places, pictures, strict=True):
-        color = _HIGHLIGHT if name in highlighted else _INK
-        zoom = _INCHES * 72.0 / len(picture)
-        image = boxes.OffsetImage(picture, zoom=zoom)
-        axes.add_artist(boxes.AnnotationBbox(image, place, frameon=False, pad=0.0))
-        if name in highlighted:
-            size = (1.15 * _INCHES * 72.0) ** 2
-            style = {"s": size, "facecolors": "none", "edgecolors": _HIGHLIGHT, "linewidths": 1.6}
-            axes.scatter(*place, zorder=4, **style)
-        below = (0.0, -0.58 * _INCHES * 72.0)
-        text = {"fontsize": 4.5, "color": color, "ha": "center", "va": "top"}
-        axes.annotate(name, place, below, textcoords="offset points", **text)
-    return figure
+    margin = 0.6 + _SIDE
+    points = margin + (places - low) / np.maximum(high - low, 1e-9) * (_PAGE - 2.0 * margin)
+    sides = np.full((len(points), 2), _OVERLAP * _SIDE)
+    points = apart(points, sides, np.array([[margin] * 2, [_PAGE - margin] * 2]))
+    for (x, y), picture in zip(points, pictures, strict=True):
+        page.sphere(x - 0.5 * _SIDE, _PAGE - y - 0.5 * _SIDE, _SIDE, picture)
+    axes = page.axes(0.0, 0.0, _PAGE, _PAGE)
+    axes.set(xlim=(0.0, _PAGE), ylim=(0.0, _PAGE), zorder=-1)  # lines to names end at spheres
+    ringed = np.array([name in highlighted for name in names])
+    circle = {"facecolors": "none", "edgecolors": _HIGHLIGHT, "linewidths": 1.6}
+    axes.scatter(*points[ringed].T, s=(72.0 * 1.05 * _SIDE) ** 2, **circle)
+    angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    rim = 0.5 * _SIDE * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    place_labels(
+        axes,
+        points,
+        list(names),
+        colors=[_HIGHLIGHT if ring else INK for ring in ringed],
+        obstacles=(points[:, None] + rim).reshape(-1, 2),
+        distance=0.55 * _SIDE / _PAGE,
+    )
+    return page.figure

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import Any, TypeGuard
 
 from nacre.array import Components
 from nacre.brdf import Brdf, Sampler
 from nacre.btf import Btf
 from nacre.errors import NacreError, require
+from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.network import NetworkBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
@@ -164,7 +165,7 @@ def _plugins(variant: str) -> dict[str, Any]:
             if self.buffered is None or not _has_layers(self.brdf):
                 return self.brdf
             layers = self.buffered.layers(self.weights)
-            return self.brdf.with_layers(layers)  # type: ignore[no-any-return]
+            return self.brdf.with_layers(layers)
 
         def at(self, si: Any, view: Components) -> tuple[None, Sampler]:
             return None, self.sampler
@@ -204,6 +205,6 @@ def _plugins(variant: str) -> dict[str, Any]:
     return {"brdf": Reflectance, "nbrdf": Network}
 
 
-def _has_layers(brdf: Brdf) -> bool:
+def _has_layers(brdf: Brdf) -> TypeGuard[NeuralBrdf]:
     """Whether a reflectance is its layers, and can be made of others."""
     return hasattr(brdf, "with_layers")

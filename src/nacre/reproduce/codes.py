@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -17,20 +17,18 @@ from nacre.io.files import digest
 from nacre.latent.basis import LatentBasis
 from nacre.latent.file import BASES, load_basis, save_basis
 from nacre.latent.recipes import AutoencoderRecipe
-from nacre.reproduce.cache import code_digest, facts_digest
-from nacre.reproduce.methods import Method
-from nacre.reproduce.trial import Settings
+from nacre.reproduce.cache import Cache, cache_key, code_digest
+from nacre.reproduce.trial import Method, Settings
 from nacre.runtime.progress import Progress, named
-from nacre.runtime.store import Store
 
 HELD_OUT = 0.2
 """Fraction of the materials that is held out."""
 MIN_MATERIALS = 5
-"""Materials of which one can be held out."""
+"""Number of materials of which one can be held out."""
 
 
 class Code(NamedTuple):
-    """One way to give a material a code: in words, the kind of its basis, whether it is refined."""
+    """One way to give a material a code: in words, the kind of its basis, whether refined."""
 
     about: str
     kind: str
@@ -56,11 +54,11 @@ class CodeSettings(Settings):
     Parameters
     ----------
     code_dim
-        Number of values in a code.
+        Numbers in a code.
     steps
-        Steps of a training, at most.
+        Of a training, at most.
     mixtures
-        Of two materials, that the autoencoder is trained on besides.
+        Mixtures of two materials that the autoencoder is trained on as well.
     trained
         Number of materials that the bases are trained on.
     """
@@ -74,8 +72,8 @@ class CodeSettings(Settings):
         """The settings in one line, for people."""
         return (
             f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
-            f"materials other than those below, trained for {self.steps:,} steps at most; "
-            f"seed {self.seed}"
+            "materials other than those below, trained for "
+            f"{self.steps:,} steps at most; seed {self.seed}"
         )
 
     def recipe(self, kind: str) -> Any:
@@ -101,12 +99,10 @@ def code_methods(
     files: Sequence[Path],
     names: Sequence[str],
     settings: CodeSettings,
-    folder: Path,
+    cache: Cache,
     progress: Progress,
-    *,
-    fresh: bool = False,
 ) -> tuple[list[Path], dict[str, Method], CodeSettings]:
-    """Train the bases that are not in the folder yet, or all.
+    """Train the bases that are not in the cache yet.
 
     Parameters
     ----------
@@ -116,12 +112,10 @@ def code_methods(
         Of :data:`CODES`.
     settings
         Of the trainings.
-    folder
-        Where bases are kept, and the state of trainings that were stopped; made if need be.
+    cache
+        Where bases are kept, and the state of trainings that were stopped.
     progress
         Called as it goes on.
-    fresh
-        Whether to train again what is in the folder.
 
     Returns
     -------
@@ -144,45 +138,59 @@ def code_methods(
         raise NacreError(f"table2 takes at least {MIN_MATERIALS} materials, got {len(files)}")
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
+    found = bases(training, {CODES[name].kind for name in names}, settings, cache, progress)
+    codes = {name: CODES[name] for name in names}
+    return held_out, {k: _method(code, found[code.kind]) for k, code in codes.items()}, settings
+
+
+def bases(
+    training: Sequence[Path],
+    kinds: Collection[str],
+    settings: CodeSettings,
+    cache: Cache,
+    progress: Progress,
+) -> dict[str, LatentBasis]:
+    """Bases of some materials by kind: those that are kept, and those that are trained now.
+
+    Parameters
+    ----------
+    training
+        Isotropic materials.
+    kinds
+        Of :data:`nacre.latent.BASES`.
+    settings, cache, progress
+        See :func:`code_methods`.
+
+    Raises
+    ------
+    NacreError
+        If a material cannot be read or is anisotropic, or a training fails.
+    """
     hashes = [digest(path) for path in training]
     materials = [partial(load_brdf, path) for path in training]
-    bases: dict[str, LatentBasis] = {}
+    found: dict[str, LatentBasis] = {}
 
     def basis(kind: str) -> LatentBasis:
-        if kind in bases:
-            return bases[kind]
+        if kind in found:
+            return found[kind]
         base = BASES[kind].builds_on
         built_on = basis(base) if base else None
-        chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
-        path = folder / f"basis-{facts_digest([kind, hashes, chosen, code_digest()])}.safetensors"
-        found = None if fresh else _kept(path)
-        if found is None:
-            state = path.with_suffix(".state")
-            if fresh:
-                Store(state).remove()
-            folder.mkdir(parents=True, exist_ok=True)
-            found = BASES[kind].train(
+
+        def make(state: Path) -> LatentBasis:
+            return BASES[kind].train(
                 materials,
                 settings.recipe(kind),
                 base=built_on,
                 checkpoint=state,
                 progress=named(progress, kind),
             )
-            save_basis(found, path)
-            Store(state).remove()
-        bases[kind] = found
-        return found
 
-    codes = {name: CODES[name] for name in names}
-    return held_out, {k: _method(code, basis(code.kind)) for k, code in codes.items()}, settings
+        chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
+        key = cache_key("basis", [kind, hashes, chosen, code_digest()])
+        found[kind] = cache.file(key, load_basis, make, save_basis)
+        return found[kind]
 
-
-def _kept(path: Path) -> LatentBasis | None:
-    """A basis that was trained before; None where there is none, or a damaged one."""
-    try:
-        return load_basis(path)
-    except NacreError:
-        return None
+    return {kind: basis(kind) for kind in kinds}
 
 
 def _method(code: Code, basis: LatentBasis) -> Method:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import asdict, astuple, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,10 +19,7 @@ from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
 from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
-from nacre.reproduce.trial import Settings
-
-TRUTH = "truth"
-"""Name of the method that keeps a material as it is."""
+from nacre.reproduce.trial import TRUTH, Method, Settings
 
 GAIN = 16.0
 """Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
@@ -56,28 +53,6 @@ class UnavailableError(NacreError):
     """A method that has nothing for this material."""
 
 
-@dataclass(frozen=True)
-class Method:
-    """One way to represent a material.
-
-    Parameters
-    ----------
-    about
-        What it is, for people, in a few words.
-    fit
-        From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
-    family
-        "network", "analytic" or "table"; figures group by it.
-    settings
-        JSON-able settings: results are kept apart by them.
-    """
-
-    about: str
-    fit: Callable[[Brdf], Brdf]
-    family: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-
 def methods(
     settings: Settings, published: Iterable[Path] = (), basis: Path | None = None
 ) -> dict[str, Method]:
@@ -90,7 +65,7 @@ def methods(
     published
         Folders of networks that others fitted, each under the name of its material.
     basis
-        File of principal components of other materials, see :class:`nacre.latent.PcaBasis`.
+        Principal components, of other materials, see :class:`nacre.latent.PcaBasis`.
 
     Raises
     ------

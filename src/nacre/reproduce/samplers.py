@@ -21,7 +21,7 @@ FITTED: Mapping[str, Callable[[Brdf], Sampler]] = {
     "own": lambda brdf: brdf.sampler,
 }
 """What needs the reflectance only. "rgl" is the warp of its table, of one made of it where it is
-none; "own" is what it brings along."""
+none; "own" is the sampler that the reflectance has."""
 
 PREDICTED: Mapping[str, str] = {
     "blinn-phong-predicted": "blinn-phong",
@@ -36,7 +36,7 @@ SAMPLERS = tuple(dict.fromkeys((*DEFAULT, *FITTED)))
 """All names."""
 
 
-def sampler(name: str, basis: LatentBasis | None = None) -> Callable[[Brdf], Sampler]:
+def find_sampler(name: str, basis: LatentBasis | None = None) -> Callable[[Brdf], Sampler]:
     """What gives a reflectance its sampler.
 
     Parameters

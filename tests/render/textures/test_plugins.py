@@ -96,7 +96,7 @@ def test_options_out_of_range_are_refused(rgb: Any, tmp_path: Path) -> None:
     for made, options, words in (
         (source, {"decoder": "magic"}, "decoder is one of table, network; got 'magic'"),
         (source, {"interpolation": "cubic"}, "interpolation is one of"),
-        (source, {"resolution": 1}, "resolution is a number from 2 on; got 1"),
+        (source, {"resolution": 1}, "resolution must be a number of 2 or more; got 1"),
         (source, {"resolution": 40, "memory": 8}, r"needs 547 MiB, 8 are allowed; lower the reso"),
         (table, {"depth": 0.1}, "height_field and depth belong together"),
         (table, {"height_field": "x.png"}, "height_field and depth belong together"),

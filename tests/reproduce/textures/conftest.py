@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
 
+from nacre.reproduce.cache import Cache
 from nacre.reproduce.textures.materials import collect, separate
 from nacre.reproduce.textures.methods import TrainingSettings
 from nacre.reproduce.textures.study import Study
@@ -52,7 +53,7 @@ def study(folder, tmp_path_factory):
         training,
         unseen,
         SETTINGS,
-        folder / "cache",
+        Cache(folder / "cache"),
         others=collect([folder / "utia"]),
         progress=lambda *call: calls.append(call),
     )

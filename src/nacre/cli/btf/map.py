@@ -57,7 +57,7 @@ def command(
     names = [path.stem for path in codes]
     chart = embed_texels(load_latent_maps(codes), names, texels, seed, onto)
     new = len(codes) if into is not None else 0
-    write_plot(texel_map_figure(chart, new=new, swatches=swatches), output)
+    write_plot(texel_map_figure(chart, new=new, own_colors=swatches), output)
     if table is not None:
         write_table(chart, table)
     if save is not None:

@@ -25,7 +25,7 @@ from nacre.render.textures.texels import INTERPOLATIONS
 
 if TYPE_CHECKING:
     from nacre.array import Floats
-    from nacre.figures.drawing import Bytes
+    from nacre.figures.page import Bytes
     from nacre.metrics.temporal import TemporalErrors
 
 
@@ -119,7 +119,7 @@ def command(
     With --frames, an animation of a light that moves.
     """
     from nacre.color import tone_map
-    from nacre.figures.drawing import display_bytes
+    from nacre.figures.page import display_bytes
     from nacre.figures.rendering_panels import panels_size, rendering_panels
     from nacre.formats import load_btf
     from nacre.metrics.temporal import temporal_errors

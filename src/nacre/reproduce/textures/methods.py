@@ -10,7 +10,7 @@ from typing import Any
 
 from nacre.errors import NacreError
 from nacre.formats import load_btf
-from nacre.reproduce.cache import SOURCES, sources_digest
+from nacre.reproduce.cache import module_digest
 from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
@@ -24,7 +24,7 @@ _NAME = re.compile(r"([a-z-]+?)-([1-9]\d{0,3})")
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """Efforts of all methods.
+    """What all trainings share.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class TrainingSettings:
     texels
         Of each material, for general principal components.
     basis
-        Of nacre's own codec, but for the values of its codes.
+        Of nacre's own codec, but for the size of its codes.
     seed
         Of everything random.
     """
@@ -45,7 +45,7 @@ class TrainingSettings:
 
     @classmethod
     def quick(cls, seed: int = 0) -> TrainingSettings:
-        """Small efforts: figures to look at."""
+        """Short trainings: figures to look at."""
         basis = BasisRecipe(texels=20, coded_texels=100, function_steps=400, code_steps=600)
         return cls(0.5, 20, basis, seed)
 
@@ -62,13 +62,12 @@ class Kind:
     about
         In words.
     make
-        Finds or trains the codec of a method, given its textures, efforts and what names of files
-        start with for the state of a training that is stopped. They stay, for the caller to remove
-        once the codec is saved.
+        Finds or trains the codec of a method, given its textures, settings and what names of files
+        start with for the state of a training that is stopped.
     sources
-        Modules of nacre that decide what comes of it, as patterns of paths.
+        Modules of nacre that decide the result, as patterns of paths.
     settings
-        What of the efforts does.
+        Those of the settings that decide the result.
     own
         Whether each material has a codec of its own.
     """
@@ -82,23 +81,23 @@ class Kind:
 
 @dataclass(frozen=True)
 class Method:
-    """A kind of codec, and the values of its codes.
+    """A kind of codec, and the size of its codes.
 
     Parameters
     ----------
     kind
         One of :data:`KINDS`.
-    values
-        Of a code.
+    code_dim
+        Numbers in a code.
     """
 
     kind: str
-    values: int
+    code_dim: int
 
     @property
     def name(self) -> str:
         """The name, as :func:`find` takes it."""
-        return f"{self.kind}-{self.values}"
+        return f"{self.kind}-{self.code_dim}"
 
     @property
     def own(self) -> bool:
@@ -106,14 +105,13 @@ class Method:
         return KINDS[self.kind].own
 
     def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
-        """All that decides what comes of it, JSON-able."""
+        """All that decides its codec, JSON-able."""
         kind = KINDS[self.kind]
-        modules = [p for of in kind.sources for p in SOURCES.glob(of) if p.stem != "file"]
         return {
             "kind": self.kind,
-            "textures": [material.mark for material in training],
+            "textures": [material.fingerprint for material in training],
             "settings": kind.settings(self, settings),
-            "code": sources_digest(modules),
+            "code": module_digest(*kind.sources),
         }
 
 
@@ -140,7 +138,7 @@ def _network(
     progress: Progress,
 ) -> TexelCodec:
     kind = CODECS["unified" if method.kind == "unified" else "custom"]
-    recipe = kind.recipe(code_dim=method.values, minutes=settings.minutes, seed=settings.seed)
+    recipe = kind.recipe(code_dim=method.code_dim, minutes=settings.minutes, seed=settings.seed)
     if method.own:
         recipe = replace(recipe, training=replace(recipe.training, held_out=0.0))
     return kind.train(_run(training, state, progress), recipe)
@@ -151,11 +149,11 @@ def _run(training: Sequence[Material], state: Path, progress: Progress) -> Train
 
 
 def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
-    return {"values": method.values, "minutes": settings.minutes, "seed": settings.seed}
+    return {"values": method.code_dim, "minutes": settings.minutes, "seed": settings.seed}
 
 
 def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
-    values = -(-method.values // _COMPONENTS) * _COMPONENTS
+    values = -(-method.code_dim // _COMPONENTS) * _COMPONENTS
     if method.own:
         return PcaRecipe.own(values, seed=settings.seed)
     return PcaRecipe(values, settings.texels, seed=settings.seed)
@@ -178,7 +176,7 @@ def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
 
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
     try:
-        return replace(settings.basis, code_dim=method.values, seed=settings.seed)
+        return replace(settings.basis, code_dim=method.code_dim, seed=settings.seed)
     except ValueError as error:
         raise NacreError(f"{method.name}: {error}") from error
 
@@ -199,10 +197,8 @@ def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any
 
 
 _CHOICES = (
-    "measured/textures/directions.py",
-    "textures/selection.py",
-    "numerics/channels.py",
-    "numerics/pca.py",
+    *("measured/textures/directions.py", "measured/textures/domes.py"),
+    *("textures/selection.py", "numerics/channels.py", "numerics/pca.py"),
 )
 _NETWORK: dict[str, Any] = {
     "make": _network,
@@ -227,7 +223,7 @@ KINDS: Mapping[str, Kind] = {
     "basis": Kind(
         "nacre's own codec",
         _basis,
-        ("textures/codecs/basis/*.py", "measured/textures/domes.py", "numerics/mlp.py", *_CHOICES),
+        ("textures/codecs/basis/*.py", "numerics/mlp.py", *_CHOICES),
         _basis_settings,
     ),
 }

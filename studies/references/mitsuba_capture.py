@@ -1,4 +1,4 @@
-"""Mitsuba's path integrator on the triangles that the tracer sees, rays made by the tests."""
+"""Virtual capture by Mitsuba's path integrator, on the triangles that nacre's tracer sees."""
 
 from __future__ import annotations
 
@@ -10,6 +10,26 @@ from nacre.textures.capture import Mesostructure
 from nacre.textures.capture.gonioreflectometer import DEPTH
 
 _PERIODS = 5
+CELLS = 64
+
+
+def bumps(
+    amplitude: float,
+    albedo: Any = 0.5,
+    specular: Any = 0.0,
+    roughness: tuple[float, float] = (0.3, 0.3),
+) -> Mesostructure:
+    """An egg carton with slanting ridges, twice a period, of one color or of one a cell."""
+    y, x = np.mgrid[:CELLS, :CELLS] * (4.0 * np.pi / CELLS)
+    height = amplitude * (np.sin(x) * np.sin(y) + 0.4 * np.sin(2.0 * x + y))
+    shape = (CELLS, CELLS)
+    return Mesostructure(
+        height,
+        np.broadcast_to(albedo, (*shape, 3)).astype(float),
+        np.broadcast_to(specular, (*shape, 3)).astype(float),
+        np.broadcast_to(roughness, (*shape, 2)).astype(float),
+        np.zeros(shape),
+    )
 
 
 def diffuse_under_ggx(mi: Any) -> type[Any]:

@@ -1,8 +1,8 @@
 """The training loop of the NBRDF paper in plain PyTorch, to compare with.
 
-Settings of the published code: 6-21-21-3 with uniform(-.05, .05) weights, ReLU on exp(x) - 1,
-batch 512, Adam with a constant 5e-4, samples shuffled every epoch, the loss read every step.
-Run as a process of its own: `python -m studies.speed.reference SAMPLES.npz`. For every line with a
+Settings of the published code: 6-21-21-3 with uniform(-0.05, 0.05) weights, ReLU on exp(x) - 1,
+batch 512, Adam with a constant 5e-4, samples shuffled every epoch, the loss read every step. Run as
+a process of its own: `python -m studies.references.paper_loop SAMPLES.npz`. For every line with a
 number of epochs it answers with a line of JSON: seconds of training, held-out loss after it.
 """
 
@@ -45,16 +45,16 @@ def loss_of(network: Network, rows: torch.Tensor) -> torch.Tensor:
 
 
 def train_epoch(
-    network: Network, optimiser: torch.optim.Optimizer, training: torch.Tensor
+    network: Network, optimizer: torch.optim.Optimizer, training: torch.Tensor
 ) -> list[float]:
     """The losses of an epoch of steps."""
     shuffled = training[torch.randperm(len(training))]
     losses = []
     for first in range(0, len(shuffled) - BATCH + 1, BATCH):
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         loss = loss_of(network, shuffled[first : first + BATCH])
         loss.backward()
-        optimiser.step()
+        optimizer.step()
         losses.append(loss.item())
     return losses
 
@@ -66,11 +66,11 @@ def main() -> None:
     data = np.load(sys.argv[1])
     training, held_out = (torch.from_numpy(data[name]) for name in ("training", "held_out"))
     network = Network()
-    optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
+    optimizer = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
     for line in sys.stdin:
         start = time.perf_counter()
         for _ in range(int(line)):
-            train_epoch(network, optimiser, training)
+            train_epoch(network, optimizer, training)
         seconds = time.perf_counter() - start
         with torch.no_grad():
             loss = float(loss_of(network, held_out))

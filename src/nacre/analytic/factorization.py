@@ -2,7 +2,7 @@
 
 After Bagher, Snyder and Nowrouzezahrai 2016: one table after the other is solved for while the
 others stay, with weights that compress the range of f_r. Which weights theirs are we could not
-establish. Here they turn squares into absolute differences of log(1 + k f cos), by which every
+establish. Here they make squares into absolute differences of log(1 + k f cos), by which every
 model of this package is fitted. Steps of all tables at once follow, which are not in the paper:
 alternating alone gets stuck far from tables that made the data.
 """
@@ -29,7 +29,7 @@ STEPS = 40
 """How often all are solved for together."""
 
 _SOFTENING = 0.05
-"""Residuals below this share of the mean count as squares."""
+"""Residuals below this fraction of the mean count as squares."""
 _DAMPING = 1e-4
 """Of the first steps."""
 _CLOSE = 1e-6
@@ -191,8 +191,8 @@ def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSam
     whole = DirectionSamples(light, view, color)
     place = locate(split(light), split(view)).half
     root = (place.node + place.part) / (NODES - 1)
-    share = len(parts[1]) / len(samples)
-    density = 1.0 + share * 0.5 / np.maximum(root, 1e-6)
+    ratio = len(parts[1]) / len(samples)
+    density = 1.0 + ratio * 0.5 / np.maximum(root, 1e-6)
     return whole, np.asarray(1.0 / density, np.float64)
 
 
