@@ -18,14 +18,15 @@ from nacre.cli import root
 HEAD = """\
 # Command line
 
-`nacre VERB INPUT... [-o OUTPUT]`. A material is a reflectance (BRDF) or a texture (BTF): the file says
-which, and an option that does not apply to it is refused by name. This page is made of the help texts
-by `python scripts/command_line.py`.
+`nacre VERB INPUT... [-o OUTPUT]`. A material is a reflectance (BRDF) or a texture (BTF): the file
+says which, and an option that does not apply to it is refused by name. This page is made of the
+help texts by `python scripts/command_line.py`.
 
-Every command takes `-h/--help`, `-V/--version`, `-q/--quiet` (no progress, no notes) and `-v/--verbose`
-(timings, paths, causes of errors). `--force` replaces outputs that are protected, and `--json` prints
-reports for programs: [outputs, interruptions, scripts](../guide/outputs.md), which also has the exit
-codes. An INPUT `-` is standard input; an OUTPUT `-`, where it is text, standard output.
+Every command takes `-h/--help`, `-V/--version`, `-q/--quiet` (no progress, no notes) and
+`-v/--verbose` (timings, paths, causes of errors). `--force` replaces outputs that are protected, and
+`--json` prints reports for programs: [outputs, interruptions, scripts](../guide/outputs.md), which
+also has the exit codes. An INPUT `-` is standard input; an OUTPUT `-`, where it is text, standard
+output.
 """
 SHARED = {"quiet", "verbose", "version", "help", "json", "force"}
 """Options that the head of the page explains."""
@@ -77,7 +78,7 @@ def section(name: str, command: click.Command, root_context: click.Context) -> s
 
 
 def _about(command: click.Command) -> str:
-    """The description of a command in Markdown; paragraphs behind a \\b are literal."""
+    """The description of a command in Markdown; paragraphs that click leaves alone are literal."""
     parts = inspect.cleandoc(command.help or "").split("\n\n")
     made = []
     for part in parts:
