@@ -23,7 +23,7 @@ says which, and an option that does not apply to it is refused by name. This pag
 help texts by `python scripts/command_line.py`.
 
 Every command takes `-h/--help`, `-V/--version`, `-q/--quiet` (no progress, no notes) and
-`-v/--verbose` (timings, paths, causes of errors). `--force` replaces outputs that are protected, and
+`-v/--verbose` (timings, paths, causes of errors). `--force` replaces protected outputs, and
 `--json` prints reports for programs: [outputs, interruptions, scripts](../guide/outputs.md), which
 also has the exit codes. An INPUT `-` is standard input; an OUTPUT `-`, where it is text, standard
 output.
