@@ -18,12 +18,12 @@ lint: setup
 
 bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m studies.speed.fit
-	$(RUN) -m studies.speed.presets
 	$(RUN) -m studies.speed.cluster
 	$(RUN) -m studies.speed.stacked --samples 80000
 	$(RUN) -m studies.speed.evaluate
 	$(RUN) -m studies.speed.render --cooperative
 	$(RUN) -m studies.speed.fidelity
+	$(RUN) -m studies.speed.fidelity --set presets
 	$(RUN) -m studies.speed.btf_file
 	$(RUN) -m studies.speed.btf_train
 

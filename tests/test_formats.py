@@ -16,7 +16,7 @@ from nacre.io.files import digest
 from nacre.io.format import Format
 from nacre.measured import utia
 from nacre.neural import Layer, NeuralBrdf
-from nacre.textures.pretrained import PUBLISHED as CODEC
+from nacre.textures.codecs.codec_file import PUBLISHED as CODEC
 from tests.specimens import SPECIMENS
 from tests.textures.support import assert_refused
 

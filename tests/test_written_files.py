@@ -1,6 +1,6 @@
 """Files that nacre 0.1.0 wrote: they load, and evaluate to the same bits.
 
-They lie in `fixtures/written`; `fixtures/make_written.py` says how they were made. What they should
+They lie in `fixtures/written`, whose README says how they were made. What they should
 evaluate to lies beside them, with a note of the machine: the last bits depend on the vector
 instructions that NumPy, PyTorch, Numba and BLAS choose. On other machines, or with other versions
 of these libraries, numbers are compared to a part in 100,000, or in 100,000 of the largest of an
@@ -31,13 +31,15 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import nacre
 
 # What is reached for below the public names, all of it here.
-from nacre.btf import load as load_texture
-from nacre.btf import load_codec
-from nacre.btf.direction_list import named_directions
+from nacre.formats import load_brdf
+from nacre.formats import load_btf as load_texture
 from nacre.latent import find_basis
 from nacre.latent.file import load_code
-from nacre.latent.texel_places import load_places
-from nacre.library import Manifest, NetworkFitting, fit_library
+from nacre.measured.textures.direction_list import named_directions
+from nacre.runtime.store import Store
+from nacre.textures.codecs import load_codec
+from nacre.textures.embedding import load_embedding_map
+from nacre.workflows import Manifest, NetworkFitting, fit_library
 from tests.cli.support import run
 
 Results: TypeAlias = dict[str, npt.NDArray[Any]]
@@ -71,7 +73,7 @@ UNIFORM = np.random.default_rng(3).random((48, 3)).astype(np.float32)
 
 def of_material(name: str) -> Results:
     """Values in single and double precision, and samples where the file says how to draw them."""
-    return of_brdf(nacre.load(WRITTEN / name), any(fnmatch(name, part) for part in SAMPLED))
+    return of_brdf(load_brdf(WRITTEN / name), any(fnmatch(name, part) for part in SAMPLED))
 
 
 def of_brdf(brdf: nacre.Brdf, sampled: bool) -> Results:
@@ -97,7 +99,7 @@ def of_packed(name: str) -> Results:
 def of_basis(name: str) -> Results:
     """What a basis makes of a code."""
     basis = find_basis(str(WRITTEN / name))
-    return of_brdf(basis.decode(np.linspace(-0.7, 0.6, len(basis))), name.endswith("-neural"))
+    return of_brdf(basis.decode(np.linspace(-0.7, 0.6, basis.code_dim)), name.endswith("-neural"))
 
 
 def of_code(name: str) -> Results:
@@ -116,10 +118,10 @@ def of_texture(name: str) -> Results:
     texture: Any = load_texture(WRITTEN / name)
     every = slice(None)
     found = {"wi": texture.wi, "wo": texture.wo, "texels": texture.texels(every)}
-    if not hasattr(texture, "latent"):
+    if texture.latent is None:
         return found | {"images": texture.images(slice(0, 2))}
     wi, wo = decodable(texture.latent.codec, texture.wi, texture.wo)
-    other = texture.decoded(wi[:9], wo[:9]).texels(every)
+    other = texture.at_directions(wi[:9], wo[:9]).texels(every)
     return found | {"codes": texture.latent.codes, "other": other}
 
 
@@ -141,7 +143,7 @@ def of_model(name: str) -> Results:
     """Codes of the texels of the capture, and what fixed codes decode to."""
     codec, texture = load_codec(WRITTEN / name), load_texture(WRITTEN / "textures" / "capture.npz")
     texels = texture.texels(slice(None))
-    codes = np.random.default_rng(4).normal(size=(3, codec.values)).astype(np.float32)
+    codes = np.random.default_rng(4).normal(size=(3, codec.code_dim)).astype(np.float32)
     encode = codec.encoder(texture.wi, texture.wo)
     decode = codec.decoder(*decodable(codec, texture.wi, texture.wo))
     return {"codes": encode(texels), "decoded": decode(codes)}
@@ -155,7 +157,7 @@ def of_list(name: str) -> Results:
 
 def of_places(name: str) -> Results:
     """A map of texels."""
-    places = load_places(WRITTEN / name)
+    places = load_embedding_map(WRITTEN / name)
     arrays = ("texture", "xy", "codes", "places", "colors")
     return {array: getattr(places, array) for array in arrays}
 
@@ -316,3 +318,11 @@ def test_a_recipe_of_a_surface_is_captured_as_it_was(tmp_path):
         np.testing.assert_array_equal(found, kept, strict=True)
     else:
         np.testing.assert_allclose(found.mean(), kept.mean(), rtol=0.01)
+
+
+@pytest.mark.parametrize("path", sorted((WRITTEN / "states").iterdir()), ids=lambda p: p.name)
+def test_states_of_stopped_work_are_refused_in_a_line_and_stay(path):
+    before = path.read_bytes()
+    with pytest.raises(nacre.NacreError, match="cannot be read, remove it to begin anew"):
+        Store(path).load()
+    assert path.read_bytes() == before

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.errors import NacreError
 from nacre.runtime.described import Described
 
 Indices = npt.NDArray[np.integer[Any]]
@@ -39,6 +41,13 @@ class Btf(Described):
     """Whether :meth:`texels` has to read every picture;
     :func:`nacre.measured.textures.transposition.transposed` then gives the same texture with texels
     that come at once."""
+    files: Sequence[Path] = ()
+    """Pictures that it is read from; none where it lies in one file or in memory."""
+    decodable: bool = False
+    """Whether :meth:`at_directions` gives the texture at any pairs of directions."""
+    latent: Any = None
+    """Codes and their codec, a :class:`nacre.textures.LatentMap`, of an encoded texture; None of
+    any other."""
 
     def __init__(
         self,
@@ -52,6 +61,24 @@ class Btf(Described):
     ) -> None:
         self.width, self.height, self.wi, self.wo = width, height, wi, wo
         self.name, self.source = name, source
+
+    def at_directions(self, wi: Floats, wo: Floats) -> Btf:
+        """The same texture at other pairs of directions, if it is :attr:`decodable`.
+
+        Parameters
+        ----------
+        wi, wo
+            Unit directions, shape (n, 3).
+
+        Raises
+        ------
+        NacreError
+            If it is known at its own directions only.
+        """
+        raise NacreError(
+            f"{self.name}: is known at its own {self.pair_count:,} pairs of directions only; "
+            "encode it, and decode it at others"
+        )
 
     @abc.abstractmethod
     def texels(self, chosen: Indices | slice) -> Floats:

@@ -29,6 +29,15 @@ def reason(error: Exception) -> str:
     return str(error).partition("\n")[0][:200]
 
 
+_SHORTAGES = "failed to map segment", "cannot allocate memory", "out of memory", "bad_alloc"
+
+
+def is_shortage(error: BaseException) -> bool:
+    """Whether an error says that memory, or the address space that `ulimit -v` leaves, ran out."""
+    text = str(error).lower()
+    return isinstance(error, MemoryError) or any(words in text for words in _SHORTAGES)
+
+
 class FormatError(NacreError, ValueError):
     """A file that cannot be read or written as what it claims to be.
 
@@ -58,4 +67,6 @@ def require(module: str, extra: str) -> ModuleType:
     except Exception as error:  # a library of the system that is missing shows in many ways
         cause = error.__context__ if isinstance(error.__context__, Exception) else error
         message = f"{package} is installed but does not load: {reason(cause)}"
+        if is_shortage(cause):
+            message = f"not enough memory to load {package}: free some, or raise ulimit -v"
         raise MissingExtraError(message) from error

@@ -1,7 +1,7 @@
 """How filtering from afar holds as bumps of a glossy leather grow, and with them its aliasing.
 
-A leather of Fresnel reflectance .3 and GGX alpha .15 is captured with bumps of several heights and
-encoded by the default codec. Spread is the standard deviation of single texels about their mean
+A leather of Fresnel reflectance 0.3 and GGX alpha 0.15 is captured with bumps of several heights
+and encoded by the default codec. Spread is the standard deviation of single texels about their mean
 over that mean, at 2,000 random pairs of directions: what a picture that takes single texels for
 what a pixel sees errs by. What follows are errors of the level of a single texel, relative in the
 same way, and its brightness over what it should be, by means of codes and by means of reflectance
@@ -21,11 +21,11 @@ from nacre.measured.textures import BONN
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture, find
 from nacre.textures.codecs import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.textures.mipmap import LatentPyramid
-from nacre.textures.pretrained import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.ablations.btf_mipmaps import PAIRS, of_codes
-from studies.speed.table import markdown
+from studies.study import Study
 
 HEIGHTS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)
 """Of bumps, over their widths."""
@@ -33,17 +33,19 @@ HEIGHTS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)
 
 def main() -> None:
     """Print a Markdown table."""
+    study = Study(__doc__, __file__)
+    study.options()
     codec = load_codec(PUBLISHED)
     recipe = find("leather12")
     rows = []
-    for height in HEIGHTS:
-        family = replace(recipe.family, depth=height, specular=0.3, roughness=0.15)
-        surface = replace(recipe, family=family).build()
+    for height in study.few(HEIGHTS):
+        family = replace(recipe.generator, depth=height, specular=0.3, roughness=0.15)
+        surface = replace(recipe, generator=family).build()
         btf = capture(surface, *BONN.pairs())
         latent = LatentMap(encode(btf, codec).codes, codec, btf.wi, btf.wo, btf.name)
         chosen = np.random.default_rng(9).choice(btf.pair_count, PAIRS, replace=False)
         decode = codec.decoder(btf.wi[chosen], btf.wo[chosen])
-        texels = decode(latent.codes.reshape(-1, codec.values).astype(np.float32))
+        texels = decode(latent.codes.reshape(-1, codec.code_dim).astype(np.float32))
         truth = texels.mean(0)
         measured = btf.texels(slice(None))[:, chosen].mean(0)
         row = [f"{height:g}", f"{relative(texels, truth):.2f}"]
@@ -55,7 +57,7 @@ def main() -> None:
     columns = (
         "height", "spread", "codes", "brightness", "reflectance", "brightness", "codec",
     )  # fmt: skip
-    print(markdown(columns, rows))
+    study.table(columns, rows)
 
 
 def relative(values: Floats, truth: Floats) -> float:

@@ -6,13 +6,12 @@ training recipes of each family learns what an edit does to a code, or to the co
 stands for. It is then applied to the recipes that are kept from training and compared with captures
 of these that were really changed.
 
-Run `python -m studies.ablations.btf_editing OUT` from the root of the repository. OUT keeps the
+Run `python -m studies.ablations.btf_editing -o OUT`. OUT keeps the
 captures; making them takes ten minutes of two cores.
 """
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -33,9 +32,8 @@ from nacre.textures.capture.recipe import Recipe, built_in
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.pretrained import PUBLISHED
-from studies.speed.table import markdown
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+from studies.study import Study, geometric_mean
 
 DOME = Dome("coarse", ((0.0, 1, 0.0), (25.0, 6, 0.0), (50.0, 12, 0.0), (70.0, 12, 15.0)))
 TEXELS, SAMPLES, CELLS = 16, 64, 128
@@ -174,7 +172,7 @@ METHODS: dict[str, tuple[Change, bool, bool]] = {
     "curved in coefficients": (curved, True, False),
     "linear in coefficients, family unknown": (linear, True, True),
 }
-"""What is learnt, whether of coefficients, and whether without the family that is edited."""
+"""What is learned, whether of coefficients, and whether without the family that is edited."""
 
 
 def outcomes(codec: BasisCodec, edit: str, folder: Path) -> Iterator[tuple[str, dict[str, Floats]]]:
@@ -187,7 +185,7 @@ def outcomes(codec: BasisCodec, edit: str, folder: Path) -> Iterator[tuple[str, 
                 p
                 for p in pairs
                 if not p.recipe.unseen
-                and not (without and p.recipe.family.name == new.recipe.family.name)
+                and not (without and p.recipe.generator.name == new.recipe.generator.name)
             ]
             found[name] = edited(codec, training, new.before, change, coefficients=coefficients)
         found["captured, then encoded"] = new.after
@@ -221,32 +219,29 @@ def sheet(
 
 def main() -> None:
     """Print a Markdown table for each edit and write pictures."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("output", type=Path, help="folder of captures and pictures")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    study = Study(__doc__, __file__)
+    study.options()
     codec = load_codec(PUBLISHED)
     assert isinstance(codec, BasisCodec)
     decode = on_all_cores(codec, codec.decoder(*DOME.pairs()))
     for edit in EDITS:
         truths = {
-            recipe.name: captured(recipe, edit, options.output).texels(slice(None))
+            recipe.name: captured(recipe, edit, study.output).texels(slice(None))
             for recipe in recipes()
             if recipe.unseen
         }
-        found = dict(outcomes(codec, edit, options.output))
+        found = dict(outcomes(codec, edit, study.output))
         table: dict[str, list[float]] = {}
         for name, codes in found.items():
             for way, code in codes.items():
                 mse = 1e4 * float(np.square(decode(code) - truths[name]).mean())
                 table.setdefault(way, []).append(mse)
         rows = [
-            (way, *(f"{mse:.1f}" for mse in (*line, np.exp(np.log(line).mean()))))
+            (way, *(f"{mse:.1f}" for mse in (*line, geometric_mean(line))))
             for way, line in table.items()
         ]
-        print(f"\n{edit}\n")
-        print(markdown(("MSE x 1e4", *found, "geometric mean"), rows))
-        path = options.output / f"{edit.replace(' ', '-')}.png"
+        study.table(("MSE x 1e4", *found, "geometric mean"), rows, edit)
+        path = study.output / f"{edit.replace(' ', '-')}.png"
         write_plot(sheet(codec, found, truths), path)
 
 

@@ -13,7 +13,6 @@ half of one core.
 
 from __future__ import annotations
 
-import argparse
 import time
 from pathlib import Path
 
@@ -25,16 +24,15 @@ from nacre.formats import load_btf
 from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
 from nacre.textures import LatentMap
-from nacre.textures.box_filter import halved_rows
 from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.basis.posterior import project
 from nacre.textures.codecs.codec import TexelMap
-from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED
+from nacre.textures.mipmap import LatentPyramid, filtered_reflectance, halved_rows
 from nacre.textures.selection import nearest_pair
 from nacre.workflows.encoding import encode
-from studies.speed.table import markdown
+from studies.study import Study, mean_square
 
 PAIRS = 2000
 LIGHT, VIEW = (30.0, 0.0), (50.0, 180.0)
@@ -52,12 +50,12 @@ def by_coefficients(latent: LatentMap) -> list[Floats]:
     codec, codes = latent.codec, latent.codes.astype(np.float32)
     assert isinstance(codec, BasisCodec)
     shape = codes.shape[:2]
-    coefficients = codec.decode(codes.reshape(-1, codec.values)).reshape(*shape, -1)
+    coefficients = codec.decode(codes.reshape(-1, codec.code_dim)).reshape(*shape, -1)
     levels = []
-    while codes.size > codec.values:
+    while codes.size > codec.code_dim:
         codes, coefficients = halved_map(codes), halved_map(coefficients)
         wanted = coefficients.reshape(-1, coefficients.shape[2])
-        found = project(codes.reshape(-1, codec.values), wanted, codec.decode, 2)
+        found = project(codes.reshape(-1, codec.code_dim), wanted, codec.decode, 2)
         levels.append(found.reshape(codes.shape))
     return levels
 
@@ -74,11 +72,9 @@ def measured(btf: Btf, chosen: np.ndarray) -> list[Floats]:
 
 def main() -> None:
     """Print a Markdown table and write a picture of each texture."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("captures", type=Path, nargs="+")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="folder")
-    options = parser.parse_args()
-    options.output.mkdir(exist_ok=True)
+    study = Study(__doc__, __file__)
+    study.add_argument("captures", type=Path, nargs="+")
+    options = study.options()
     codec = load_codec(PUBLISHED)
     assert isinstance(codec, BasisCodec)
     rows, brightness = [], []
@@ -108,11 +104,11 @@ def main() -> None:
             if kind == "reflectance at 512":
                 whole = [mean_square(a, b) for a, b in zip(decoded, captured, strict=True)]
                 texts = [f"{t} ({1e4 * w:.1f})" for t, w in zip(texts, whole, strict=True)]
-                save_picture(options.output / f"{btf.name}.png", captured, truths, kinds, decode)
+                save_picture(study.output / f"{btf.name}.png", captured, truths, kinds, decode)
             rows.append([btf.name, kind, *texts])
             brightness.append((kind, decoded[-1].mean() / truths[-1].mean()))
     levels = [f"level {n}" for n in range(1, len(rows[0]) - 1)]
-    print(markdown(("texture", "mean of", *levels), rows), "\n")
+    study.table(("texture", "mean of", *levels), rows)
     for kind in kinds:
         ratios = [ratio for name, ratio in brightness if name == kind]
         print(f"brightness of the last level by {kind}: {np.mean(ratios):.3f}")
@@ -122,11 +118,6 @@ def of_codes(decode: TexelMap, codes: Floats) -> Floats:
     """Values of shape (height, width, n, 3)."""
     found = decode(codes.reshape(-1, codes.shape[2]))
     return found.reshape(*codes.shape[:2], *found.shape[1:])
-
-
-def mean_square(a: Floats, b: Floats) -> float:
-    """Of the differences."""
-    return float(np.square(a - b).mean(dtype=float))
 
 
 def save_picture(
@@ -139,14 +130,14 @@ def save_picture(
     """Levels from left to right; measured, decoded then filtered, by reflectance, by codes."""
     by_kind = [[of_codes(decode, c) for c in kinds[k]] for k in ("reflectance at 512", "codes")]
     rows = [
-        np.concatenate([enlarged(level[:, :, -1]) for level in levels], axis=1)
+        np.concatenate([stretched(level[:, :, -1]) for level in levels], axis=1)
         for levels in (captured, truths, *by_kind)
     ]
     picture = np.concatenate(rows)
     write_image(picture * (0.9 / max(float(np.quantile(picture, 0.98)), 1e-3)), path)
 
 
-def enlarged(picture: Floats) -> Floats:
+def stretched(picture: Floats) -> Floats:
     """To :data:`EDGE` pixels, by the nearest."""
     y, x = (np.arange(EDGE) * n // EDGE for n in picture.shape[:2])
     return picture[np.ix_(y, x)]

@@ -6,13 +6,12 @@ of planned pairs among such. Errors are of all pairs. Then the planned ones are 
 images of 8 bits, as a camera would, and read again: exposed so that white is the brightest value,
 and at a quarter of that.
 
-Run `python -m studies.ablations.btf_photographs CAPTURED -o FOLDER` from the root of the repository
+Run `python -m studies.ablations.btf_photographs CAPTURED -o FOLDER`
 with the folder that `nacre btf capture --all` makes. It takes five minutes of two cores.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,11 +28,10 @@ from nacre.formats import load_btf
 from nacre.measured.textures import BONN, load_photographs
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import TexelMap, on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.plan import CANDIDATES, informative, write_plan
-from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.selection import random_texels
-from studies.speed.table import markdown
+from studies.study import Study
 
 COUNTS = 25, 50, 100, 200, 500, 1000, 2000
 TEXELS = 64
@@ -154,11 +152,9 @@ def curve(means: dict[str, dict[int, float]]) -> Figure:
 
 def main() -> None:
     """Print Markdown tables and write the picture of the curves."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("captured", type=Path, help="folder with unseen/")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the picture")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    study = Study(__doc__, __file__)
+    study.add_argument("captured", type=Path, help="folder with unseen/")
+    options = study.options()
     codec = load_codec(PUBLISHED)
     assert isinstance(codec, BasisCodec)
     textures = [load_btf(path) for path in sorted((options.captured / "unseen").glob("*.npz"))]
@@ -179,17 +175,15 @@ def main() -> None:
         means.setdefault(way, {})[count] = float(np.exp(np.log(by_texture).mean()))
         numbers = [f"{number:.1f}" for number in (*by_texture, means[way][count])]
         rows.append((f"{way}, {count:,}", *numbers))
-    print(markdown(("MSE x 1e4", *texels, "geometric mean"), rows))
-    write_plot(curve(means), options.output / "photographs.png")
+    study.table(("MSE x 1e4", *texels, "geometric mean"), rows)
+    write_plot(curve(means), study.output / "photographs.png")
     for count in PNG_COUNTS:
         outcome = png_errors(codec, textures, decode, planned[count])
         lines = [(name, f"{over:.2f} %", *(f"{e:.1f}" for e in mse)) for name, over, mse in outcome]
-        print(f"\n{count} planned photographs\n")
-        print(
-            markdown(
-                ("MSE x 1e4", "values above 1", "values", "clipped", "PNG", "PNG, exposure 1/4"),
-                lines,
-            )
+        study.table(
+            ("MSE x 1e4", "values above 1", "values", "clipped", "PNG", "PNG, exposure 1/4"),
+            lines,
+            f"{count} planned photographs",
         )
 
 

@@ -16,7 +16,6 @@ texels take a minute and a quarter of one core.
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
@@ -29,10 +28,10 @@ from nacre.measured.textures.directions import from_degrees
 from nacre.render.preview import write_image
 from nacre.textures import LatentMap, NeuralBtf, load_latent_map
 from nacre.textures.synthesis import blend, synthesize
-from nacre.textures.synthesis.features import texel_features
+from nacre.textures.synthesis.quilted_map import texel_features
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
 from nacre.textures.synthesis.seams import seam_contrast, seams
-from studies.speed.table import markdown
+from studies.study import Study
 
 LIGHTS = ((30, 0), (60, 90), (60, 200), (10, 45))
 VIEWS = ((0, 0), (30, 180), (50, 0), (10, 225))
@@ -97,11 +96,11 @@ def seam_ratios(latent: LatentMap, output: Path) -> tuple[list[str], Floats]:
     ratios.append(seam_contrast(mixed, (where, where), tile=False).ratio)
     pictures = [flat[made.sources], flat[naive], mixed]
     line = np.ones((edge, 4, 3))
-    shown = np.ones((edge, columns, 3))
-    shown[:rows] = seen[..., :3] ** 2
-    parts = [shown, *(part for picture in pictures for part in (line, picture[..., :3] ** 2))]
+    source = np.ones((edge, columns, 3))
+    source[:rows] = seen[..., :3] ** 2
+    parts = [source, *(part for picture in pictures for part in (line, picture[..., :3] ** 2))]
     picture = np.concatenate(parts, axis=1)
-    write_image(picture * (0.9 / max(np.quantile(shown[:rows], 0.98), 1e-3)), output)
+    write_image(picture * (0.9 / max(np.quantile(source[:rows], 0.98), 1e-3)), output)
     used = f"{made.used:.2f}"
     return [latent.name, str(patch), *(f"{r:.2f}" for r in ratios if r is not None), used], seen
 
@@ -111,16 +110,16 @@ def distances(latent: LatentMap, seen: Floats) -> dict[str, tuple[float, float]]
     random = np.random.default_rng(5)
     chosen = random.choice(len(latent.wi), min(PAIRS, len(latent.wi)), replace=False)
     codes = latent.codes.astype(np.float32)
-    values = np.square(roots(latent, latent.wi[chosen[:64]], latent.wo[chosen[:64]]))
-    values = values.reshape(-1, values.shape[2]) - values.mean((0, 1))
-    strongest = np.linalg.svd(values[:: max(1, len(values) // 4096)], full_matrices=False)[2][:16]
-    looks = texel_features(latent)
+    squares = np.square(roots(latent, latent.wi[chosen[:64]], latent.wo[chosen[:64]]))
+    flat = squares.reshape(-1, squares.shape[2]) - squares.mean((0, 1))
+    strongest = np.linalg.svd(flat[:: max(1, len(flat) // 4096)], full_matrices=False)[2][:16]
+    features = texel_features(latent)
     kinds = {
         "codes": codes - codes.mean((0, 1)),
         "codes over their deviations": (codes - codes.mean((0, 1))) / (codes.std((0, 1)) + 1e-6),
-        "16 components of reflectance": (values @ strongest.T).reshape(*codes.shape[:2], -1),
-        "4 components of roots": looks[..., :4],
-        "16 components of roots": looks,
+        "16 components of reflectance": (flat @ strongest.T).reshape(*codes.shape[:2], -1),
+        "4 components of roots": features[..., :4],
+        "16 components of roots": features,
     }
     some = random.choice(latent.codes.size // codes.shape[2], 2 * TEXELS, replace=False)
     a, b = some[:TEXELS], some[TEXELS:]
@@ -130,8 +129,8 @@ def distances(latent: LatentMap, seen: Floats) -> dict[str, tuple[float, float]]
     rows, columns = codes.shape[:2]
     patch = min(32, rows // 2)
     settings = Quilting(patch, 3 * patch // 8, tile=True)
-    for name, features in kinds.items():
-        flat = features.reshape(rows * columns, -1)
+    for name, values in kinds.items():
+        flat = values.reshape(rows * columns, -1)
         sources = quilt(features, SCALE * rows, SCALE * columns, settings)
         edges = seams(sources, rows, columns, periodic=False, tile=True)
         ratio = seam_contrast(seen.reshape(rows * columns, -1)[sources], edges, tile=True).ratio
@@ -164,24 +163,24 @@ def middles(first: LatentMap, second: LatentMap) -> list[str]:
 
 def main() -> None:
     """Print three Markdown tables and write pictures."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("codes", type=Path, nargs="+", help="encoded square textures")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="folder")
-    options = parser.parse_args()
-    options.output.mkdir(exist_ok=True)
+    study = Study(__doc__, __file__)
+    study.add_argument("codes", type=Path, nargs="+", help="encoded square textures")
+    options = study.options()
     maps = [load_latent_map(path) for path in options.codes]
     rows, kinds = [], []
     for latent in maps:
-        row, seen = seam_ratios(latent, options.output / f"{latent.name}.png")
+        row, seen = seam_ratios(latent, study.output / f"{latent.name}.png")
         rows.append(row)
         kinds.append(distances(latent, seen))
-    columns = "texture", "patch", "quilted", "side by side", "blended", "share of the input used"
-    print(markdown(columns, rows), "\n")
+    columns = "texture", "patch", "quilted", "side by side", "blended", "fraction of the input used"
+    study.table(columns, rows, "seams")
     means = [
         (name, *(f"{np.mean([kind[name][i] for kind in kinds]):.3f}" for i in (0, 1)))
         for name in kinds[0]
     ]
-    print(markdown(("mean of all textures", "rank correlation", "contrast of seams"), means), "\n")
+    study.table(
+        ("mean of all textures", "rank correlation", "contrast of seams"), means, "distances"
+    )
     wide = np.tile(np.linspace(0.0, 1.0, 256, dtype=np.float32), (128, 1))
     wi, wo = from_degrees([30.0], [0.0]), from_degrees([0.0], [0.0])
     mixed, strips = [], []
@@ -194,10 +193,10 @@ def main() -> None:
             ]
         )
     write_image(
-        np.concatenate([np.concatenate(pair, 1) for pair in strips]), options.output / "blends.png"
+        np.concatenate([np.concatenate(pair, 1) for pair in strips]), study.output / "blends.png"
     )
     columns = "middle of", "contrast of mean reflectance", "of mean codes", "brightness", "error"
-    print(markdown((*columns, "contrast kept", "brightness"), mixed))
+    study.table((*columns, "contrast kept", "brightness"), mixed, "blends")
 
 
 if __name__ == "__main__":

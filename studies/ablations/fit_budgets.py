@@ -1,8 +1,8 @@
 """What a fit can reach in a given time: the search behind `nacre fit --preset`.
 
-Every setting of samples, batch, learning rate and epochs fits the paper's network to every
-material of :mod:`studies.speed.materials`, one after the other on one core. A line of the table has
-the median seconds of drawing and training, and the held-out loss relative to the standard recipe
+Every setting of samples, batch, learning rate and epochs fits the paper's network to every material
+of :func:`studies.study.materials`, one after the other on one core. A line of the table has the
+median seconds of drawing and training, and the held-out loss relative to the standard recipe
 (geometric mean over the materials), on samples that no fit has seen. "front" marks lines that no
 faster one beats.
 
@@ -13,10 +13,8 @@ standard.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import statistics
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,8 +26,7 @@ from nacre.neural.fit_data import SAMPLES
 from nacre.neural.recipe import PRESETS
 from nacre.neural.samples import draw
 from studies.speed.fit import attempt
-from studies.speed.materials import materials
-from studies.speed.table import markdown, prevent_oversubscription
+from studies.study import Study, log, materials, prevent_oversubscription
 
 UNSEEN = 100_000
 """Samples that losses are measured on."""
@@ -70,11 +67,10 @@ def _recipe(inputs: str, share: float, batch: int, rate: float, steps: int) -> R
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--inputs", default="paper", choices=["paper", "enhanced"])
-    parser.add_argument("--materials", type=int, help="only the first so many")
-    parser.add_argument("--quick", action="store_true", help="nothing longer than the standard")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("--inputs", default="paper", choices=["paper", "enhanced"])
+    study.add_argument("--materials", type=int, help="only the first so many")
+    options = study.options()
     prevent_oversubscription()
     recipes = list(settings(options.inputs, options.quick))
     found: dict[Recipe, list[tuple[float, float]]] = {recipe: [] for recipe in recipes}
@@ -88,7 +84,7 @@ def main() -> None:
         for recipe, results in found.items():
             seconds, loss = attempt(recipe, samples, unseen)
             results.append((seconds + recipe.sample_share * drawing, loss))
-        print(f"{name}: done", file=sys.stderr, flush=True)
+        log(f"{name}: done")
     standard = np.log([loss for _, loss in found[Recipe(inputs=options.inputs)]])
     lines = []
     for recipe, results in found.items():
@@ -111,7 +107,7 @@ def main() -> None:
         )
         best = min(best, relative)
     columns = ("preset", "samples", "batch", "rate", "epochs", "seconds", "relative loss", "")
-    print(markdown(columns, rows))
+    study.table(columns, rows)
 
 
 if __name__ == "__main__":

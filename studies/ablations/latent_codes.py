@@ -1,37 +1,24 @@
-"""Codes of a few values: how close those of new materials come, by model and number of values.
+"""Codes from few samples, codes by channel, and what lies half way between two codes.
 
-Every network in a folder is a material, tabulated from the network, never measured. A seeded fifth
-of them is held out; the others give the bases (:mod:`nacre.latent`). Each held-out material is
-rendered from its network and from its code by the protocol of :mod:`nacre.render.sphere`, under an
-environment map and under a directional light, at 64 x 64 pixels and from 96 directions unless told
-otherwise. Rows:
+`nacre reproduce table2 NETWORKS` compares codes of whole materials; this study takes its bases, and
+keeps them as it does. Every network in a folder is a material, tabulated from the network, never
+measured. A seeded fifth of them is held out; the others give the bases (:mod:`nacre.latent`). Each
+held-out material is rendered from its network and from its code by the protocol of
+:mod:`nacre.render.sphere`, under an environment map and under a directional light, at 64 x 64
+pixels and from 96 directions unless told otherwise.
 
-- PCA, optimized: principal components; a material counts with its six permutations of the channels;
-  the code is optimized on log(1 + 30 f cos theta_i);
-- neural: basis functions that a network gives, the code optimized likewise;
-- with `--projected`: codes of principal components that are projected only, and those by channel,
-  the columns of Nielsen et al. 2015, so that 32 components take 3 x 32 values of a color material.
-
-With `--networks`, codes that stand for networks of 675 weights, in place of principal components:
-
-- hypernetwork, from codes of the neural basis;
-- autoencoder: the paper's; codes as the encoder gives them, and optimized.
-
-`--between N` then takes N pairs of held-out materials and tells the albedo of what is half way
-between their codes, beside the larger albedo of the two.
-
-With `--samples N ...`, codes come from so many random samples of the material, uniform in the
-Rusinkiewicz angles, in place of the whole: ridge regression on principal components, and the neural
-basis with its own prior. All are nodes of the grid of the components, which costs them nothing.
-
-Run `python -m studies.ablations.latent_codes [FOLDER] [--seed N] [--values N]` from the root of the
-repository.
+- `--samples N ...`: codes come from so many random samples of the material, uniform in the
+  Rusinkiewicz angles, in place of the whole: ridge regression on principal components, and the
+  neural basis with its own prior. All are nodes of the grid of the components, which costs them
+  nothing.
+- `--by-channel`: codes of principal components of one channel, projected, the columns of Nielsen et
+  al. 2015, so that 32 components take 3 x 32 values of a color material; beside those of colors.
+- `--between N`: N pairs of held-out materials, and the albedo of what is half way between their
+  codes, beside the larger albedo of the two.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -41,34 +28,22 @@ import numpy as np
 
 import nacre
 from nacre.brdf import Brdf
-from nacre.latent import (
-    Autoencoder,
-    AutoencoderRecipe,
-    Basis,
-    BasisRecipe,
-    Hypernetwork,
-    HypernetworkRecipe,
-    NeuralBasis,
-    encode,
-    encode_network,
-    encode_neural,
-    optimised,
-    train,
-    train_autoencoder,
-    train_hypernetwork,
-    train_neural,
-)
-from nacre.latent.file import AnyBasis
+from nacre.latent import LatentBasis, NeuralBasis, PcaBasis, PcaRecipe
 from nacre.latent.pca import encoded
-from nacre.latent.posterior import encode_samples
 from nacre.measured.merl import node_directions
-from nacre.metrics import albedo, compare
+from nacre.metrics import albedo
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.render.environment import Environment, load_environment
-from nacre.render.sphere import lit_pixels
-from nacre.reproduce.codes import split
-from studies.speed.table import markdown
-from tests.data import data_folder
+from nacre.reproduce.codes import CodeSettings, bases, split
+from studies.study import (
+    PICTURE_ERRORS,
+    Study,
+    data,
+    log,
+    museum,
+    picture_errors,
+    progress,
+    triples,
+)
 
 RIDGE = 0.1
 """Weight of the squared code beside the sum of squared errors of the logarithm."""
@@ -76,45 +51,9 @@ RIDGE = 0.1
 Encode = Callable[[Brdf], Brdf]
 
 
-def whole_codes(pca: Basis, neural: NeuralBasis, values: int) -> dict[str, Encode]:
-    """Codes of materials that are known everywhere."""
-    return {
-        f"PCA, optimized, {values} values": lambda brdf: pca.decode(optimised(pca, brdf)),
-        f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
-    }
-
-
-def network_bases(
-    materials: list[Callable[[], Brdf]], neural: NeuralBasis, values: int, seed: int
-) -> tuple[Hypernetwork, Autoencoder]:
-    """Bases whose codes stand for networks."""
-    start = time.perf_counter()
-    hyper = train_hypernetwork(neural, HypernetworkRecipe(seed=seed))
-    log(f"hypernetwork, loss {hyper.metadata['hypernetwork']['loss']:.4f}", hyper, start)
-    start = time.perf_counter()
-    recipe = AutoencoderRecipe(values=values, seed=seed)
-    auto = train_autoencoder(materials, lit_pixels(), recipe)
-    log(f"autoencoder, loss {auto.metadata['loss']:.6f}", auto, start)
-    return hyper, auto
-
-
-def network_codes(
-    neural: NeuralBasis, hyper: Hypernetwork, auto: Autoencoder, values: int
-) -> dict[str, Encode]:
-    """Codes that stand for networks, and those of the neural basis."""
-    return {
-        f"neural, {values} values": lambda brdf: neural.decode(encode_neural(neural, brdf)),
-        f"hypernetwork, {values} values": lambda brdf: hyper.decode(encode_network(hyper, brdf)),
-        f"autoencoder, encoder only, {values} values": lambda brdf: auto.decode(auto.project(brdf)),
-        f"autoencoder, optimized, {values} values": lambda brdf: auto.decode(
-            encode_network(auto, brdf)
-        ),
-    }
-
-
-def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
+def between(basis: LatentBasis, held_out: Sequence[Path], pairs: int, seed: int) -> tuple[str, ...]:
     """One line on materials half way between two codes: albedo for light along the normal."""
-    codes = [encode(basis, nacre.load(path)) for path in held_out]
+    codes = [basis.encode(nacre.load(path)) for path in held_out]
     random = np.random.default_rng((seed, 6))
     found, ratios = [], []
     for _ in range(pairs):
@@ -128,13 +67,7 @@ def between(basis: AnyBasis, held_out: Sequence[Path], pairs: int, seed: int) ->
     return f"{max(found):.3f}", f"{above} of {pairs}", f"{max(ratios):.2f}"
 
 
-def log(name: str, basis: AnyBasis, start: float) -> None:
-    """One line on a basis and the time that it took."""
-    spent = time.perf_counter() - start
-    print(f"{name}: {basis.nbytes:,} bytes, {spent:.0f} s", file=sys.stderr, flush=True)
-
-
-def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
+def sample_codes(pca: PcaBasis, neural: NeuralBasis, count: int, ridge: float) -> dict[str, Encode]:
     """Codes from a few samples, at nodes of the grid so that no interpolation enters."""
     nodes = np.flatnonzero(pca.mask.reshape(-1))
     theta_h = np.unravel_index(nodes, pca.mask.shape)[0]
@@ -147,15 +80,15 @@ def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> d
     )
     weights = pca.weights()[drawn]
     parts = pca.components[pca.uses][:, drawn].T.astype(np.float64) * pca.deviations
-    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, len(pca))
-    normal = rows.T @ rows + ridge * np.eye(len(pca))
+    rows = (parts[:, None, :] * pca.colors.T).reshape(-1, pca.code_dim)
+    normal = rows.T @ rows + ridge * np.eye(pca.code_dim)
 
     def by_ridge(brdf: Brdf) -> Brdf:
-        logs = encoded(brdf.eval(wi, wo), weights) - pca.centre[drawn, None]
+        logs = encoded(brdf.eval(wi, wo), weights) - pca.center[drawn, None]
         return pca.decode(np.linalg.solve(normal, rows.T @ logs.reshape(-1)))
 
     def by_network(brdf: Brdf) -> Brdf:
-        return neural.decode(encode_samples(neural, DirectionSamples(wi, wo, brdf.eval(wi, wo))))
+        return neural.decode(neural.encode(DirectionSamples(wi, wo, brdf.eval(wi, wo))))
 
     return {
         f"PCA by ridge regression, {count} samples": by_ridge,
@@ -164,96 +97,65 @@ def sample_codes(pca: Basis, neural: NeuralBasis, count: int, ridge: float) -> d
 
 
 def main() -> None:
-    """Print one Markdown table."""
-    data = data_folder()
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("folder", nargs="?", type=Path, help="networks; the published MERL ones")
-    parser.add_argument("--seed", type=int, default=0, help="of the split and of the training")
-    parser.add_argument("--values", type=int, default=32, help="of a code")
-    parser.add_argument("--samples", type=int, nargs="*", default=[], help="known of a material")
-    parser.add_argument("--ridge", type=float, default=RIDGE, help="of the regression")
-    parser.add_argument("--networks", action="store_true", help="codes that stand for networks")
-    parser.add_argument("--between", type=int, default=0, help="pairs of codes; with --networks")
-    parser.add_argument("--projected", action="store_true", help="projected codes as well")
-    parser.add_argument("--size", type=int, default=64, help="pixels of an edge")
-    parser.add_argument("--directions", type=int, default=96, help="of light from the environment")
-    options = parser.parse_args()
-    if data is None:
-        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
-    environment = load_environment(data / "environment" / "museum.exr")
-    folder = options.folder or data / "pretrained" / "merl"
-    training, held_out = split(list(folder.glob("*.h5")), options.seed)
-    materials = [partial(nacre.load, path) for path in training]
-    values = options.values
-
-    start = time.perf_counter()
-    neural = train_neural(materials, BasisRecipe(values=values, seed=options.seed))
-    log(f"neural, loss {neural.metadata['loss']:.4f}", neural, start)
-    protocol = environment, options.size, options.directions
-    if options.networks:
-        hyper, auto = network_bases(materials, neural, values, options.seed)
-        methods = network_codes(neural, hyper, auto, values)
-        report(methods, held_out, options.seed, *protocol)
-        if options.between:
-            chosen = held_out, options.between, options.seed
-            columns = "half way", "largest albedo", "above both ends", "at most, of the brighter"
-            bases = {"neural": neural, "hypernetwork": hyper, "autoencoder": auto}
-            print(markdown(columns, [(k, *between(b, *chosen)) for k, b in bases.items()]))
-        return
-    start = time.perf_counter()
-    pca = train(materials, values)
-    log("PCA", pca, start)
+    """Print the tables asked for."""
+    study = Study(__doc__, __file__)
+    study.add_argument("folder", nargs="?", type=Path, help="networks; the published MERL ones")
+    study.add_argument("--code-dim", type=int, default=32, help="values of a code")
+    study.add_argument("--samples", type=int, nargs="*", default=[], help="known of a material")
+    study.add_argument("--ridge", type=float, default=RIDGE, help="weight of the regression's")
+    study.add_argument("--by-channel", action="store_true", help="components of one channel")
+    study.add_argument("--between", type=int, default=0, help="pairs of codes")
+    study.add_argument("--size", type=int, default=64, help="pixels of an edge")
+    study.add_argument("--directions", type=int, default=96, help="of light from the environment")
+    options = study.options()
+    folder = options.folder or data("pretrained", "merl")
+    files = study.few(sorted(folder.glob("*.h5")), 20)
+    settings = CodeSettings(seed=options.seed, code_dim=options.code_dim)
+    if options.quick:
+        settings = CodeSettings(
+            seed=options.seed, code_dim=options.code_dim, steps=500, mixtures=60
+        )
+    training, held_out = split(files, options.seed)
+    kinds = ["pca", "neural", *(("hypernetwork", "autoencoder") if options.between else ())]
+    found = bases(training, kinds, settings, study.cache, progress)
+    pca, neural = found["pca"], found["neural"]
+    assert isinstance(pca, PcaBasis)
+    assert isinstance(neural, NeuralBasis)
     methods: dict[str, Encode] = {}
     for count in options.samples:
         methods |= sample_codes(pca, neural, count, options.ridge)
-    methods = methods or whole_codes(pca, neural, values)
-    if options.projected:
-        methods[f"PCA, projected, {values} values"] = lambda brdf: pca.decode(pca.project(brdf))
-        by_channel = train(materials, 3 * values, separate=True)
-        methods[f"PCA by channel, projected, 3 x {values} values"] = lambda brdf: by_channel.decode(
-            by_channel.project(brdf)
-        )
-    report(methods, held_out, options.seed, *protocol)
+    if options.by_channel:
+        materials = [partial(nacre.load, path) for path in training]
+        by_channel = PcaBasis.train(materials, PcaRecipe(3 * options.code_dim, separate=True))
+        for name, basis in (("PCA", pca), ("PCA by channel", by_channel)):
+            methods[f"{name}, projected"] = lambda brdf, b=basis: b.decode(
+                b.encode(brdf, refine=False)
+            )
+    if methods:
+        protocol = {"size": options.size, "directions": options.directions}
+        rows = [row(name, code, held_out, **protocol) for name, code in methods.items()]
+        columns = *PICTURE_ERRORS, "worst MAE", "encoding, one core"
+        study.table((f"{len(held_out)} held out, seed {options.seed}", *columns), rows)
+    if options.between:
+        columns = "half way", "largest albedo", "above both ends", "at most, of the brighter"
+        chosen = held_out, options.between, options.seed
+        rows = [(kind, *between(basis, *chosen)) for kind, basis in found.items()]
+        study.table(columns, rows, "between")
 
 
-def report(
-    methods: dict[str, Encode],
-    held_out: Sequence[Path],
-    seed: int,
-    environment: Environment,
-    size: int,
-    directions: int,
-) -> None:
-    """Print the table."""
-    protocol = environment, size, directions
-    rows = [row(name, encode, held_out, *protocol) for name, encode in methods.items()]
-    columns = "environment: MAE / SSIM / PSNR", "directional", "worst MAE", "encoding, one core"
-    print(markdown((f"{len(held_out)} held out, seed {seed}", *columns), rows))
-
-
-def row(
-    name: str,
-    encode: Encode,
-    held_out: Sequence[Path],
-    environment: Environment,
-    size: int,
-    directions: int,
-) -> tuple[str, ...]:
+def row(name: str, code: Encode, held_out: Sequence[Path], **protocol: int) -> tuple[str, ...]:
     """One line of the table: means over materials; the median time of a core that a code takes."""
     found, seconds = [], []
     for path in held_out:
         truth = nacre.load(path)
         start = time.process_time()
-        decoded = encode(truth)
+        decoded = code(truth)
         seconds.append(time.process_time() - start)
-        lights = compare(
-            truth, decoded, environment=environment, size=size, directions=directions
-        ).lights
-        found.append([x for s in lights for x in (s.errors.mae, s.errors.ssim, s.errors.psnr)])
-        print(name, path.stem, *(f"{x:.4f}" for x in found[-1]), file=sys.stderr, flush=True)
+        found.append(picture_errors(truth, decoded, museum(), **protocol))
+        log(name, path.stem, *(f"{x:.4f}" for x in found[-1]))
     mean, worst = np.mean(found, axis=0), np.max(found, axis=0)
-    triples = (f"{m[0]:.4f} / {m[1]:.4f} / {m[2]:.1f}" for m in (mean[:3], mean[3:]))
-    return name, *triples, f"{worst[0]:.4f}, {worst[3]:.4f}", f"{1e3 * np.median(seconds):.0f} ms"
+    spent = f"{1e3 * np.median(seconds):.0f} ms"
+    return name, *triples(mean), f"{worst[0]:.4f}, {worst[3]:.4f}", spent
 
 
 if __name__ == "__main__":

@@ -6,13 +6,10 @@ horizon. Their log-correlation is Pearson's of log(f + 0.001) over samples and c
 ratio is the median of the table's f over the network's. Printed is, for each table, the median of
 both over materials, and the material with the lowest correlation.
 
-Run `python -m studies.ablations.published_fits FITS NETWORKS`, two folders.
+Run `python -m studies.ablations.published_fits`.
 """
 
 from __future__ import annotations
-
-import argparse
-from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +17,7 @@ import nacre
 from nacre.analytic import tables
 from nacre.errors import FormatError
 from nacre.geometry import join, uniform_rusinkiewicz
+from studies.study import Study, data
 
 SAMPLES = 20_000
 FLOOR = 1e-3
@@ -28,19 +26,16 @@ LOWEST = np.sin(np.radians(10.0))
 
 def main() -> None:
     """Print one table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("fits", type=Path, help="folder of .fit files")
-    parser.add_argument("networks", type=Path, help="folder of .h5 files")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.options()
     u = np.random.default_rng(0).random((4, SAMPLES))
     u[1] = 0.0
     wi, wo = (join(w) for w in uniform_rusinkiewicz(u))
     kept = (wi[:, 2] > LOWEST) & (wo[:, 2] > LOWEST)
     wi, wo = wi[kept], wo[kept]
-    networks = {p.stem: nacre.load(p).eval(wi, wo) for p in options.networks.glob("*.h5")}
-    print("| table | materials | log-correlation | ratio | lowest correlation |")
-    print("|---|---:|---:|---:|---|")
-    for path in sorted(options.fits.glob("*.fit")):
+    networks = {p.stem: nacre.load(p).eval(wi, wo) for p in data("pretrained", "merl").glob("*.h5")}
+    rows = []
+    for path in sorted(data("merl-fits").glob("*.fit")):
         figures: dict[str, tuple[float, float]] = {}
         try:
             for name in sorted(set(tables.materials(path)) & set(networks)):
@@ -49,14 +44,13 @@ def main() -> None:
                 ratio = np.median((ours + FLOOR) / (theirs + FLOOR))
                 figures[name] = float(np.corrcoef(*logs)[0, 1]), float(ratio)
         except FormatError as error:
-            print(f"| {path.stem} | | | | {error} |")
+            rows.append((path.stem, "", "", "", str(error)))
             continue
         correlation, ratio = np.median(list(figures.values()), axis=0)
         worst = min(figures, key=lambda name: figures[name][0])
-        print(
-            f"| {path.stem} | {len(figures)} | {correlation:.3f} | {ratio:.2f} "
-            f"| {worst} {figures[worst][0]:.3f} |"
-        )
+        lowest = f"{worst} {figures[worst][0]:.3f}"
+        rows.append((path.stem, str(len(figures)), f"{correlation:.3f}", f"{ratio:.2f}", lowest))
+    study.table(("table", "materials", "log-correlation", "ratio", "lowest correlation"), rows)
 
 
 if __name__ == "__main__":

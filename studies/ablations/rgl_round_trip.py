@@ -16,13 +16,12 @@ a floor under the environment), same number of samples. Columns of the printed t
 
 The contact sheet shows source | written | FLIP error, the latter on a scale from 0 to 0.1.
 
-Run `python -m studies.ablations.rgl_round_trip FOLDER [-o SHEET.png]` from the root of the
-repository; FOLDER holds the published networks of MERL materials (`chrome.h5`, ...).
+Run `python -m studies.ablations.rgl_round_trip FOLDER`; FOLDER holds the published networks of
+MERL materials (`chrome.h5`, ...).
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import subprocess
 import sys
@@ -35,13 +34,11 @@ import numpy.typing as npt
 
 import nacre
 from nacre.color import tone_map
-from nacre.errors import require
-from nacre.figures.drawing import magma
+from nacre.figures.page import Bytes, Page, magma
 from nacre.metrics import compare
 from nacre.metrics.metrics import image_errors
 from nacre.render.preview import render_preview, write_bytes
-from studies.speed.materials import TABULATED
-from studies.speed.table import markdown
+from studies.study import TABULATED, Study, log
 
 FLIP_SCALE = 0.1
 COLUMNS = 2
@@ -92,45 +89,39 @@ def round_trip(network: Path, folder: Path, size: int, spp: int) -> tuple[tuple[
     return line, [shown[0], shown[2], magma(flip_map / FLIP_SCALE)]
 
 
-def sheet(names: list[str], rows: list[Cells]) -> npt.NDArray[np.uint8]:
+def sheet(names: list[str], rows: list[Cells]) -> Bytes:
     """The contact sheet as bytes of display."""
-    canvas, drawing = require("PIL.Image", "render"), require("PIL.ImageDraw", "render")
-    font = require("PIL.ImageFont", "render").load_default(size=16)
-    edge, gap, label = len(rows[0][0]), 6, 28
-    width, height = 3 * (edge + gap) + 3 * gap, edge + label
-    lines = -(-len(rows) // COLUMNS)
-    image = canvas.new("RGB", (COLUMNS * width, lines * height + gap), (237, 237, 235))
-    draw = drawing.Draw(image)
+    edge, gap, label = 1.25, 0.05, 0.25
+    width, height = 3 * edge + 6 * gap, edge + label
+    page = Page(COLUMNS * width + gap, -(-len(rows) // COLUMNS) * height + gap)
     for index, (name, cells) in enumerate(zip(names, rows, strict=True)):
         x, y = index % COLUMNS * width + 2 * gap, index // COLUMNS * height
-        draw.text((x, y + 20), f"{name}: source | written | FLIP", (32, 33, 36), font, anchor="ls")
+        page.text(x, y + 0.18, f"{name}: source | written | FLIP", limit=width - gap)
         for k, cell in enumerate(cells):
-            picture = canvas.fromarray(np.rint(255.0 * np.clip(cell, 0.0, 1.0)).astype(np.uint8))
-            image.paste(picture, (x + k * (edge + gap), y + label))
-    return np.array(image)
+            page.image(x + k * (edge + gap), y + label, edge, edge, cell)
+    return page.pixels()
 
 
 def main() -> None:
     """Print one Markdown table and write the contact sheet."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("folder", type=Path, help="where the published networks are")
-    parser.add_argument("materials", nargs="*", default=TABULATED)
-    parser.add_argument("-o", "--output", type=Path, default=Path("rgl_round_trip.png"))
-    parser.add_argument("--size", type=int, default=192, help="pixels along an edge")
-    parser.add_argument("--spp", type=int, default=512, help="samples per pixel")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("folder", type=Path, help="where the published networks are")
+    study.add_argument("materials", nargs="*", default=TABULATED)
+    study.add_argument("--size", type=int, default=192, help="pixels along an edge")
+    study.add_argument("--spp", type=int, default=512, help="samples per pixel")
+    options = study.options()
     lines, pictures = [], []
-    for name in options.materials:
+    for name in study.few(options.materials):
         with tempfile.TemporaryDirectory() as folder:
             network = options.folder / f"{name}.h5"
             line, cells = round_trip(network, Path(folder), options.size, options.spp)
         lines.append(line)
         pictures.append(cells)
-        print(*line, file=sys.stderr, flush=True)
+        log(*line)
     columns = ("MERL to RGL", "PSNR", "FLIP", "noise, PSNR", "noise, FLIP")
     columns += ("PSNR without noise", "sphere, environment", "sphere, directional")
-    print(markdown((*columns, "file", "convert"), lines))
-    write_bytes(sheet(list(options.materials), pictures), options.output)
+    study.table((*columns, "file", "convert"), lines)
+    write_bytes(sheet([line[0] for line in lines], pictures), study.output / "sheet.png")
 
 
 if __name__ == "__main__":

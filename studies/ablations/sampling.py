@@ -17,9 +17,9 @@ Rows of predicted lobes are of the basis that comes with nacre, which was traine
 materials, or of another neural one (`--basis FILE`). They are not timed: their kernels are those of
 the lobes that a search finds.
 
-Run `python -m studies.ablations.sampling [material ...]` from the root of the repository. With
-`--cache FILE` results are kept and what is in it is not measured again; `--timed` without
-materials, or with some, says what is timed.
+Run `python -m studies.ablations.sampling [material ...]`. What
+was measured is kept with the results; `--timed` without materials, or with some, says what is
+timed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ import argparse
 import json
 import math
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -41,17 +40,16 @@ import nacre
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
 from nacre.geometry import split
-from nacre.latent import NeuralBasis
-from nacre.latent.pretrained import find_basis
+from nacre.latent import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
-from nacre.render.environment import load_environment
-from nacre.reproduce.samplers import PREDICTED, sampler
+from nacre.reproduce.cache import cache_key, code_digest
+from nacre.reproduce.noise import resampled
+from nacre.reproduce.samplers import PREDICTED, find_sampler
 from nacre.sampling import GgxLobe, GgxMixture, fit_blinn_phong, fit_lobes
 from nacre.sampling.moment import second_moment
 from studies.speed.render import MATERIALS
 from studies.speed.render import scene as timed_scene
-from studies.speed.table import markdown
-from tests.data import list_data, require_data
+from studies.study import Study, data, museum, rgl_tables
 
 Results: TypeAlias = dict[str, dict[str, dict[str, dict[str, float]]]]
 """Errors by material, sampler and light; times, relative to those of `measured`, by material,
@@ -66,7 +64,7 @@ _DARK = 0.1
 
 
 def fit_plain_ggx(brdf: Brdf) -> GgxMixture:
-    """Cosine and visible GGX normals with one share and one roughness, found by search."""
+    """Cosine and visible GGX normals with one fraction and one roughness, found by search."""
     moment = second_moment(brdf)
     wi, wo = split(moment.wi), split(moment.wo)
     cosine = wi[2] / math.pi
@@ -94,9 +92,9 @@ SAMPLERS: dict[str, Callable[[Brdf], Sampler]] = {
 def predicted(name: str) -> dict[str, Callable[[Brdf], Sampler]]:
     """Samplers that a basis predicts, by name."""
     basis = find_basis(name)
-    if not isinstance(basis, NeuralBasis):
-        raise NacreError(f"{name}: is no neural basis")
-    return {f"`{kind}`": sampler(kind, basis) for kind in PREDICTED}
+    if not basis.predictors:
+        raise NacreError(f"{name}: predicts no lobes")
+    return {f"`{kind}`": find_sampler(kind, basis) for kind in PREDICTED}
 
 
 def sphere(mi: Any, bsdf: Any, light: str, size: int) -> Any:
@@ -105,7 +103,7 @@ def sphere(mi: Any, bsdf: Any, light: str, size: int) -> Any:
     film = {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}}
     sky = {"type": "constant"}
     if light == "environment":
-        pixels = load_environment(require_data("environment", "museum.exr")).pixels
+        pixels = museum().pixels
         sky = {"type": "envmap", "bitmap": mi.Bitmap(pixels)}
     integrator = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
     return mi.load_dict(
@@ -136,8 +134,8 @@ def noise(mi: Any, bsdf: Any, light: str, size: int, repetitions: int) -> float:
         ]
     )
     converged, variance = pictures.mean(axis=0), pictures.var(axis=0, ddof=1)
-    least = (_DARK * converged.mean()) ** 2
-    return float(np.sqrt((variance / (converged**2 + least)).mean()))
+    floor = (_DARK * converged.mean()) ** 2
+    return float(np.sqrt((variance / (converged**2 + floor)).mean()))
 
 
 def relative_times(
@@ -152,9 +150,9 @@ def relative_times(
         (MEASURED, "table"): mi.load_dict({"type": "measured", "filename": str(path)})
     }
     for name, fit in SAMPLERS.items():
-        sampler = fit(table)
-        for kind, brdf in (("table", nacre.load(path)), ("network", network)):
-            bsdfs[name, kind] = nacre.render.bsdf(brdf.replaced(sampler=sampler))
+        own = fit(table)
+        bsdfs[name, "table"] = nacre.render.bsdf(resampled(table, own))
+        bsdfs[name, "network"] = nacre.render.bsdf(resampled(network, own))
     scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
     for seed in range(options.rounds + 2):
@@ -177,7 +175,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
     samplers = SAMPLERS | predicted(options.basis)
     for name, fit in samplers.items():
-        bsdfs[name] = nacre.render.bsdf(nacre.load(path).replaced(sampler=fit(table)))
+        bsdfs[name] = nacre.render.bsdf(resampled(table, fit(table)))
     return {
         name: {light: noise(mi, bsdf, light, options.size, options.repetitions) for light in LIGHTS}
         for name, bsdf in bsdfs.items()
@@ -186,7 +184,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
 
 def tabulated(material: str) -> tuple[Path, Brdf]:
     """File and table of a material."""
-    path = require_data("rgl", f"{material}_rgb.bsdf")
+    path = data("rgl", f"{material}_rgb.bsdf")
     return path, nacre.load(path)
 
 
@@ -227,36 +225,39 @@ def details(results: Results) -> list[tuple[str, ...]]:
 
 def main() -> None:
     """Measure the materials, print two tables."""
-    materials = [name.removesuffix("_rgb.bsdf") for name in list_data("rgl", "*_rgb.bsdf")]
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("materials", nargs="*", default=materials, metavar="material")
-    parser.add_argument("--timed", nargs="*", default=list(MATERIALS), metavar="material")
-    parser.add_argument("--size", type=int, default=64, help="pixels a side")
-    parser.add_argument("--repetitions", type=int, default=8, help="pictures of each sampler")
-    parser.add_argument("--rounds", type=int, default=5, help="of the timing")
-    parser.add_argument("--timed-size", type=int, default=96, help="pixels a side")
-    parser.add_argument("--basis", default="neural", help="neural basis that predicts lobes")
-    parser.add_argument("--cache", type=Path, help="JSON file of results")
-    options = parser.parse_args()
-    if not options.materials:
-        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
-
+    study = Study(__doc__, __file__)
+    study.add_argument("materials", nargs="*", metavar="material", help="all by default")
+    study.add_argument("--timed", nargs="*", default=list(MATERIALS), metavar="material")
+    study.add_argument("--size", type=int, default=64, help="pixels a side")
+    study.add_argument("--repetitions", type=int, default=8, help="pictures of each sampler")
+    study.add_argument("--rounds", type=int, default=5, help="of the timing")
+    study.add_argument("--timed-size", type=int, default=96, help="pixels a side")
+    study.add_argument("--basis", default="neural", help="neural basis that predicts lobes")
+    options = study.options()
+    every = [path.stem.removesuffix("_rgb") for path in rgl_tables("*_rgb.bsdf")]
     mi = nacre.render.mitsuba()
     results: Results = {"errors": {}, "times": {}}
-    if options.cache and options.cache.exists():
-        results = json.loads(options.cache.read_text())
-    steps = {"errors": (errors, options.materials), "times": (relative_times, options.timed)}
+    steps = {
+        "errors": (errors, options.materials or study.few(every)),
+        "times": (relative_times, study.few(options.timed, 1)),
+    }
     for step, (measure, materials) in steps.items():
         for material in materials:
-            if material not in results[step]:
-                results[step][material] = measure(mi, material, options)
-                if options.cache:
-                    options.cache.write_text(json.dumps(results, indent=2))
+            facts = [step, material, vars(options) | {"output": "", "data": ""}, code_digest()]
+            key = cache_key("sampling", json.loads(json.dumps(facts, default=str)))
+            kept = study.cache.arrays(
+                key,
+                ["found"],
+                lambda measure=measure, material=material: {
+                    "found": np.array(json.dumps(measure(mi, material, options)))
+                },
+            )
+            results[step][material] = json.loads(str(kept["found"]))
     equal = "furnace (won)", "environment (won)"
     columns = "sampler", *LIGHTS, "time, table", *equal, "time, network", *equal
-    print(markdown(columns, summary(results)), end="\n\n")
+    study.table(columns, summary(results), "samplers")
     samplers = next(iter(results["errors"].values()))
-    print(markdown(("material", *samplers), details(results)))
+    study.table(("material", *samplers), details(results), "materials")
 
 
 if __name__ == "__main__":

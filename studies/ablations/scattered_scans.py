@@ -11,12 +11,10 @@ highest f_r relative to the highest of the samples trained on, in the worst chan
 `grazing` is the 99th percentile, over pairs with a direction beyond 80 degrees, of (f + 0.01) /
 (g + 0.01), g the interpolation: 1 is as high as that, in the worst seed.
 
-Run `python experiments/scattered_scans.py SCAN...` (Cornell `.brdf` or `.csv` files).
+Run `python -m studies.ablations.scattered_scans SCAN...` (Cornell `.brdf` or `.csv` files).
 """
 
 from __future__ import annotations
-
-import argparse
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +25,7 @@ from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join
 from nacre.measured import ScatteredBrdf
 from nacre.neural.scattered import WEIGHT, hold_out, relative_errors
+from studies.study import Study
 
 Matrix = npt.NDArray[np.floating]
 
@@ -96,24 +95,23 @@ def compare(scan: ScatteredBrdf, seed: int) -> list[tuple[float, float, float, f
 
 def main() -> None:
     """Print one table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("scans", nargs="+", help="files of scattered samples")
-    print("| scan | method | median error | over seeds | mean error | highest | grazing |")
-    print("|---|---|---|---|---|---|---|")
-    for path in parser.parse_args().scans:
+    study = Study(__doc__, __file__)
+    study.add_argument("scans", nargs="+", help="files of scattered samples")
+    rows = []
+    for path in study.options().scans:
         scan = nacre.load(path)
         if not isinstance(scan, ScatteredBrdf):
-            parser.error(f"{path} holds no scattered samples")
+            study.error(f"{path} holds no scattered samples")
         figures = np.array([compare(scan, seed) for seed in range(SEEDS)])
         for k, method in enumerate(METHODS):
             median, mean = 100 * figures[:, k, :2].mean(axis=0)
             low, high = 100 * figures[:, k, 0].min(), 100 * figures[:, k, 0].max()
             highest, grazing = figures[:, k, 2:].max(axis=0)
-            print(
-                f"| {scan.name.split(',')[0]} | {method} | {median:.1f} % | {low:.1f}–{high:.1f} % "
-                f"| {mean:.1f} % | {highest:.2f} | {grazing:.2f} |",
-                flush=True,
-            )
+            numbers = (f"{median:.1f} %", f"{low:.1f} to {high:.1f} %", f"{mean:.1f} %")
+            name = f"{scan.name.split(',')[0]}, {method}"
+            rows.append((name, *numbers, f"{highest:.2f}", f"{grazing:.2f}"))
+    columns = "scan, method", "median error", "over seeds", "mean error", "highest", "grazing"
+    study.table(columns, rows)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,8 @@ have the linear Rec. 709 colors (1, 0, 0), (0, 1, 0) and (0, 0, 1). Observer and
 those of Mitsuba, so that its spectral and its RGB variants agree. Differs from the paper in the
 grid: every 10 nm over the 360 to 830 nm that Mitsuba samples, linear in between.
 
-Run `python experiments/spectral_primaries.py`: prints the two rows of the module, red and blue
-(green is what they leave of 1), and how well they reproduce the primaries.
+Run `python -m studies.ablations.spectral_primaries`: prints the two rows of the module, red and
+blue (green is what they leave of 1), and how well they reproduce the primaries.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 import nacre.render
+from studies.study import Study
 
 Matrix = npt.NDArray[np.float64]
 
@@ -79,6 +80,8 @@ def solve(color: Matrix) -> Matrix:
 
 def main() -> None:
     """Print the table and its error."""
+    study = Study(__doc__, __file__)
+    study.options()
     color = response()
     table = np.clip(np.round(solve(color), DIGITS), 0.0, 1.0)
     for row in table:
@@ -86,8 +89,12 @@ def main() -> None:
     red, blue = table
     spectra = np.stack([red, 1.0 - red - blue, blue])
     print("smallest green:", spectra[1].min())
-    print("colors of the primaries, one a row:")
-    print(np.round(spectra @ color.T, 6))
+    names = ("red", "green", "blue")
+    rows = [
+        (name, *(f"{v:.6f}" for v in color))
+        for name, color in zip(names, spectra @ color.T, strict=True)
+    ]
+    study.table(("primary", *names), rows)
 
 
 if __name__ == "__main__":

@@ -3,16 +3,15 @@
 Random texels of all captures are encoded. Of some of them the ten nearest others are found by what
 was measured, as square roots of reflectance or reflectance itself, and by codes, by codes scaled to
 equal spread, by coefficients, by what codes decode to and by `nacre.textures.embedding`. The table
-has the share of the ten that both find, the share of nearest texels that are the same, and how much
-farther off than the truly nearest one that texel is which was found, by measured distance.
+has the fraction of the ten that both find, the fraction of nearest texels that are the same, and
+how much farther off than the truly nearest one that texel is which was found, by measured distance.
 
-Run `python -m studies.ablations.texel_distances CAPTURED` from the root of the repository with the
+Run `python -m studies.ablations.texel_distances CAPTURED` with the
 folder that `nacre btf capture --all` makes. It takes three minutes of two cores.
 """
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +21,9 @@ from nacre.formats import load_btf
 from nacre.measured.textures import BONN
 from nacre.textures.codecs.basis import BasisCodec
 from nacre.textures.codecs.codec import on_all_cores
-from nacre.textures.codecs.codec_file import load_codec
-from nacre.textures.embedding import appearance
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.selection import random_texels
-from studies.speed.table import markdown
+from studies.study import Study
 
 TEXELS, PAIRS, EVERY, NEAREST = 24, 2000, 5, 10
 """Texels of each capture, pairs of directions compared; one in five texels is asked for."""
@@ -43,7 +40,7 @@ def distances(values: Floats) -> Floats:
 
 
 def agreement(truth: Floats, found: Floats) -> tuple[float, float, float]:
-    """Share of nearest texels that are the same, of the very nearest, and how much farther."""
+    """Fraction of nearest texels that are the same, of the very nearest, and how much farther."""
     true, other = (np.argsort(d, axis=1)[:, :NEAREST] for d in (truth, found))
     shared = [len(set(a) & set(b)) / NEAREST for a, b in zip(true, other, strict=True)]
     rows = np.arange(len(truth))
@@ -54,9 +51,9 @@ def agreement(truth: Floats, found: Floats) -> tuple[float, float, float]:
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("captured", type=Path, help="folder with train/ and unseen/")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("captured", type=Path, help="folder with train/ and unseen/")
+    options = study.options()
     codec = load_codec(PUBLISHED)
     assert isinstance(codec, BasisCodec)
     wi, wo = BONN.pairs()
@@ -76,7 +73,7 @@ def main() -> None:
         "coefficients": codec.decode(codes),
         "decoded, 2000 pairs": decoded,
         "decoded, roots": np.sqrt(decoded),
-        "nacre.textures.embedding": appearance(codec)(codes),
+        "nacre.textures.embedding": codec.embedding(*BONN.pairs())(codes),
     }
     truths = {"roots": distances(np.sqrt(measured)), "reflectance": distances(measured)}
     rows = []
@@ -84,7 +81,7 @@ def main() -> None:
         found = distances(values)
         numbers = [agreement(truth, found) for truth in truths.values()]
         rows.append((name, *(f"{100 * a:.0f} %, {100 * b:.0f} %, {c:.3f}" for a, b, c in numbers)))
-    print(markdown(("nearest by", *(f"measured {name}" for name in truths)), rows))
+    study.table(("nearest by", *(f"measured {name}" for name in truths)), rows)
 
 
 if __name__ == "__main__":

@@ -1,18 +1,16 @@
 """Whole directions that the default codec of textures has never seen.
 
 A codec is trained without 24 of Bonn's 151 directions, as lights and as views: one in each 60
-degrees of four rings, so that the dome keeps its turns. It is compared with one that was trained on
-all directions. Both encode the unseen captures from the pairs of the 127 directions, and their
+degrees of four rings, so that the dome keeps its symmetry. It is compared with one that was trained
+on all directions. Both encode the unseen captures from the pairs of the 127 directions, and their
 errors are of the pairs that have one of the 24.
 
-Run `python -m studies.ablations.unseen_directions CAPTURED --model MODEL` from the root of the
-repository with the folder that `nacre btf capture --all` makes. It takes as long as a training.
+Run `python -m studies.ablations.unseen_directions CAPTURED --model MODEL` with the folder that
+`nacre btf capture --all` makes. It takes as long as a training.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -23,10 +21,10 @@ from nacre.array import Floats
 from nacre.btf import Btf, TableBtf
 from nacre.formats import load_btf
 from nacre.measured.textures import BONN
-from nacre.textures.codecs.basis import BasisRecipe, train_basis
-from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.basis import BasisCodec, BasisRecipe
+from nacre.textures.codecs.codec import TexelCodec, TrainingRun, on_all_cores
 from nacre.textures.codecs.codec_file import load_codec
-from studies.speed.table import markdown
+from studies.study import Study, geometric_mean, progress
 
 RINGS = (23.5, 37.5, 52.5, 67.5)
 """Polar angles in degrees, a third to a half of whose directions are held out."""
@@ -74,19 +72,15 @@ def error(codec: TexelCodec, texture: Btf, directions: Floats) -> float:
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("captured", type=Path, help="folder with train/ and unseen/")
-    parser.add_argument("--model", type=Path, required=True, help="trained on all directions")
-    parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("captured", type=Path, help="folder with train/ and unseen/")
+    study.add_argument("--model", type=Path, required=True, help="trained on all directions")
+    options = study.options()
     directions = held_out()
     files = sorted((options.captured / "train").glob("*.npz"))
-    textures = [partial(without, path, directions) for path in files]
 
-    def report(stage: str, done: int, total: int, text: str) -> None:
-        print(f"\r{stage} {done} of {total} {text}   ", end="", file=sys.stderr, flush=True)
-
-    parted = train_basis(textures, BasisRecipe(seed=options.seed), report)
+    run = TrainingRun(files, partial(without, directions=directions), progress=progress)
+    parted = BasisCodec.train(run, BasisRecipe(seed=options.seed))
     whole = load_codec(options.model)
     rows, ratios = [], []
     for path in sorted((options.captured / "unseen").glob("*.npz")):
@@ -94,8 +88,11 @@ def main() -> None:
         with_all, with_some = (error(codec, texture, directions) for codec in (whole, parted))
         ratios.append(with_some / with_all)
         rows.append((texture.name, f"{1e4 * with_all:.1f}", f"{1e4 * with_some:.1f}"))
-    print(markdown(("MSE x 1e4", "all directions", "without 24"), rows))
-    print(f"\ngeometric mean of the ratios: {np.exp(np.log(ratios).mean()):.3f}")
+    study.table(
+        ("MSE x 1e4", "all directions", "without 24"),
+        rows,
+        note=f"geometric mean of the ratios: {geometric_mean(ratios):.3f}",
+    )
 
 
 if __name__ == "__main__":

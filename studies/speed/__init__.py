@@ -1,0 +1,1 @@
+"""How fast things are, each beside what bounds it: one module a study."""

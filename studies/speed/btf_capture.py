@@ -8,8 +8,6 @@ view of a diffuse surface, of which both get the same triangles.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from typing import Any
 
@@ -19,9 +17,15 @@ from nacre.measured.textures import BONN
 from nacre.render import llvm
 from nacre.runtime.parallel import core_count
 from nacre.textures.capture import Mesostructure, capture, find
-from studies.speed.table import markdown
-from tests.textures.capture.mitsuba_reference import camera_rays, lit, mesh, path_integrator
-from tests.textures.capture.surfaces import CELLS, bumps
+from studies.references.mitsuba_capture import (
+    CELLS,
+    bumps,
+    camera_rays,
+    lit,
+    mesh,
+    path_integrator,
+)
+from studies.study import Study, log
 
 FAMILIES = ("carpet", "fabric", "felt", "leather", "stone", "wallpaper", "wood")
 VIEW = 60
@@ -52,29 +56,29 @@ def by_mitsuba(mi: Any, texels: int, samples: int) -> tuple[float, int]:
     random, view = np.random.default_rng(0), BONN.directions[VIEW]
     ray = camera_rays(mi, surface(), view, texels, samples, random)
     seconds = 0.0
-    for turn, light in enumerate(BONN.directions[:: len(BONN.directions) // LIGHTS][: LIGHTS + 1]):
+    for index, light in enumerate(BONN.directions[:: len(BONN.directions) // LIGHTS][: LIGHTS + 1]):
         scene, sampler = lit(mi, shape, light), mi.load_dict({"type": "independent"})
-        sampler.seed(turn, texels**2 * samples)
+        sampler.seed(index, texels**2 * samples)
         start = time.perf_counter()
         radiance, _, _ = integrator.sample(scene, sampler, ray)
         dr.eval(radiance)
         dr.sync_thread()
-        seconds += (time.perf_counter() - start) * (turn > 0)
+        seconds += (time.perf_counter() - start) * (index > 0)
     return seconds, texels**2 * samples * LIGHTS
 
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--texels", type=int, default=32, help="of a row (default: %(default)s)")
-    parser.add_argument("--samples", type=int, default=64, help="paths (default: %(default)s)")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("--texels", type=int, default=32, help="of a row (default: %(default)s)")
+    study.add_argument("--samples", type=int, default=64, help="paths (default: %(default)s)")
+    options = study.options()
     size = options.texels, options.samples
     captured(surface(), 1, 1)  # compiles
     rows: list[tuple[str, float, int]] = []
-    for family in FAMILIES:
+    for family in study.few(FAMILIES):
         rows.append((f"{family}12", *captured(find(f"{family}12").build(), *size)))
-        print(*rows[-1], file=sys.stderr, flush=True)
+        log(*rows[-1])
     rows.append(("diffuse bumps", *captured(surface(), *size)))
     if llvm.prepare() is not None:
         import mitsuba as mi
@@ -82,9 +86,11 @@ def main() -> None:
         mi.set_variant("llvm_ad_rgb")
         rows.append(("the same by Mitsuba", *by_mitsuba(mi, *size)))
     lines = [(name, f"{s:.2f}", f"{count / s / 1e6:.0f}") for name, s, count in rows]
-    print(markdown(("", "seconds", "million samples a second"), lines))
-    print(
-        f"\n{size[0]} x {size[0]} texels, {size[1]} paths a view and texel; {core_count()} cores."
+    study.table(
+        ("", "seconds", "million samples a second"),
+        lines,
+        note=f"{size[0]} x {size[0]} texels, {size[1]} paths a view and texel; "
+        f"{core_count()} cores.",
     )
 
 

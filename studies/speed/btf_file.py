@@ -6,7 +6,6 @@ decodes to, 18 GB of float32 at 256 x 256 texels. `python -m studies.speed.btf_f
 
 from __future__ import annotations
 
-import argparse
 import resource
 import statistics
 import tempfile
@@ -28,7 +27,7 @@ from nacre.measured.textures.ubo2014.header import (
     pack_factors,
 )
 from nacre.runtime.parallel import core_count
-from studies.speed.table import markdown
+from studies.study import Study
 
 BLOCK = 1 << 25
 """Bytes of values; memory of larger ones comes from the system anew each time, page by page."""
@@ -71,11 +70,11 @@ def reading(btf: Ubo2014Btf, block: slice) -> float:
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--edge", type=int, default=256, help="texels of a row (default: 256)")
-    parser.add_argument("--components", type=int, default=64, help="of a channel (default: 64)")
-    parser.add_argument("--blocks", type=int, default=60, help="of texels that are read")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("--edge", type=int, default=256, help="texels of a row (default: 256)")
+    study.add_argument("--components", type=int, default=64, help="of a channel (default: 64)")
+    study.add_argument("--blocks", type=int, default=60, help="of texels that are read")
+    options = study.options()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         files: dict[ColorModel, Ubo2014Btf] = {}
@@ -95,18 +94,19 @@ def main() -> None:
         labels = ["matrix products alone", *(f"read, color model {int(m)}" for m in files)]
         for label, seconds in zip(labels, (plain, *decoded.values()), strict=True):
             taken = statistics.median(seconds)
-            share = statistics.median(np.divide(plain, seconds))
+            fraction = statistics.median(np.divide(plain, seconds))
             rows.append(
-                (label, f"{1e3 * taken:.1f}", f"{values / taken / 1e6:.0f}", f"{share:.2f}")
+                (label, f"{1e3 * taken:.1f}", f"{values / taken / 1e6:.0f}", f"{fraction:.2f}")
             )
         size = path.stat().st_size / 2**20
-    print(markdown(("", "ms a block", "million values/s", "of matrix products"), rows))
     whole = 12 * btf.pair_count * btf.texel_count / 2**30
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
-    print(
-        f"\n{options.edge} x {options.edge} texels, {btf.pair_count:,} pairs, "
+    study.table(
+        ("", "ms a block", "million values/s", "of matrix products"),
+        rows,
+        note=f"{options.edge} x {options.edge} texels, {btf.pair_count:,} pairs, "
         f"{options.components} components; file of {size:.0f} MiB, {whole:.1f} GiB decoded; "
-        f"opened and checked in {opened:.2f} s; peak {peak:.0f} MiB; {core_count()} cores."
+        f"opened and checked in {opened:.2f} s; peak {peak:.0f} MiB; {core_count()} cores.",
     )
 
 

@@ -1,12 +1,12 @@
 """Rendering speed of textures of measured reflectance beside Mitsuba's textured GGX.
 
-The scene of Rainer et al. 2020, as far as it is told: BTF-mapped cylinders, 800 x 800 pixels, 32
-samples per pixel, path-traced. Three cylinders of one texture under an environment. Each way of
+The scene of Rainer et al. 2020, as far as it is described: BTF-mapped cylinders, 800 x 800 pixels,
+32 samples per pixel, path-traced. Three cylinders of one texture under an environment. Each way of
 rendering has a process of its own, for Dr.Jit compiles all BSDFs of a process into every kernel;
 rounds are interleaved, so that a busy machine slows all of them alike. Reported are medians over
 rounds of the time, and of the ratios of it and of the processor time of all threads to those of
-`roughconductor` with bitmaps of roughness and reflectance in the same round; and the peak of
-memory before the first round.
+`roughconductor` with bitmaps of roughness and reflectance in the same round; and the peak of memory
+before the first round.
 
 Run `python -m studies.speed.btf_render CODES [MEASURED] [--network CODES] [--custom CODES]`.
 """
@@ -29,7 +29,7 @@ from nacre.render.preview import render_scene
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.scene import describe_texture_scene, texture_scale
 from nacre.textures.latent_map import NeuralBtf
-from studies.speed.table import markdown
+from studies.study import Study
 
 BASELINE = "textured GGX"
 _REPEAT = 6
@@ -123,7 +123,7 @@ def scene(mi: Any, bsdf: Any, size: int) -> Any:
 
 
 def serve(way: Way, size: int, spp: int, threads: int, pipe: Any) -> None:
-    """Render whenever asked, and tell how long it took."""
+    """Render whenever asked, and report how long it took."""
     mi = nacre.render.mitsuba()
     import drjit as dr
 
@@ -189,22 +189,21 @@ def measure(found: list[Way], options: argparse.Namespace) -> list[tuple[str, ..
 
 def main() -> None:
     """Parse the command line, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("codes", help="texture encoded by the default codec")
-    parser.add_argument("measured", nargs="?", help="the texture itself")
-    parser.add_argument("--network", help="texture encoded by a network of 2020")
-    parser.add_argument("--custom", help="texture encoded by a network of 2019")
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--size", type=int, default=800, help="pixels a side")
-    parser.add_argument("--spp", type=int, default=32, help="samples per pixel")
-    parser.add_argument("--threads", type=int, default=multiprocessing.cpu_count())
-    parser.add_argument("--quick", action="store_true", help="leave some ways out")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("codes", help="texture encoded by the default codec")
+    study.add_argument("measured", nargs="?", help="the texture itself")
+    study.add_argument("--network", help="texture encoded by a network of 2020")
+    study.add_argument("--custom", help="texture encoded by a network of 2019")
+    study.add_argument("--rounds", type=int, default=5)
+    study.add_argument("--size", type=int, default=800, help="pixels a side")
+    study.add_argument("--spp", type=int, default=32, help="samples per pixel")
+    study.add_argument("--threads", type=int, default=multiprocessing.cpu_count())
+    options = study.options()
     columns = (
         "", "made, s", "compiled, s", "rendered, s", "M samples/s",
         "time over GGX", "processor time over GGX", "peak MiB",
     )  # fmt: skip
-    print(markdown(columns, measure(ways(options), options)))
+    study.table(columns, measure(ways(options), options))
 
 
 if __name__ == "__main__":

@@ -3,15 +3,13 @@
 Everything takes turns on random texels at the directions of Bonn's dome: single-precision products
 of large square matrices, whose speed is the peak; steps of the unified network of Rainer et al.
 2020 in the paper's words, a texel at a time, and in the efficient form; encoding and decoding by
-that network and by the default codec, whose weights are random here.
+that network, whose weights are random here, and by the default codec.
 `python -m studies.speed.btf_train --help`.
 """
 
 from __future__ import annotations
 
-import argparse
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -22,13 +20,12 @@ from nacre.errors import require
 from nacre.measured.textures import BONN
 from nacre.runtime.parallel import core_count
 from nacre.textures.codecs.basis.codec import BasisCodec
-from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import on_all_cores
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.codecs.networks.network import direction_inputs
-from studies.speed.table import markdown
-from tests.textures.codecs.basis.made import codec
-from tests.textures.codecs.networks.made import literal_codes, literal_values, literal_weights
+from studies.references.unified_2020 import literal_codes, literal_values, literal_weights
+from studies.study import Study, log
 
 torch: Any = require("torch", "btf")
 
@@ -94,18 +91,16 @@ def codec_multiply_adds(codec: BasisCodec, pairs: int) -> tuple[float, float]:
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
-    parser.add_argument("--batch", type=int, default=32, help="texels of an efficient step")
-    parser.add_argument(
-        "--literal", type=int, default=2, help="texels of a literal step, 1 or more"
-    )
-    parser.add_argument("--texels", type=int, default=512, help="that are encoded at once")
-    parser.add_argument("--decoded", type=int, default=16, help="texels that are decoded at once")
-    parser.add_argument("--rounds", type=int, default=5, help="of each that are timed")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
+    study.add_argument("--batch", type=int, default=32, help="texels of an efficient step")
+    study.add_argument("--literal", type=int, default=2, help="texels of a literal step, 1 or more")
+    study.add_argument("--texels", type=int, default=512, help="that are encoded at once")
+    study.add_argument("--decoded", type=int, default=16, help="texels that are decoded at once")
+    study.add_argument("--rounds", type=int, default=5, help="of each that are timed")
+    options = study.options()
     if options.literal < 1:
-        parser.error("--literal: 1 texel or more")
+        study.error("--literal: 1 texel or more")
     torch.set_num_threads(core_count())
     wi, wo = BONN.pairs()
     network = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))
@@ -120,12 +115,12 @@ def main() -> None:
     values = torch.from_numpy(texels[: options.batch]).to(options.device)
     codes = random.normal(size=(options.decoded, 32)).astype(np.float32)
     encode, decode = network.encoder(wi, wo), network.decoder(wi, wo)
-    sizes = BasisRecipe()
-    basis = codec(sizes=sizes)
+    basis = load_codec(PUBLISHED)
+    assert isinstance(basis, BasisCodec)
     basis_encode, basis_decode = (
         on_all_cores(basis, run) for run in (basis.encoder(wi, wo), basis.decoder(wi, wo))
     )
-    many = random.normal(size=(options.texels, sizes.values)).astype(np.float32)
+    many = random.normal(size=(options.texels, basis.code_dim)).astype(np.float32)
     square = torch.randn(2048, 2048, device=options.device)
 
     few, ten = values[: options.literal], values[:10]
@@ -165,7 +160,7 @@ def main() -> None:
             if options.device != "cpu":
                 torch.cuda.synchronize()
             seconds[name].append(time.perf_counter() - start)
-            print(f"{name}: {seconds[name][-1]:.4f} s", file=sys.stderr, flush=True)
+            log(f"{name}: {seconds[name][-1]:.4f} s")
     best = {name: statistics.median(taken) for name, taken in seconds.items()}
     speed = {name: work[name] / best[name] for name in subjects}
     peak = next(iter(speed.values()))
@@ -183,12 +178,13 @@ def main() -> None:
             )
         )
     columns = ("", "texels", "ms", "ms a texel", "M multiply-adds a texel", "of sgemm")
-    print(markdown(columns, rows))
     name = torch.cuda.get_device_name(options.device) if "cuda" in options.device else "CPU"
-    print(
-        f"\n{len(wi):,} entries a texel; efficient steps encode {ENCODER:,} and compare {LOSS:,} "
-        f"of them; {core_count()} cores; {name}; {torch.__version__}; peak "
-        f"{2e-9 * peak:.0f} GFLOP/s."
+    study.table(
+        columns,
+        rows,
+        note=f"{len(wi):,} entries a texel; efficient steps encode {ENCODER:,} and compare "
+        f"{LOSS:,} of them; {core_count()} cores; {name}; {torch.__version__}; peak "
+        f"{2e-9 * peak:.0f} GFLOP/s.",
     )
 
 

@@ -7,7 +7,7 @@ and the scheduler. `python -m studies.speed.cluster --help`.
 
 from __future__ import annotations
 
-import argparse
+import os
 import shutil
 import socket
 import statistics
@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import psutil
 from distributed import Client
+from distributed.deploy.subprocess import SubprocessCluster
 
 from nacre.brdf import Brdf
 from nacre.io.files import digest
@@ -41,10 +42,8 @@ from nacre.workflows import (
 from nacre.workflows.executor import Job, Results, Stream
 from nacre.workflows.manifest import Record
 from nacre.workflows.material import Fit
-from studies.speed.table import markdown, prevent_oversubscription
-from tests.data import list_data, require_data
-from tests.scans import Gloss
-from tests.workflows.processes import scheduler
+from studies.references.reflectances import Glossy
+from studies.study import Study, prevent_oversubscription, rgl_tables
 
 MATERIALS = 1000
 """Small ones, of which each costs nothing but what surrounds a fit."""
@@ -113,14 +112,13 @@ class Instant(Executor):
 @contextmanager
 def cluster(workers: int, threads: int = 1) -> Iterator[tuple[str, psutil.Process]]:
     """Address and process of a scheduler with so many workers, of so many threads each."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        scheduler(Path(folder)) as running,
-        running.workers(workers, threads),
-    ):
-        with Client(running.address, set_as_default=False) as client:
+    options = {"nthreads": threads}
+    kinds = {"n_workers": workers, "worker_kwargs": options}
+    with SubprocessCluster(**kinds, scheduler_kwargs={"dashboard": False}) as running:
+        with Client(running.scheduler_address, set_as_default=False) as client:
             client.wait_for_workers(workers)
-        yield running.address, psutil.Process(running.process.pid)
+            process = psutil.Process(client.run_on_scheduler(os.getpid))
+        yield running.scheduler_address, process
 
 
 def timed(function: Callable[[], Any]) -> float:
@@ -171,10 +169,10 @@ def costs(folder: Path) -> list[tuple[str, str]]:
     """What a material costs the owner, the scheduler and the network between them, in ms."""
     small, large = folder / "small", folder / "large.binary"
     small.mkdir()
-    merl.save(Gloss(), small / "0.binary", Resolution(4, 4, 4))
+    merl.save(Glossy(0.2, 0.05, 0.3), small / "0.binary", Resolution(4, 4, 4))
     for index in range(1, MATERIALS):
         shutil.copy(small / "0.binary", small / f"{index}.binary")
-    merl.save(Gloss(), large)
+    merl.save(Glossy(0.2, 0.05, 0.3), large)
     size = f"{large.stat().st_size / 1e6:.0f} MB"
     owner = fit_all(small, Nothing(), Instant())
     hashing = statistics.median(timed(lambda: digest(large)) for _ in range(5))
@@ -221,24 +219,22 @@ def _through(executor: Executor, paths: list[Path]) -> Cost:
 
 def main() -> None:
     """Print two Markdown tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--epochs", type=int, default=100)
-    parser.add_argument("--materials", type=int, default=14, help="fits; even, for two workers")
-    parser.add_argument("--no-costs", action="store_true", help="leave out the first table")
-    parser.add_argument("--no-fits", action="store_true", help="leave out the second table")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("--epochs", type=int, default=100)
+    study.add_argument("--materials", type=int, default=14, help="fits; even, for two workers")
+    study.add_argument("--no-costs", action="store_true", help="leave out the first table")
+    study.add_argument("--no-fits", action="store_true", help="leave out the second table")
+    options = study.options()
     prevent_oversubscription()
-    names = list_data("rgl", "*.bsdf")
-    if not names:
-        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
+    tables = rgl_tables()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name, "in")
         folder.mkdir()
         for index in range(options.materials):
-            table = names[index % len(names)]
-            shutil.copy(require_data("rgl", table), folder / f"{index}-{table}")
+            table = tables[index % len(tables)]
+            shutil.copy(table, folder / f"{index}-{table.name}")
         if not options.no_costs:
-            print(markdown(("what a material costs beside its fit", "ms"), costs(Path(name))))
+            study.table(("what a material costs beside its fit", "ms"), costs(Path(name)), "costs")
         if options.no_fits:
             return
         draft = NetworkFitting(Recipe(epochs=1, samples=1000))
@@ -251,7 +247,7 @@ def main() -> None:
             "bytes to the scheduler, per material",
             "bytes back",
         )
-        print("", markdown(columns, rows), sep="\n")
+        study.table(columns, rows, "fits")
 
 
 if __name__ == "__main__":

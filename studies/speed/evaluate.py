@@ -6,14 +6,12 @@ takes. All rows take turns in one run; figures are medians. `python -m studies.s
 
 from __future__ import annotations
 
-import argparse
 import os
 import statistics
-import sys
 import time
 from collections.abc import Callable
 
-from studies.speed.table import markdown, prevent_oversubscription
+from studies.study import Study, data, prevent_oversubscription
 
 prevent_oversubscription()
 os.environ["NUMBA_NUM_THREADS"] = "1"
@@ -26,9 +24,8 @@ from nacre import load  # noqa: E402
 from nacre.geometry import split  # noqa: E402
 from nacre.neural import NeuralBrdf  # noqa: E402
 from nacre.render import mitsuba  # noqa: E402
-from nacre.render.network import CooperativeNetwork  # noqa: E402
+from nacre.render.network import BufferedNetwork  # noqa: E402
 from studies.speed.peak import peak  # noqa: E402
-from tests.data import data_folder  # noqa: E402
 
 _COUNT = 1 << 20
 
@@ -44,7 +41,7 @@ def candidates(brdf: NeuralBrdf) -> dict[str, Callable[[], object]]:
     torch.set_num_threads(1)
     traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in split(x)) for x in w]
     tensors = [tuple(torch.from_numpy(np.ascontiguousarray(c)) for c in split(x)) for x in w]
-    cooperative = CooperativeNetwork(brdf, mi)
+    cooperative = BufferedNetwork(brdf, mi)
     buffer = cooperative.initial()
 
     def in_torch() -> object:
@@ -71,13 +68,10 @@ def candidates(brdf: NeuralBrdf) -> dict[str, Callable[[], object]]:
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=9)
-    options = parser.parse_args()
-    folder = data_folder()
-    if folder is None:
-        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
-    brdf = load(folder / "pretrained" / "rgl" / "satin_rosaline_rgb.h5")
+    study = Study(__doc__, __file__)
+    study.add_argument("--rounds", type=int, default=9)
+    options = study.options()
+    brdf = load(data("pretrained", "rgl", "satin_rosaline_rgb.h5"))
     assert isinstance(brdf, NeuralBrdf)
     timed = candidates(brdf)
     for call in timed.values():
@@ -93,9 +87,9 @@ def main() -> None:
     floor = statistics.median(floors)
     rows = [("arithmetic floor", f"{floor / 1e6:.1f}", "100 %")]
     for name, values in rates.items():
-        share = statistics.median(v / f for v, f in zip(values, floors, strict=True))
-        rows.append((name, f"{statistics.median(values) / 1e6:.1f}", f"{share:.0%}"))
-    print(markdown(("one core", "million evaluations a second", "of the floor"), rows))
+        fraction = statistics.median(v / f for v, f in zip(values, floors, strict=True))
+        rows.append((name, f"{statistics.median(values) / 1e6:.1f}", f"{fraction:.0%}"))
+    study.table(("one core", "million evaluations a second", "of the floor"), rows)
 
 
 if __name__ == "__main__":

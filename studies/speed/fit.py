@@ -32,9 +32,8 @@ from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.training import epochs as run_epochs
 from nacre.neural.training import initial_layers, train
 from nacre.runtime.parallel import core_count
-from studies.speed.materials import materials
 from studies.speed.peak import peak
-from studies.speed.table import markdown, prevent_oversubscription
+from studies.study import Study, log, materials, prevent_oversubscription
 
 SAMPLING = "mixed"
 MULTIPLY_ADDS = 2 * (6 * 21 + 21 * 21 + 21 * 3) + 21 * 21 + 21 * 3
@@ -55,7 +54,7 @@ class Reference:
     def __init__(self, training: Samples, held_out: Samples, folder: Path) -> None:
         np.savez(folder / "samples.npz", training=rows_of(training), held_out=rows_of(held_out))
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "studies.speed.reference", str(folder / "samples.npz")],
+            [sys.executable, "-m", "studies.references.paper_loop", str(folder / "samples.npz")],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -118,8 +117,8 @@ class Result:
         """How much faster an epoch is: median over the turns."""
         return statistics.median(a / b for a, b in zip(self.reference, self.kernel, strict=True))
 
-    def share(self, samples: int) -> float:
-        """Share of the core's peak rate of multiply-adds: median over the turns."""
+    def fraction(self, samples: int) -> float:
+        """Fraction of the core's peak rate of multiply-adds: median over the turns."""
         pairs = zip(self.kernel, self.peak, strict=True)
         return statistics.median(samples * MULTIPLY_ADDS / s / p for s, p in pairs)
 
@@ -131,7 +130,7 @@ class Result:
 
 
 def attempt(recipe: Recipe, samples: Samples, held_out: Samples) -> tuple[float, float]:
-    """Seconds of a training on the recipe's share of the samples, and its held-out loss."""
+    """Seconds of a training on the recipe's fraction of the samples, and its held-out loss."""
     count = round((1 - recipe.held_out) * recipe.sample_share * SAMPLES) // BLOCK
     few = Samples(samples.blocks[: count * samples.rows * BLOCK], samples.inputs)
     layers = initial_layers(recipe.hidden, recipe.seed, samples.inputs)
@@ -181,16 +180,16 @@ def measure(group: Sequence[tuple[str, Brdf]], options: argparse.Namespace) -> l
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--epochs", type=int, default=100)
-    parser.add_argument("--turns", type=int, default=10)
-    parser.add_argument("--materials", type=int, help="only the first so many")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("--epochs", type=int, default=100)
+    study.add_argument("--turns", type=int, default=10)
+    study.add_argument("--materials", type=int, help="only the first so many")
+    options = study.options()
     if options.epochs % options.turns:
-        parser.error("--epochs must be a multiple of --turns")
+        study.error("--epochs must be a multiple of --turns")
     prevent_oversubscription()
     cores, results = core_count(), []
-    chosen = list(materials())[: options.materials]
+    chosen = study.few(list(materials())[: options.materials])
     draft(draw(chosen[0][1], 20_000, 0).split(0.2))  # compiles the kernel
     for first in range(0, len(chosen), cores):
         # An odd one out is joined by copies, so that every core is always busy.
@@ -198,7 +197,7 @@ def main() -> None:
         found = measure((group * cores)[:cores], options)[: len(group)]
         results += found
         for result in found:
-            print(result, file=sys.stderr, flush=True)
+            log(result)
     count = round((1 - Recipe().held_out) * SAMPLES)
     rows = [
         (
@@ -206,7 +205,7 @@ def main() -> None:
             f"{statistics.median(r.reference):.3f}",
             f"{statistics.median(r.kernel):.4f}",
             f"{r.ratio:.1f}x",
-            f"{100 * r.share(count):.0f} %",
+            f"{100 * r.fraction(count):.0f} %",
             f"{r.reference_loss:.5f}",
             f"{r.loss:.5f}",
             f"{r.draft_loss:.5f}",
@@ -225,11 +224,13 @@ def main() -> None:
         "draft, loss",
         "reference's loss sooner, by",
     )
-    print(markdown(columns, rows))
-    print(f"\nMedians: {statistics.median(r.ratio for r in results):.1f}x faster, ", end="")
-    print(f"{100 * statistics.median(r.share(count) for r in results):.0f} % of the peak, ", end="")
-    print(f"{statistics.median(r.sooner(options.epochs)[0] for r in results):.0f}x sooner.")
-    print(f"An epoch is {count:,} samples on one core while all {cores} cores do the same.")
+    medians = (
+        f"{statistics.median(r.ratio for r in results):.1f}x faster, "
+        f"{100 * statistics.median(r.fraction(count) for r in results):.0f} % of the peak, "
+        f"{statistics.median(r.sooner(options.epochs)[0] for r in results):.0f}x sooner"
+    )
+    epoch = f"An epoch is {count:,} samples on one core while all {cores} cores do the same."
+    study.table(columns, rows, note=f"Medians: {medians}. {epoch}")
 
 
 if __name__ == "__main__":

@@ -12,11 +12,9 @@ Mitsuba's `measured`, whose published networks, and short fits of ours, are rend
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import platform
-import sys
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -25,8 +23,7 @@ import numpy as np
 import nacre
 from nacre.render.throughput import race
 from nacre.sampling import BlinnPhongMixture
-from studies.speed.table import markdown
-from tests.data import data_folder
+from studies.study import Study, data
 
 BASELINE = "roughconductor"
 MATERIALS = ("satin_rosaline", "paper_white", "colodur_napoli_4f")
@@ -66,22 +63,21 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
         "diffuse": {"type": "diffuse"},
         "principled": {"type": "principled", "roughness": 0.3, "specular": 0.5},
     }
-    folder = data_folder()
-    if folder is None:
-        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
     for material in materials:
-        table = folder / "rgl" / f"{material}_rgb.bsdf"
-        network = nacre.load(folder / "pretrained" / "rgl" / f"{material}_rgb.h5")
+        table = data("rgl", f"{material}_rgb.bsdf")
+        network = nacre.load(data("pretrained", "rgl", f"{material}_rgb.h5"))
         network = network.replaced(sampler=LOBES)
         found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
         found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
         truth = nacre.load(table)
         for inputs in ("paper", "enhanced"):
             fitted = nacre.fit(truth, nacre.Recipe(inputs=inputs, epochs=5))
-            bsdf = nacre.render.bsdf(fitted.replaced(sampler=LOBES))
-            found[f"{material}, nbrdf of {inputs} inputs"] = bsdf
+            fitted = fitted.replaced(sampler=LOBES)
+            found[f"{material}, nbrdf of {inputs} inputs"] = nacre.render.bsdf(fitted)
         if cooperative:
-            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(network, "cooperative")
+            found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(
+                network, weights="cooperative"
+            )
     return found
 
 
@@ -93,7 +89,7 @@ def ball(mi: Any, bsdf: Any) -> Any:
     )
     radius = 1 + 0.05 * np.sin(8 * theta) * np.sin(8 * phi)
     z = radius * np.cos(theta)
-    x, y = (radius * np.sin(theta) * turn for turn in (np.cos(phi), np.sin(phi)))
+    x, y = (radius * np.sin(theta) * part for part in (np.cos(phi), np.sin(phi)))
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     low, high = (corner, corner + columns, corner + 1), (corner + 1, corner + columns)
     faces = np.concatenate([np.stack(low, 1), np.stack([*high, corner + columns + 1], 1)])
@@ -151,18 +147,18 @@ def rows(results: list[Result]) -> list[tuple[str, ...]]:
 
 def main() -> None:
     """Parse the command line, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("materials", nargs="*", default=list(MATERIALS), metavar="material")
-    parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--size", type=int, default=256, help="pixels a side")
-    parser.add_argument("--spp", type=int, default=64, help="paths per pixel")
-    parser.add_argument("--variant", default="llvm_ad_rgb")
-    parser.add_argument("--cooperative", action="store_true", help="also cooperative vectors")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    options = parser.parse_args()
+    study = Study(__doc__, __file__)
+    study.add_argument("materials", nargs="*", default=list(MATERIALS), metavar="material")
+    study.add_argument("--rounds", type=int, default=7)
+    study.add_argument("--size", type=int, default=256, help="pixels a side")
+    study.add_argument("--spp", type=int, default=64, help="paths per pixel")
+    study.add_argument("--variant", default="llvm_ad_rgb")
+    study.add_argument("--cooperative", action="store_true", help="also cooperative vectors")
+    study.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    options = study.options()
 
     mi = nacre.render.mitsuba(options.variant)
-    materials = bsdfs(options.materials, options.cooperative)
+    materials = bsdfs(list(study.few(options.materials, 1)), options.cooperative)
     scenes = {name: scene(mi, bsdf, options.size) for name, bsdf in materials.items()}
     results = measure(scenes, options.rounds, options.size, options.spp)
     if options.json:
@@ -176,7 +172,7 @@ def main() -> None:
         print(json.dumps({**facts, "results": [asdict(r) for r in results]}, indent=2))
     else:
         columns = ("material", "s", "M paths/s", f"relative to {BASELINE}", "smallest to largest")
-        print(markdown(columns, rows(results)))
+        study.table(columns, rows(results))
 
 
 if __name__ == "__main__":

@@ -7,9 +7,7 @@ over where a stack has more materials than there are tables. `python -m studies.
 
 from __future__ import annotations
 
-import argparse
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -26,8 +24,7 @@ from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.torch import TorchTrainer
 from nacre.neural.training import initial_layers, schedule
 from nacre.runtime.parallel import core_count
-from studies.speed.table import markdown
-from tests.data import list_data, require_data
+from studies.study import Study, log, rgl_tables
 
 RECIPE = Recipe()
 
@@ -55,22 +52,19 @@ def stack_epoch(samples: list[Samples], materials: int, device: str) -> Epoch:
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
-    parser.add_argument("--stacks", type=int, nargs="+", default=[1, 8, 32, 100])
-    parser.add_argument("--samples", type=int, default=SAMPLES, help="of a material")
-    parser.add_argument("--rounds", type=int, default=3, help="epochs of each that are timed")
-    options = parser.parse_args()
-    names = list_data("rgl", "*.bsdf")
-    if not names:
-        sys.exit("no real measurements: set NACRE_DATA to the folder that holds them")
+    study = Study(__doc__, __file__)
+    study.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
+    study.add_argument("--stacks", type=int, nargs="+", default=[1, 8, 32, 100])
+    study.add_argument("--samples", type=int, default=SAMPLES, help="of a material")
+    study.add_argument("--rounds", type=int, default=3, help="epochs of each that are timed")
+    options = study.options()
     torch, cores = require("torch", "latent"), core_count()
     torch.set_num_threads(cores)
     samples = []
-    for name in names[: max(*options.stacks, cores)]:
-        drawn = draw(load(require_data("rgl", name)), options.samples, RECIPE.seed)
+    for path in rgl_tables()[: max(*options.stacks, cores)]:
+        drawn = draw(load(path), options.samples, RECIPE.seed)
         samples.append(drawn.split(RECIPE.held_out)[0])
-        print(f"{name}: samples drawn", file=sys.stderr)
+        log(f"{path.stem}: samples drawn")
     blocks = samples[0].block_count
     random = np.random.default_rng(RECIPE.seed)
     rates = schedule(-(-blocks * BLOCK // RECIPE.batch), RECIPE.learning_rate)
@@ -78,14 +72,14 @@ def main() -> None:
     subjects = {0: kernel_epoch(samples, cores)}
     subjects |= {m: stack_epoch(samples, m, options.device) for m in options.stacks}
     seconds: dict[int, list[float]] = {m: [] for m in subjects}
-    for turn in range(options.rounds + 1):
+    for round_ in range(options.rounds + 1):
         order = random.permutation(blocks)
         for materials, epoch in subjects.items():
             start = time.perf_counter()
             epoch(order, rates)
             taken = (time.perf_counter() - start) / (materials or cores)
-            print(f"{materials or 'kernel'}: {taken:.4f} s", file=sys.stderr, flush=True)
-            if turn:  # the first one compiles or records
+            log(f"{materials or 'kernel'}: {taken:.4f} s")
+            if round_:  # the first one compiles or records
                 seconds[materials].append(taken)
     kernel, *rest = (statistics.median(taken) for taken in seconds.values())
     rows = [("kernel, a material a core", f"{kernel:.4f}", "1.00x")]
@@ -93,9 +87,12 @@ def main() -> None:
         (f"stack of {m} on {options.device}", f"{taken:.4f}", f"{kernel / taken:.2f}x")
         for m, taken in zip(options.stacks, rest, strict=True)
     ]
-    print(markdown(("", "s per material and epoch", "speed"), rows))
     name = torch.cuda.get_device_name(options.device) if "cuda" in options.device else "CPU"
-    print(f"\nAn epoch is {blocks * BLOCK:,} samples; {cores} cores; {name}; {torch.__version__}.")
+    study.table(
+        ("", "s per material and epoch", "speed"),
+        rows,
+        note=f"An epoch is {blocks * BLOCK:,} samples; {cores} cores; {name}; {torch.__version__}.",
+    )
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
     assert run("btf", "train", files[0], "-o", output, "--model", "custom", "--steps", 2) == 0
     network = load_codec(output)
     assert isinstance(network, CustomNetwork)
-    assert network.values == 8
+    assert network.code_dim == 8
     assert network.metadata["training"]["loss"] == "l2"
     assert network.metadata["training"]["permute"] is False
 
@@ -88,7 +88,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns + 1))
     for others in ([], ["--steps", 13]):  # the file is another, then the number of steps
         assert run(*arguments, *others, "--resume") == 2
-        assert "is of another training" in capsys.readouterr().err
+        assert "is of another run" in capsys.readouterr().err
         os.utime(files[1], ns=(times.st_atime_ns, times.st_mtime_ns))
     assert run(*arguments, "--resume") == 0
     assert not state.exists()
@@ -111,7 +111,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         (["--recipe", "efficient"], "--recipe is for --model unified and custom"),
         (["--minutes", "1"], "--minutes is for --model unified and custom"),
         (["--device", "cpu"], "--device is for --model unified and custom"),
-        (["--latent", "200"], "basis has up to 128 values"),
+        (["--latent", "200"], "kind basis have up to 128 values"),
         (["--seed", "99999999999999999999"], "--seed"),
         (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
         (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
@@ -200,7 +200,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(
     assert run(*arguments) == 2
     assert "add --resume to go on" in capsys.readouterr().err
     assert run(*arguments[:-1], 4, "--resume") == 2
-    assert "is of another training" in capsys.readouterr().err
+    assert "is of another run" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0
     assert not list(tmp_path.glob("*.stage"))
     content = output.read_bytes()
@@ -233,7 +233,7 @@ def test_bad_textures_leave_nothing_of_the_default_model_behind(files, tmp_path,
     before = sorted(tmp_path.iterdir())
     for given, latent, words in (
         ((files[0], other), 5, f"{other}: is not measured at the directions of {files[0]}"),
-        ((files[0],), 10, "40 texels at least; there are 36"),
+        ((files[0],), 10, "at least 40 texels to learn from; there are 36"),
         ((*files, bad), 5, f"{bad}: values: some are too large"),
     ):
         options = "-o", tmp_path / "model.safetensors", "--latent", latent
@@ -244,7 +244,7 @@ def test_bad_textures_leave_nothing_of_the_default_model_behind(files, tmp_path,
 
 def test_states_of_other_models_are_not_mixed(files, tmp_path, capsys):
     output = tmp_path / "model.safetensors"
-    for name, model in (("state.codes.stage", "unified"), ("state", "basis")):
+    for name, model in (("state.codes.state", "unified"), ("state", "basis")):
         other = tmp_path / f"model.safetensors.{name}"
         other.touch()
         for options in ([], ["--resume"]):
@@ -266,9 +266,9 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     shown = " ".join(capsys.readouterr().out.split())
     basis, reference = BasisRecipe(), TrainingRecipe.named("reference")
     steps = basis.function_steps + basis.code_steps
-    most = basis.greys + 2 * basis.chromas
+    most = basis.luma_count + 2 * basis.chroma_count
     assert f"[default: {steps}, of networks {TrainingRecipe().epochs} epochs" in shown
-    assert f"up to {most} of basis. [default: {basis.values}, custom: 8]" in shown
+    assert f"up to {most} of basis. [default: {basis.code_dim}, custom: 8]" in shown
     for word in ("batch", "learning_rate"):
         default = getattr(TrainingRecipe(), word), getattr(reference, word)
         assert "[default: {}, of the reference {}]".format(*default) in shown

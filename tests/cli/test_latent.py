@@ -10,6 +10,7 @@ import pytest
 import nacre
 from nacre.cli import main
 from nacre.latent.directions import shared_directions
+from nacre.measured import merl
 from tests.latent.made import MATERIALS, NEW
 
 
@@ -19,8 +20,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for index, make in enumerate(MATERIALS):
         nacre.save(make(), tmp_path / f"made{index}.json")
     nacre.save(NEW, tmp_path / "new.json")
+    (tmp_path / "empty").mkdir()
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    main(["latent", "train", *names, "-o", "b.safetensors", "--values", "9", *GRID])
+    main(["latent", "train", *names, "-o", "b.safetensors", "--code-dim", "9", *GRID])
     return tmp_path
 
 
@@ -33,7 +35,7 @@ def test_a_material_goes_through_its_code(capsys, folder):
     w = random.normal(size=(2, 2000, 3))
     w[..., 2] = np.abs(w[..., 2]) + 0.3
     wi, wo = w / np.linalg.norm(w, axis=-1, keepdims=True)
-    for options in ([], ["--project"]):
+    for options in ([], ["--no-refine"]):
         main(["latent", "encode", "new.json", "--basis", "b.safetensors", "-o", "c.json", *options])
         assert "9 values (36 bytes)" in capsys.readouterr().out
         main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "x.binary"])
@@ -41,7 +43,17 @@ def test_a_material_goes_through_its_code(capsys, folder):
         assert np.median(np.abs(found - truth) / truth) < 0.1
 
 
-NEURAL = ["--model", "neural", "--values", "6", "--steps", "400"]
+def test_a_folder_stands_for_the_measured_files_in_it(capsys, folder):
+    (folder / "tables").mkdir()
+    for index in range(3):
+        table = merl.tabulate(MATERIALS[index](), merl.Resolution(30, 15, 15))
+        nacre.save(table, folder / f"tables/t{index}.binary")
+    (folder / "tables" / "notes.txt").write_text("not a material")
+    main(["latent", "train", "tables", "-o", "t.safetensors", "--code-dim", "3", *GRID])
+    assert "3 materials, 3 values" in capsys.readouterr().out
+
+
+NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "400"]
 
 
 def test_a_neural_basis_serves_alike(capsys, folder):
@@ -58,8 +70,8 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     assert np.median(np.abs(found - truth) / truth) < 0.2
     with pytest.raises(SystemExit):
         main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "d.json",
-              "--project"])  # fmt: skip
-    assert "n.safetensors holds no principal components" in capsys.readouterr().err
+              "--no-refine"])  # fmt: skip
+    assert "the basis 'neural' has no projection and no encoder" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["latent", "decode", "c.json", "--basis", "b.safetensors", "-o", "y.binary"])
     assert "is not a log-relative PCA code" in capsys.readouterr().err
@@ -68,7 +80,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
 def test_a_hypernetwork_gives_networks(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "hypernetwork", "--values", "6", "--steps", "600"]
+    options = ["--model", "hypernetwork", "--code-dim", "6", "--steps", "600"]
     main(["latent", "train", *names, "-o", "h.safetensors", *options])
     assert "8 materials, 6 values" in capsys.readouterr().out
     assert [path.name for path in folder.glob("h.*")] == ["h.safetensors"]
@@ -86,14 +98,14 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
 def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "autoencoder", "--values", "6", "--steps", "300"]
+    options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300"]
     main(["latent", "train", *names, "-o", "a.safetensors", *options])
     assert "8 materials, 6 values" in capsys.readouterr().out
     assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]
     wi, wo = shared_directions(2000, 1)
     truth = NEW.eval(wi, wo)
     errors = []
-    for more in (["--project"], []):
+    for more in (["--no-refine"], []):
         main(["latent", "encode", "new.json", "--basis", "a.safetensors", "-o", "c.json", *more])
         main(["latent", "decode", "c.json", "--basis", "a.safetensors", "-o", "x.safetensors"])
         found = nacre.load("x.safetensors").eval(wi, wo)
@@ -105,12 +117,24 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
     ("arguments", "message"),
     [
         ([], "Missing command"),
-        (["train", "made0.json", "-o", "x.safetensors"], "two materials"),
+        (
+            ["train", "made0.json", "-o", "x.safetensors"],
+            "at least two materials, found only made0",
+        ),
+        (["train", "none.json", "made0.json", "-o", "x.safetensors"], "none.json: does not exist"),
+        (["train", "empty", "-o", "x.safetensors"], "empty: a basis needs at least two materials"),
+        (["train", "made0.json", "-o", "x.safetensors", "--model", "gan"], "no known latent basis"),
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
         (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "theta_h"),
-        (["train", "made0.json", "-o", "x.safetensors", "--steps", "3"], "not for --model pca"),
-        (["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID], "for --model pca"),
+        (
+            ["train", "made0.json", "-o", "x.safetensors", "--steps", "3"],
+            "steps is not a setting of the basis 'pca'",
+        ),
+        (
+            ["train", "made0.json", "-o", "x.safetensors", *NEURAL, *GRID],
+            "resolution is not a setting of the basis 'neural'",
+        ),
         (["encode", "new.json", "--basis", "new.json", "-o", "c.json"], "safetensors"),
         (["encode", "none.json", "--basis", "b.safetensors", "-o", "c.json"], "none.json"),
         (["encode", "new.json", "--basis", "b.safetensors", "-o", "c.binary"], "a .json file"),

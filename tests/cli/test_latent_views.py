@@ -45,7 +45,7 @@ def test_what_lies_between_is_rendered_and_kept(here, capsys):
 def test_between_two_materials_f_is_at_most_their_mixture():
     basis = random_basis()
     random = np.random.default_rng(3)
-    a, b = random.normal(size=(2, len(basis)))
+    a, b = random.normal(size=(2, basis.code_dim))
     wi, wo = random.normal(size=(2, 500, 3))
     wi[:, 2], wo[:, 2] = np.abs(wi[:, 2]), np.abs(wo[:, 2])
     wi /= np.linalg.norm(wi, axis=-1, keepdims=True)
@@ -61,7 +61,7 @@ def test_between_two_materials_f_is_at_most_their_mixture():
 def test_a_map_shows_all_and_names_the_nearest(here, capsys):
     pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
     files = [f"m{k}.npz" for k in range(6)]
-    options = ["--basis", "basis.safetensors", "--mark", "m0.npz", "-o", "map.png"]
+    options = ["--basis", "basis.safetensors", "--highlight", "m0.npz", "-o", "map.png"]
     assert run("latent", "map", *files, *options) == 0
     printed = capsys.readouterr().out
     assert "m0" in printed
@@ -94,8 +94,11 @@ def test_codes_that_are_alike_have_places():
     [
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
         (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
-        (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes 5 materials at least, got 2"),
-        (["map", "m0.npz", "-o", "x.png", "--mark", "m1.npz"], "m1.npz: is marked but not among"),
+        (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
+        (
+            ["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"],
+            "m1.npz: is highlighted but not among",
+        ),
     ],
 )
 def test_wrong_usage_ends_in_one_line(here, capsys, arguments, words):

@@ -97,8 +97,8 @@ def test_a_map_rings_what_its_basis_was_not_trained_on(coded, capsys):
     assert run("reproduce", "fig11", *files, *options) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "out/fig11.png: 6 materials, 4 that the basis was not trained on"
-    marks = [option for k in range(2, 6) for option in ("--mark", f"m{k}.json")]
-    assert run("latent", "map", *files, *marks, *options[:2], "-o", "map.png") == 0
+    highlights = [option for k in range(2, 6) for option in ("--highlight", f"m{k}.json")]
+    assert run("latent", "map", *files, *highlights, *options[:2], "-o", "map.png") == 0
     assert (coded / "map.png").read_bytes() == (coded / "out" / "fig11.png").read_bytes()
 
 
@@ -113,28 +113,21 @@ def test_rows_show_what_lies_between_pairs(coded, capsys):
     assert (coded / "out" / "fig12.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_every_figure_of_noise_can_be_chosen():
-    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    from nacre.cli.reproduce import _NOISE
-    from nacre.reproduce.noise_experiments import NOISE_EXPERIMENTS
-
-    assert tuple(NOISE_EXPERIMENTS) == _NOISE
-
-
 def test_reproduce_lists_methods(here, capsys):
     assert run("reproduce", "--list") == 0
     printed = capsys.readouterr().out
     assert "nbrdf-675-uniform" in printed
     assert "sgd" in printed
     assert "autoencoder-projected" in printed
-    assert all(name in printed for name in ("table2", "fig11", "fig12"))
+    assert "unified-SIZE" in printed
+    assert all(name in printed for name in ("table2", "fig11", "btf-tsne"))
     assert "nacre-predicted, power-iterations, rgl, nacre, cosine, own" in printed
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["fig5", "a.safetensors"], "'fig5' is not one of"),
+        (["fig5", "a.safetensors"], "'fig5' is no known experiment"),
         (["fig6"], "Missing argument 'FILES...'"),
         (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),

@@ -7,7 +7,7 @@ import tracemalloc
 import numpy as np
 
 from nacre.btf import TableBtf
-from nacre.figures.capture_sheet import sheet
+from nacre.figures.texture_views import capture_sheet as sheet
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.domes import pairs
 

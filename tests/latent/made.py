@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nacre.analytic import Ggx
-from nacre.latent import Autoencoder, Basis, Hypernetwork, LobePredictor, NeuralBasis, train
+from nacre.latent import Autoencoder, Hypernetwork, LobePredictor, NeuralBasis, PcaBasis, PcaRecipe
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT
 from nacre.latent.weights import COUNT, flat_weights
 from nacre.measured.merl import Resolution
@@ -17,7 +17,7 @@ from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
 from nacre.runtime.progress import Progress
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 
 GRID = Resolution(24, 12, 12)
 
@@ -37,21 +37,21 @@ NEW = material(100)
 
 
 @cache
-def basis(values: int = 6, separate: bool = False) -> Basis:
-    return train(MATERIALS, values, GRID, separate=separate)
+def basis(code_dim: int = 6, separate: bool = False) -> PcaBasis:
+    return PcaBasis.train(MATERIALS, PcaRecipe(code_dim, GRID, separate))
 
 
 @cache
-def random_basis(greys: int = 4, pairs: int = 1) -> NeuralBasis:
+def random_basis(luma: int = 4, pairs: int = 1) -> NeuralBasis:
     """A neural basis that nothing has trained."""
     random = np.random.default_rng(3)
     hidden = [
         Layer(random.normal(0.0, 0.6, shape), random.normal(0.0, 0.3, shape[1]))
         for shape in ((6, 12), (12, 10))
     ]
-    functions = random.normal(0.0, 0.3, (11, 1 + greys + pairs)).astype(np.float32)
-    examples = random.normal(size=(5, greys + 2 * pairs)).astype(np.float32)
-    return NeuralBasis(hidden, functions, greys, examples, {"about": "random"})
+    functions = random.normal(0.0, 0.3, (11, 1 + luma + pairs)).astype(np.float32)
+    examples = random.normal(size=(5, luma + 2 * pairs)).astype(np.float32)
+    return NeuralBasis(hidden, functions, luma, examples, {"about": "random"})
 
 
 def random_layer(
@@ -78,17 +78,17 @@ def random_autoencoder(values: int = 6) -> Autoencoder:
 
 
 @cache
-def random_hypernetwork(greys: int = 4, pairs: int = 1) -> Hypernetwork:
+def random_hypernetwork(luma: int = 4, pairs: int = 1) -> Hypernetwork:
     """A hypernetwork that nothing has trained."""
     random = np.random.default_rng(4)
 
     start = flat_weights(initial_layers(HIDDEN, 0))[:HIDDEN_COUNT]
     return Hypernetwork(
-        random_basis(greys, pairs),
-        random_layer(random, greys + pairs, 8, 0.5),
-        random_layer(random, greys + 8, HIDDEN_COUNT, 0.05, start),
+        random_basis(luma, pairs),
+        random_layer(random, luma + pairs, 8, 0.5),
+        random_layer(random, luma + 8, HIDDEN_COUNT, 0.05, start),
         random_layer(random, 8 + pairs, 8, 0.4),
-        random_layer(random, greys + pairs + 8, COLUMN, 0.05, 0.3),
+        random_layer(random, luma + pairs + 8, COLUMN, 0.05, 0.3),
         {"about": "random"},
     )
 
@@ -96,7 +96,7 @@ def random_hypernetwork(greys: int = 4, pairs: int = 1) -> Hypernetwork:
 def predictor(family: str, values: int = 6, scale: float = 1.0, seed: int = 5) -> LobePredictor:
     """A predictor that nothing has trained."""
     random = np.random.default_rng(seed)
-    sizes = (values, 8, FAMILIES[family].size)
+    sizes = (values, 8, PARAMETRIZATIONS[family].size)
     layers = [
         Layer(scale * random.normal(size=shape), scale * random.normal(size=shape[1]))
         for shape in itertools.pairwise(sizes)

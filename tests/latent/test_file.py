@@ -33,7 +33,7 @@ def neural_path(tmp_path: Path) -> Path:
 
 def test_a_basis_comes_back_as_it_was(path):
     before, after = basis(6), load_basis(path)
-    for name in ("mask", "centre", "components", "uses", "colours", "deviations"):
+    for name in ("mask", "center", "components", "uses", "colors", "deviations"):
         np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
     assert (after.resolution, after.metadata) == (before.resolution, before.metadata)
     save_basis(after, path.with_name("two.safetensors"))
@@ -46,7 +46,7 @@ def test_a_neural_basis_comes_back_as_it_was(neural_path):
         np.testing.assert_array_equal(one.weights, other.weights)
         np.testing.assert_array_equal(one.biases, other.biases)
     np.testing.assert_array_equal(before.functions, after.functions)
-    assert (after.greys, after.metadata) == (before.greys, before.metadata)
+    assert (after.luma, after.metadata) == (before.luma, before.metadata)
     save_basis(after, neural_path.with_name("two.safetensors"))
     assert neural_path.with_name("two.safetensors").read_bytes() == neural_path.read_bytes()
 
@@ -123,7 +123,10 @@ def test_a_code_belongs_to_its_basis(path):
         ("values", [0.0] * 5 + [float("nan")], "below a million"),
         ("values", [0.0] * 5 + [1e300], "below a million"),
         ("values", ["x"] * 6, "values"),
-        ("values", 3, "values"),
+        ("values", 3, "values are not a list of numbers"),
+        ("values", [None] * 6, "values are not a list of numbers"),
+        ("values", None, "values are not a list of numbers"),
+        ("name", None, "name is not a text"),
         ("version", 2, "version 1"),
         ("code of", "other", "version 1"),
         ("basis", "0", "another one"),
@@ -161,7 +164,7 @@ def test_a_damaged_basis_is_refused_or_harmless(kind, tmp_path):
             assert "\n" not in message
         else:
             w = np.array([[0.6, 0.0, 0.8]])
-            assert np.isfinite(made.decode(np.ones(len(made))).eval(w, w)).all()
+            assert np.isfinite(made.decode(np.ones(made.code_dim)).eval(w, w)).all()
 
 
 CHANGES = {
@@ -243,7 +246,7 @@ def test_a_resolution_that_is_not_true_is_refused(path, resolution):
 def test_neither_passes_for_a_material(path):
     file = path.with_name("x.json")
     save_code(basis(6).decode(np.zeros(6)), file)
-    for wrong, message in ((path, "not a nacre material"), (file, "no known format")):
+    for wrong, message in ((path, "is a latent basis"), (file, "no known format")):
         with pytest.raises(FormatError, match=message):
             nacre.load(wrong)
     with pytest.raises(FormatError, match="not a whole safetensors"):

@@ -10,11 +10,11 @@ import pytest
 from nacre.analytic import Ggx
 from nacre.array import Array, Components
 from nacre.errors import FormatError, NacreError
-from nacre.latent import NeuralBasis, NeuralBasisBrdf, encode_neural
+from nacre.latent import NeuralBasis, NeuralBasisBrdf
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.measured import MerlBrdf
 from nacre.neural.inputs import ENHANCED
-from nacre.numerics.channels import ORDERS
+from nacre.numerics.channels import PERMUTATIONS
 from tests.latent.made import GRID, predictor, random_basis
 from tests.reflectances import Brushed
 
@@ -25,9 +25,9 @@ WI, WO = shared_directions(3000, 11)
 def test_a_code_weighs_functions():
     made = random_basis()
     functions = made.values(isotropic_inputs(WI, WO, ENHANCED))
-    grey = functions[:, 0] + functions[:, 1:5] @ CODE[:4]
+    luma = functions[:, 0] + functions[:, 1:5] @ CODE[:4]
     chroma = CODE[4] * np.array([1, -1, 0]) / 2**0.5 + CODE[5] * np.array([1, 1, -2]) / 6**0.5
-    expected = np.exp(grey[:, None] + functions[:, 5:] * chroma)
+    expected = np.exp(luma[:, None] + functions[:, 5:] * chroma)
     np.testing.assert_allclose(made.decode(CODE).eval(WI, WO), expected, rtol=1e-4)
 
 
@@ -47,17 +47,17 @@ def test_directions_are_above_the_horizon_and_the_same_for_a_seed():
 def test_the_code_of_what_the_basis_knows_is_found():
     made = random_basis()
     truth = made.decode(CODE)
-    found = encode_neural(made, truth)
+    found = made.encode(truth)
     np.testing.assert_allclose(found, CODE, atol=0.02)
-    np.testing.assert_array_equal(found, encode_neural(made, truth))
+    np.testing.assert_array_equal(found, made.encode(truth))
 
 
 @pytest.mark.parametrize("index", range(6))
 def test_channels_that_change_places_change_the_code_alike(index):
     made = random_basis()
-    (code,) = made.reordered(CODE[None], index)
+    (code,) = made.permuted(CODE[None], index)
     one, other = (made.decode(c).eval(WI, WO) for c in (CODE, code))
-    np.testing.assert_allclose(one[:, ORDERS[index]], other, rtol=1e-4)
+    np.testing.assert_allclose(one[:, PERMUTATIONS[index]], other, rtol=1e-4)
 
 
 class Partly(NeuralBasisBrdf):
@@ -74,18 +74,18 @@ class Partly(NeuralBasisBrdf):
 
 def test_what_is_not_known_does_not_count():
     made = random_basis()
-    np.testing.assert_allclose(encode_neural(made, Partly(made, CODE)), CODE, atol=0.05)
+    np.testing.assert_allclose(made.encode(Partly(made, CODE)), CODE, atol=0.05)
     nowhere = MerlBrdf(np.full((3, *GRID.dimensions), -1.0))
     with pytest.raises(NacreError, match="known at none"):
-        encode_neural(made, nowhere)
+        made.encode(nowhere)
     with pytest.raises(FormatError, match="anisotropic"):
-        encode_neural(made, Brushed())
+        made.encode(Brushed())
 
 
 def test_a_material_far_from_the_basis_has_a_bounded_code():
     made = random_basis()
     white = Ggx(diffuse=(1.0,) * 3, specular=(1.0,) * 3, roughness=0.05)
-    code = encode_neural(made, white)
+    code = made.encode(white)
     assert np.isfinite(code).all()
     assert np.abs(code).max() <= 100.0
 
@@ -104,7 +104,7 @@ def test_any_code_gives_finite_reflectance():
 
 def test_sizes_are_stated():
     made, facts = random_basis(), random_basis().decode(CODE).describe()
-    assert (facts["code values"], facts["code bytes"], facts["memory bytes"]) == (6, 24, 24)
+    assert (facts["code dim"], facts["code bytes"], facts["memory bytes"]) == (6, 24, 24)
     numbers = 6 * 12 + 12 + 12 * 10 + 10 + 11 * 6 + 5 * 6
     assert facts["basis bytes"] == made.nbytes == 4 * numbers
     predicting = replace(made, predictors={"ggx": predictor("ggx")})
@@ -113,12 +113,12 @@ def test_sizes_are_stated():
 
 def test_what_is_no_basis_is_refused():
     made = random_basis()
-    for hidden, functions, greys in (
+    for hidden, functions, luma in (
         (made.hidden[::-1], made.functions, 4),
         (made.hidden, made.functions[:-1], 4),
         (made.hidden, made.functions, 6),
         (made.hidden, made.functions[:, :1], 0),
         (made.hidden, made.functions[:, :-1], 4),
     ):
-        with pytest.raises(ValueError, match=r"chain|follow|gray|no codes"):
-            NeuralBasis(hidden, functions, greys, made.examples)
+        with pytest.raises(ValueError, match=r"chain|follow|inputs|luma|no codes"):
+            NeuralBasis(hidden, functions, luma, made.examples)

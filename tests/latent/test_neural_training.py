@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError, NacreError
-from nacre.latent import BasisRecipe, NeuralBasis, encode_neural
+from nacre.latent import BasisRecipe, NeuralBasis
 from nacre.latent.directions import shared_directions
 from nacre.measured import MerlBrdf
 from nacre.measured.merl import tabulate
@@ -17,29 +17,33 @@ from tests.latent.made import GRID, MATERIALS, NEW, stop_at
 from tests.reflectances import Brushed
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
-from nacre.latent import descent, train_neural
+from nacre.latent import descent
 from nacre.runtime import device
 
-RECIPE = BasisRecipe(values=6, hidden=(24, 24), steps=300, directions=4096, batch=128)
+RECIPE = BasisRecipe(
+    predictors=False, code_dim=6, hidden=(24, 24), steps=300, directions=4096, batch=128
+)
 WI, WO = shared_directions(3000, 11)
 
 
 @pytest.fixture(scope="module")
 def trained() -> NeuralBasis:
-    return train_neural(MATERIALS, RECIPE)
+    return NeuralBasis.train(MATERIALS, RECIPE)
 
 
 def error(basis: NeuralBasis) -> float:
     """How far the material nobody trained on is from its code, as pictures count it."""
-    decoded = basis.decode(encode_neural(basis, NEW))
+    decoded = basis.decode(basis.encode(NEW))
     seen = (np.log1p(30.0 * f.eval(WI, WO) * WI[:, 2:]) for f in (decoded, NEW))
     return float(np.abs(np.subtract(*seen)).mean())
 
 
 def test_training_lowers_the_loss_and_brings_new_materials_closer(trained):
     losses = []
-    short = BasisRecipe(values=6, hidden=(24, 24), steps=10, directions=4096, batch=128)
-    train_neural(MATERIALS, short, progress=lambda *step: losses.append(step))
+    short = BasisRecipe(
+        predictors=False, code_dim=6, hidden=(24, 24), steps=10, directions=4096, batch=128
+    )
+    NeuralBasis.train(MATERIALS, short, progress=lambda *step: losses.append(step))
     assert losses[-1][:3] == ("training", 10, 10)
     assert trained.metadata["loss"] < 0.2 * float(losses[-1][3].removeprefix("loss "))
     assert error(trained) < 0.1
@@ -47,17 +51,19 @@ def test_training_lowers_the_loss_and_brings_new_materials_closer(trained):
 
 
 def test_the_same_seed_gives_the_same_basis_and_another_does_not(trained):
-    np.testing.assert_array_equal(train_neural(MATERIALS, RECIPE).functions, trained.functions)
-    other = BasisRecipe(values=6, hidden=(24, 24), steps=20, directions=4096, batch=128, seed=1)
-    assert not np.array_equal(train_neural(MATERIALS, other).functions, trained.functions)
+    np.testing.assert_array_equal(NeuralBasis.train(MATERIALS, RECIPE).functions, trained.functions)
+    other = BasisRecipe(
+        predictors=False, code_dim=6, hidden=(24, 24), steps=20, directions=4096, batch=128, seed=1
+    )
+    assert not np.array_equal(NeuralBasis.train(MATERIALS, other).functions, trained.functions)
 
 
 def test_codes_of_the_training_materials_have_mean_0_and_covariance_1(trained):
     codes = trained.examples.astype(float)
     assert codes.shape == (8, 6)
-    grey, pairs = codes[:, : trained.greys], codes[:, trained.greys :]
-    np.testing.assert_allclose(grey.mean(axis=0), 0.0, atol=1e-4)
-    np.testing.assert_allclose(np.cov(grey.T, bias=True), np.eye(trained.greys), atol=1e-3)
+    luma, pairs = codes[:, : trained.luma], codes[:, trained.luma :]
+    np.testing.assert_allclose(luma.mean(axis=0), 0.0, atol=1e-4)
+    np.testing.assert_allclose(np.cov(luma.T, bias=True), np.eye(trained.luma), atol=1e-3)
     assert (pairs**2).mean() == pytest.approx(1.0, abs=1e-3)
 
 
@@ -68,33 +74,33 @@ def test_examples_are_codes_of_the_training_materials(trained):
 
 
 def test_stopped_training_goes_on_as_if_never_stopped(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_EVERY", 40)
+    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
-        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
+        NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(100))
     assert state.exists()
     seen = []
-    resumed = train_neural(
+    resumed = NeuralBasis.train(
         MATERIALS, RECIPE, checkpoint=state, progress=lambda *step: seen.append(step)
     )
     assert min(done for stage, done, *_ in seen if stage == "training") > 80
     np.testing.assert_array_equal(resumed.functions, trained.functions)
     assert list(tmp_path.iterdir()) == [state]
-    again = train_neural(MATERIALS, RECIPE, checkpoint=state)
+    again = NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state)
     np.testing.assert_array_equal(again.functions, trained.functions)
 
 
 def test_a_checkpoint_of_another_training_or_a_damaged_one_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "_SAVE_EVERY", 10)
+    monkeypatch.setattr(descent, "_SAVE_SECONDS", 0.0)
     state = tmp_path / "state"
     with pytest.raises(KeyboardInterrupt):
-        train_neural(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))
-    with pytest.raises(NacreError, match="of another training"):
-        train_neural(MATERIALS[1:], RECIPE, checkpoint=state)
+        NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state, progress=stop_at(10))
+    with pytest.raises(NacreError, match="of another run"):
+        NeuralBasis.train(MATERIALS[1:], RECIPE, checkpoint=state)
     for content in (state.read_bytes()[:-100], b"", b"nothing"):
         state.write_bytes(content)
         with pytest.raises(NacreError, match="cannot be read, remove it"):
-            train_neural(MATERIALS, RECIPE, checkpoint=state)
+            NeuralBasis.train(MATERIALS, RECIPE, checkpoint=state)
 
 
 def test_threads_come_back_whatever_happens():
@@ -112,31 +118,35 @@ def test_threads_come_back_whatever_happens():
 
 
 def test_nodes_that_are_not_known_are_not_trained_on(tmp_path: Path):
-    recipe = BasisRecipe(values=3, hidden=(16,), steps=60, directions=2048, batch=128)
+    recipe = BasisRecipe(
+        predictors=False, code_dim=3, hidden=(16,), steps=60, directions=2048, batch=128
+    )
     tables = [tabulate(make(), GRID) for make in MATERIALS[:3]]
     hole = np.zeros(GRID.dimensions, bool)
     hole[8:] = True
     damaged = [MerlBrdf(np.where(hole, -1.0, table.stored)) for table in tables]
-    made = train_neural([partial(lambda t: t, table) for table in damaged], recipe)
+    made = NeuralBasis.train([partial(lambda t: t, table) for table in damaged], recipe)
     # As zeros, that much of a table would make its mean black.
-    f = made.decode(np.zeros(len(made))).eval(WI, WO)
+    f = made.decode(np.zeros(made.code_dim)).eval(WI, WO)
     assert np.median(f) > 0.03
 
 
 def test_what_cannot_be_trained_on_is_refused():
     with pytest.raises(NacreError, match="two materials"):
-        train_neural(MATERIALS[:1], RECIPE)
+        NeuralBasis.train(MATERIALS[:1], RECIPE)
     with pytest.raises(FormatError, match="isotropic"):
-        train_neural([*MATERIALS, Brushed], RECIPE)
+        NeuralBasis.train([*MATERIALS, Brushed], RECIPE)
     nowhere = MerlBrdf(np.full((3, *GRID.dimensions), -1.0))
     with pytest.raises(NacreError, match="known at none"):
-        train_neural([*MATERIALS, lambda: nowhere], RECIPE)
+        NeuralBasis.train([*MATERIALS, lambda: nowhere], RECIPE)
 
 
 @pytest.mark.parametrize(("values", "pairs"), [(1, 0), (2, 0), (3, 1), (8, 1), (16, 2), (32, 5)])
-def test_colors_get_their_share_of_a_code(values, pairs):
-    recipe = BasisRecipe(values=values, hidden=(4,), steps=1, directions=64, batch=16)
+def test_colors_get_their_part_of_a_code(values, pairs):
+    recipe = BasisRecipe(
+        predictors=False, code_dim=values, hidden=(4,), steps=1, directions=64, batch=16
+    )
     assert recipe.pairs == pairs
-    made = train_neural(MATERIALS, recipe)
-    assert len(made) == values
-    assert made.greys == values - 2 * pairs
+    made = NeuralBasis.train(MATERIALS, recipe)
+    assert made.code_dim == values
+    assert made.luma == values - 2 * pairs

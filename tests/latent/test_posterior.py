@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
-from nacre.latent import encode, encode_samples
 from nacre.latent.directions import shared_directions
 from nacre.latent.posterior import _expected
 from nacre.measured.scattered import ScatteredBrdf
@@ -24,7 +23,7 @@ def test_few_samples_tell_what_they_can():
 
     def error(count: int) -> float:
         samples = DirectionSamples(WI[:count], WO[:count], truth.eval(WI[:count], WO[:count]))
-        code = encode_samples(made, samples)
+        code = made.encode(samples)
         assert np.abs(code).max() < 5.0
         return float(np.abs(np.log(made.decode(code).eval(WI, WO) / target)).mean())
 
@@ -36,7 +35,7 @@ def test_few_samples_tell_what_they_can():
 
 def test_the_mean_over_priors_is_that_of_a_grid():
     """One value and one sample: the integral over all codes can be taken numerically."""
-    values, slopes, centres = np.array([1.3]), np.array([[0.7]]), np.array([[-1.0], [2.0]])
+    values, slopes, centers = np.array([1.3]), np.array([[0.7]]), np.array([[-1.0], [2.0]])
     codes = np.linspace(-30.0, 30.0, 60001)
 
     def normal(x, deviation):
@@ -44,20 +43,20 @@ def test_the_mean_over_priors_is_that_of_a_grid():
 
     weights, sums = [], []
     for noise in (0.15, 0.3, 0.6):
-        for centre, width, share in ((-1, 0.3, 2), (2, 0.3, 2), (-1, 0.5, 2), (2, 0.5, 2),
+        for center, width, count in ((-1, 0.3, 2), (2, 0.3, 2), (-1, 0.5, 2), (2, 0.5, 2),
                                      (-1, 0.8, 2), (2, 0.8, 2), (0, 1.0, 1)):  # fmt: skip
-            density = normal(codes - centre, width) * normal(values - 0.7 * codes, noise)
-            weights.append(density.sum() ** 0.1 / share)
+            density = normal(codes - center, width) * normal(values - 0.7 * codes, noise)
+            weights.append(density.sum() ** 0.1 / count)
             sums.append((codes * density).sum() / density.sum())
     expected = np.average(sums, weights=weights)
-    assert _expected(values, slopes, centres) == pytest.approx([expected], abs=1e-6)
+    assert _expected(values, slopes, centers) == pytest.approx([expected], abs=1e-6)
 
 
 def test_materials_are_expected_to_be_like_those_of_the_training():
     made = random_basis()
     known = made.examples[2].astype(float)
     f_r = made.decode(known).eval(WI[:40], WO[:40])
-    code = encode_samples(made, DirectionSamples(WI[:40], WO[:40], f_r))
+    code = made.encode(DirectionSamples(WI[:40], WO[:40], f_r))
     np.testing.assert_allclose(code, known, atol=0.1)
 
 
@@ -65,15 +64,15 @@ def test_scans_have_the_code_of_their_samples():
     made = random_basis()
     f_r = made.decode(CODE).eval(WI[:300], WO[:300])
     scan = ScatteredBrdf(WI[:300], WO[:300], f_r, "scan")
-    np.testing.assert_array_equal(encode(made, scan), encode_samples(made, scan.samples))
+    np.testing.assert_array_equal(made.encode(scan), made.encode(scan.samples))
     with pytest.raises(FormatError, match="scan: is anisotropic"):
-        encode(made, ScatteredBrdf(WI[:300], WO[:300], f_r, "scan", isotropic=False))
+        made.encode(ScatteredBrdf(WI[:300], WO[:300], f_r, "scan", isotropic=False))
 
 
 def test_no_sample_has_no_code():
     made = random_basis()
     with pytest.raises(ValueError, match="one sample"):
-        encode_samples(made, DirectionSamples(WI[:0], WO[:0], WI[:0]))
+        made.encode(DirectionSamples(WI[:0], WO[:0], WI[:0]))
 
 
 def test_a_sample_of_a_color_outside_the_gamut_counts_as_black():
@@ -81,7 +80,5 @@ def test_a_sample_of_a_color_outside_the_gamut_counts_as_black():
     f_r = made.decode(CODE).eval(WI[:100], WO[:100])
     negative, black = f_r.copy(), f_r.copy()
     negative[::7, 1], black[::7, 1] = -0.2, 0.0
-    codes = (
-        encode_samples(made, DirectionSamples(WI[:100], WO[:100], f)) for f in (negative, black)
-    )
+    codes = (made.encode(DirectionSamples(WI[:100], WO[:100], f)) for f in (negative, black))
     np.testing.assert_array_equal(*codes)

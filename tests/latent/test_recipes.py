@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import pytest
 
-from nacre.latent import AutoencoderRecipe, BasisRecipe, HypernetworkRecipe, PredictorRecipe
+from nacre.latent import (
+    AutoencoderRecipe,
+    BasisRecipe,
+    HypernetworkRecipe,
+    PcaRecipe,
+    PredictorRecipe,
+)
 
 
 @pytest.mark.parametrize(
     ("kind", "names"),
     [
-        (BasisRecipe, "values steps directions batch"),
+        (PcaRecipe, "code_dim"),
+        (BasisRecipe, "code_dim steps directions batch"),
         (PredictorRecipe, "hidden codes sets lights steps batch"),
-        (HypernetworkRecipe, "width steps codes directions"),
-        (AutoencoderRecipe, "values width steps networks pixels"),
+        (HypernetworkRecipe, "code_dim width steps codes directions"),
+        (AutoencoderRecipe, "code_dim width steps networks pixels"),
     ],
 )
 def test_numbers_below_one_are_refused_by_name(kind, names):

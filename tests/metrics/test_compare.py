@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nacre.figures import picture
-from nacre.figures.drawing import magma
+from nacre.figures.page import magma, scale_end
 from nacre.metrics import Comparison, compare
 from tests.render.reflectances import Constant, Lobe
 
@@ -60,13 +60,36 @@ def test04_picture_shows_spheres_on_paper(comparison: Comparison):
     image = picture(comparison)
     height, width, channels = image.shape
     assert channels == 3
-    assert 1000 < width < 1300
-    assert 800 < height < 1100
-    np.testing.assert_array_equal(image[2, 2], image[-3, -3])
+    assert width == 1280  # 8 inches
+    assert 1000 < height < 1200
+    paper = image[2, 2]
+    np.testing.assert_array_equal(paper, image[-3, -3])
     # The middle of the first sphere: white under the environment, tone mapped.
     item = comparison.lights[0]
     expected = np.clip(item.truth[12, 12], 0.0, 1.0) ** (1.0 / 2.2) * 255.0
-    np.testing.assert_allclose(image[118 + 46 + 160, 44 + 160], expected, atol=6)
+    top, left = round(160 * (0.95 + 0.34)), 40
+    np.testing.assert_allclose(image[top + 192, left + 192], expected, atol=6)
+    corner = image[top : top + 384, left : left + 384][:8, :8]
+    np.testing.assert_array_equal(corner, np.broadcast_to(paper, corner.shape))
+
+
+def test04b_the_sphere_has_a_smooth_rim(comparison: Comparison):
+    """Of the pixels along a row through the rim, some are partly covered, in steps."""
+    image = picture(comparison)[round(160 * 1.29) :, 40:][:384, :384].astype(float)
+    distance = np.hypot(*(np.indices((384, 384)) - 191.5))
+    rim = 192.0 * 0.97
+    spread = [np.ptp(image[abs(distance - r) < 0.3], axis=0).max() for r in (rim - 3.0, rim + 3.0)]
+    assert spread[1] == 0.0
+    partly = image[abs(distance - rim) < 0.5]
+    inside, outside = image[abs(distance - rim + 3.0) < 0.3].mean(0), image[0, 0]
+    covered = (partly - outside).mean(1) / (inside - outside).mean()
+    assert 0.2 < covered.mean() < 0.8
+    assert len(np.unique(covered.round(1))) > 5
+
+
+def test04c_scales_are_a_few_fixed_steps():
+    steps = [scale_end([np.full(9, error)]) for error in (0.0, 0.049, 0.051, 0.3, 0.9, 40.0)]
+    assert steps == [0.05, 0.05, 0.1, 0.5, 1.0, 10.0]
 
 
 def test05_long_names_fit(comparison: Comparison):

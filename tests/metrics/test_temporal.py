@@ -7,7 +7,7 @@ import pytest
 
 from nacre.errors import NacreError
 from nacre.figures import rendering_panels
-from nacre.figures.drawing import magma, scale_end
+from nacre.figures.page import Page, magma, scale_end
 from nacre.figures.rendering_panels import difference, panels_size
 from nacre.metrics.temporal import temporal_errors
 
@@ -48,19 +48,20 @@ def test_panels_show_both_renderings_and_one_scale_for_all_frames(
 ) -> None:
     pytest.importorskip("PIL", reason="needs the extra 'render'")
     texts: list[str] = []
-    monkeypatch.setattr(
-        rendering_panels, "draw_text", lambda _, at, text, *a, **k: texts.append(text)
-    )
+    monkeypatch.setattr(Page, "text", lambda page, x, y, text, *a, **k: texts.append(text))
+    monkeypatch.setattr(Page, "text_width", lambda page, text: 0.0)
     truths = [np.full((64, 64, 3), value, np.float32) for value in (0.0, 0.6)]
     others = [truths[0] + 0.03, truths[1] - [0.0, 0.3, 0.1]]
     pages = list(rendering_panels.rendering_panels(truths, others, ("a", "b"), "figures"))
     width, height = panels_size(64)
     assert [page.shape for page in pages] == [(height, width, 3)] * 2
-    assert texts[:6] == ["b", "against a", "Reference", "Rendered", "Error", "figures"]
+    assert texts[:5] == ["Reference", "Model", "Difference", "a", "b"]
+    assert "figures" in texts
+    assert "Difference: the largest of the channels; white is 1, colors end at 0.5" in texts
     scale = scale_end([difference(truths[1], others[1])])
     assert scale == 0.5
     for page, truth, other, error in zip(pages, truths, others, (0.03, 0.3), strict=True):
-        middles = [page[200, 24 + 128 + 272 * column] / 255 for column in range(3)]
+        middles = [page[400, 40 + 192 + 408 * column] / 255 for column in range(3)]
         wanted = truth[0, 0] ** (1 / 2.2), other[0, 0] ** (1 / 2.2), magma(np.array(error / scale))
         np.testing.assert_allclose(middles, wanted, atol=0.003)
 

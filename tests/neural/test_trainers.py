@@ -13,7 +13,7 @@ import pytest
 
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.samples import BLOCK, Samples
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 
@@ -87,13 +87,14 @@ has = sys.argv[1] == "avx2"
 features = llvmlite.binding.FeatureMap(avx=has)
 llvmlite.binding.get_host_cpu_features = lambda: features
 from nacre.neural.kernel import KernelTrainer
-from nacre.numerics.layer import Layer
-from nacre.neural.samples import Samples, aligned
+from nacre.numerics.mlp import Layer
+from nacre.array import aligned_zeros
+from nacre.neural.samples import Samples
 from nacre.neural.simd import LANES
 assert LANES == (8 if has else 4)
 data = np.load(sys.argv[2])
 parts = [data[f"arr_{k}"] for k in range(6)]
-blocks = aligned(data["blocks"].size)
+blocks = aligned_zeros(data["blocks"].size)
 blocks[:] = data["blocks"]
 layers = [Layer(w, b) for w, b in zip(parts[::2], parts[1::2])]
 order = np.arange(blocks.size // 160)

@@ -13,7 +13,7 @@ from nacre.brdf import Brdf
 from nacre.geometry import dot, half_vector
 from nacre.neural.inputs import PAPER, input_count
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.sampling import BlinnPhongMixture
 
 

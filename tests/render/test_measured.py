@@ -16,7 +16,7 @@ from nacre.geometry import half_vector
 from nacre.measured import RglBrdf, rgl
 from nacre.measured.rgl_writer import ISOTROPIC, Resolution
 from tests.measured.support import hemisphere, relative_error
-from tests.reflectances import Glossy, Turned
+from tests.reflectances import Glossy, Rotated
 
 from .chi_square import chi_square
 from .reflectances import interaction
@@ -37,7 +37,7 @@ SOURCES: dict[str, tuple[Brdf, int, Resolution]] = {
     "smooth": (Glossy(0.2, 0.05, 0.3), 1, ISOTROPIC),
     "sharp": (Glossy(0.1, 0.5, 0.03), 1, ISOTROPIC),
     "anisotropic": (Glossy(0.1, 0.3, 0.05, 0.2), 4, SMALL),
-    "turned": (Turned(0.1, 0.3, 0.15, 0.5), 2, SMALL),
+    "turned": (Rotated(0.1, 0.3, 0.15, 0.5), 2, SMALL),
     "slanted": (Slanted(0.1, 0.3, 0.15, 0.5), 1, SMALL),
 }
 """What is written, its symmetry, and how finely."""

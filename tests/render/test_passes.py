@@ -9,13 +9,21 @@ import numpy as np
 import pytest
 
 from nacre.errors import NacreError
-from nacre.render import texture_bsdf
-from nacre.render.passes import PASS, accumulate, needs_wavefronts, pass_sizes, wavefront_pass
+from nacre.render import passes
+from nacre.render.passes import (
+    PASS,
+    Plan,
+    accumulate,
+    needs_wavefronts,
+    pass_sizes,
+    plan_passes,
+)
 from nacre.render.preview import render_scene
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.scene import describe_texture_scene
 from tests.textures.codecs.basis.made import codec as basis_codec
 
-from .btf.made import latent, picture
+from .textures.made import latent, picture
 
 
 def scene(mi: Any, size: int) -> Any:
@@ -43,19 +51,47 @@ def test_interrupts_wait_for_passes(rgb: Any, monkeypatch: pytest.MonkeyPatch) -
     assert passes == [PASS]
 
 
-def test_wavefronts_are_as_large_as_memory_allows(rgb: Any) -> None:
-    assert wavefront_pass(scene(rgb, 32)) == PASS
-    assert wavefront_pass(scene(rgb, 1024)) == 2
-    assert wavefront_pass(scene(rgb, 2048)) == 1
-    with pytest.raises(NacreError, match=r"4096 x 4096 pixels take 9\.4 GiB where networks"):
-        wavefront_pass(scene(rgb, 4096))
+@pytest.mark.parametrize(
+    ("size", "wavefront", "expected"),
+    [
+        (32, True, Plan(PASS, 32)),
+        (1024, True, Plan(2, 1024)),
+        (2048, True, Plan(1, 1024)),
+        (512, False, Plan(PASS, 512)),
+        (8192, False, Plan(1, 2048)),
+    ],
+)
+def test_passes_are_as_large_as_memory_allows(
+    monkeypatch: pytest.MonkeyPatch, size: int, wavefront: bool, expected: Plan
+) -> None:
+    monkeypatch.setattr(passes, "available_memory", lambda: 1 << 40)
+    assert plan_passes(size, size, 64, wavefront) == expected
+
+
+def test_a_picture_beyond_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(passes, "available_memory", lambda: 1 << 30)
+    with pytest.raises(
+        NacreError, match=r"8192 x 8192 .* 8\.5 GiB .* 1\.0 GiB are left: render 28"
+    ):
+        plan_passes(8192, 8192, 64)
+
+
+def test_bands_of_rows_make_the_whole_picture(rgb: Any) -> None:
+    described = describe_texture_scene({"type": "diffuse"}, size=(24, 20))
+    described["sensor"]["film"] |= {"rfilter": {"type": "box"}}
+    shown = rgb.load_dict(described)
+    ((_, whole),) = accumulate(shown, [64], 1)
+    ((_, banded),) = accumulate(shown, [64], 1, rows=7)
+    ((_, other),) = accumulate(shown, [64], 2)
+    assert np.abs(banded - whole).mean() < 1.5 * np.abs(other - whole).mean()
+    assert list(shown.sensors()[0].film().crop_size()) == [24, 20]
 
 
 def test_wavefronts_show_what_whole_paths_do(rgb: Any) -> None:
     import drjit as dr
 
     codec = basis_codec(1)
-    codes = latent(np.random.default_rng(0).normal(size=(4, 4, codec.values)), codec)
+    codes = latent(np.random.default_rng(0).normal(size=(4, 4, codec.code_dim)), codec)
     bsdf = texture_bsdf(codes, decoder="network")
     shown = rgb.load_dict(describe_texture_scene(bsdf, size=(24, 24)))
     assert needs_wavefronts(shown)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -16,12 +17,17 @@ import nacre.render
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.measured.merl import tabulate
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.neural.network import NetworkBrdf
+from nacre.numerics.mlp import Layer
+from nacre.render.network import first_in_buffer
+from nacre.render.virtual import MitsubaBrdf
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
-from .btf.made import FlatCodec, latent
 from .chi_square import chi_square
 from .reflectances import Constant, Tilted, interaction, network, sphere_scene
+from .textures.made import FlatCodec, latent
 
 Pairs = tuple[np.ndarray, np.ndarray]
 
@@ -147,7 +153,7 @@ def test07_ten_materials_in_one_scene(rgb: Any) -> None:
     brdfs: list[Brdf] = [network(i) for i in range(7)]
     brdfs += [Constant(0.1 * i) for i in range(2, 5)]
     modes = ["cooperative" if i in (1, 4) else "literals" for i in range(10)]
-    bsdfs = [nacre.render.bsdf(b, m) for b, m in zip(brdfs, modes, strict=True)]
+    bsdfs = [nacre.render.bsdf(b, weights=m) for b, m in zip(brdfs, modes, strict=True)]
     together = row(rgb, bsdfs)
     blocks = together.reshape(8, 10, 8, 3).mean((0, 2))
     assert len(np.unique(blocks.round(3), axis=0)) == 10
@@ -247,8 +253,8 @@ def test12_cooperative_weights_change_without_recompiling(
     wi, wo = directions
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
     first, second = (network(seed, inputs=inputs) for seed in (1, 2))
-    bsdf = nacre.render.bsdf(first, "cooperative", precision)
-    other = nacre.render.bsdf(second, "cooperative", precision)
+    bsdf = nacre.render.bsdf(first, weights="cooperative", precision=precision)
+    other = nacre.render.bsdf(second, weights="cooperative", precision=precision)
     params = rgb.traverse(bsdf)
     params["weights"] = rgb.traverse(other)["weights"]
     params.update()
@@ -259,6 +265,62 @@ def test12_cooperative_weights_change_without_recompiling(
     for found_layer, layer in zip(bsdf.material().layers, second.layers, strict=True):
         np.testing.assert_allclose(found_layer.weights, layer.weights, atol=tolerance)
         np.testing.assert_allclose(found_layer.biases, layer.biases, atol=tolerance)
+
+
+def test26_large_networks_and_codes_share_kernels(rgb: Any) -> None:
+    import drjit as dr
+
+    class Family(NetworkBrdf):
+        """A network with the first layer of another."""
+
+        inputs = "paper"
+
+        def __init__(self, base: NeuralBrdf, own: NeuralBrdf) -> None:
+            super().__init__(sampler=own.sampler)
+            self.layers = [base.layers[0], *own.layers[1:]]
+            self.shared_layers = 1
+
+        def from_outputs(self, values: Any) -> Any:
+            return tuple(0.1 * v * v for v in values)
+
+    up, wi = np.array([[0.0, 0.0, 1.0]], np.float32), rgb.Vector3f(0.6, 0.0, 0.8)
+    si, base = interaction(rgb, up), network(1)
+    samplers = [MIXTURES["two lobes"]] * 2
+    hits = []
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        for seed, sampler in zip((2, 3), samplers, strict=True):
+            brdf = Family(base, network(seed).replaced(sampler=sampler))
+            bsdf = nacre.render.bsdf(brdf)
+            dr.kernel_history_clear()
+            value, density = bsdf.eval_pdf(rgb.BSDFContext(), si, wi)
+            dr.eval(value, density)
+            hits.append([k["hash"] for k in dr.kernel_history([dr.KernelType.JIT])])
+            expected = 0.8 * brdf.eval(np.array([0.6, 0.0, 0.8]), up)
+            np.testing.assert_allclose(np.array(value).T, expected, rtol=1e-4)
+            np.testing.assert_allclose(
+                np.array(density), brdf.pdf(np.array([0.6, 0.0, 0.8]), up), rtol=1e-3
+            )
+    assert hits[0] == hits[1]
+
+
+@pytest.mark.parametrize(("width", "start"), [(21, 3), (64, 3), (200, 0)])
+def test27_weights_are_literals_up_to_a_number(width: int, start: int) -> None:
+    random = np.random.default_rng(0)
+    sizes = (6, width, width, 3)
+    layers = [
+        Layer(random.normal(size=pair).astype(np.float32), np.zeros(pair[1], np.float32))
+        for pair in itertools.pairwise(sizes)
+    ]
+    brdf = NeuralBrdf(layers)
+    assert first_in_buffer(brdf, "auto") == start
+    assert first_in_buffer(brdf, "literals") == 3
+    assert first_in_buffer(brdf, "cooperative") == 0
+
+
+def test28_a_material_of_mitsuba_is_rendered_as_itself(rgb: Any) -> None:
+    brdf = MitsubaBrdf({"type": "roughplastic"})
+    assert not brdf.traceable
+    assert nacre.render.bsdf(brdf) is brdf.bsdf
 
 
 def test13_scalar(scalar: Any) -> None:
@@ -275,7 +337,7 @@ def test13_scalar(scalar: Any) -> None:
     assert np.isfinite(image).all()
     assert image.min() > 0.0
     with pytest.raises(nacre.NacreError, match="JIT variant"):
-        nacre.render.bsdf(brdf, "cooperative")
+        nacre.render.bsdf(brdf, weights="cooperative")
 
 
 def test14_mono_is_luminance(mono: Any) -> None:
@@ -341,7 +403,7 @@ def test18_following_light_swaps_the_directions(rgb: Any) -> None:
 def test19_albedo_for_denoisers(rgb: Any, mode: str) -> None:
     aov = {"type": "aov", "aovs": "albedo:albedo", "img": {"type": "path"}}
     brdf = Constant(0.2, 0.5, 0.8) if mode == "literals" else network(1)
-    bsdf = nacre.render.bsdf(brdf, mode)
+    bsdf = nacre.render.bsdf(brdf, weights=mode)
     scene = rgb.load_dict(sphere_scene(rgb, bsdf, size=4, integrator=aov))
     image = np.array(rgb.render(scene, spp=4))
     expected = nacre.render.adapter.albedo(brdf)
@@ -353,11 +415,11 @@ def test19_albedo_for_denoisers(rgb: Any, mode: str) -> None:
 
 def test20_what_cannot_be_is_refused(rgb: Any, tmp_path: Path) -> None:
     with pytest.raises(nacre.NacreError, match="for networks, not Constant"):
-        nacre.render.bsdf(Constant(0.5), "cooperative")
-    with pytest.raises(nacre.NacreError, match="'literals' or 'cooperative'"):
-        nacre.render.bsdf(network(1), "textures")
+        nacre.render.bsdf(Constant(0.5), weights="cooperative")
+    with pytest.raises(nacre.NacreError, match="auto, literals, cooperative; got 'textures'"):
+        nacre.render.bsdf(network(1), weights="textures")
     with pytest.raises(nacre.NacreError, match="cooperative weights"):
-        nacre.render.bsdf(network(1), "literals", "half")
+        nacre.render.bsdf(network(1), precision="half")
     with pytest.raises(RuntimeError, match="'filename'"):
         rgb.load_dict({"type": "brdf"})
     with pytest.raises(RuntimeError, match=r"absent\.safetensors: cannot be read"):
@@ -369,10 +431,10 @@ def test20_what_cannot_be_is_refused(rgb: Any, tmp_path: Path) -> None:
 
 def test25_what_was_refused_is_not_rendered_with(rgb: Any) -> None:
     with pytest.raises(nacre.NacreError) as first:
-        nacre.render.bsdf(network(1), "textures")
+        nacre.render.bsdf(network(1), weights="textures")
     codes = latent(np.ones((2, 2, 3)), FlatCodec())
     with pytest.raises(nacre.NacreError) as second:
-        nacre.render.texture_bsdf(codes, resolution=40, memory=8)
+        nacre.render.bsdf(codes, resolution=40, memory=8)
     assert first.tb is not None
     assert second.tb is not None  # both keep what was begun, as notebooks do
     image = np.array(rgb.render(rgb.load_dict(sphere_scene(rgb, {"type": "diffuse"})), spp=1))

@@ -11,7 +11,7 @@ from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.neural import Layer, NeuralBrdf
-from nacre.reproduce import Method, Settings
+from nacre.reproduce.trial import Method, Settings
 from tests.analytic.materials import EXAMPLES
 
 SETTINGS = Settings(size=16, directions=16, epochs=1, samples=2000)
@@ -31,7 +31,7 @@ def write_materials(folder: Path) -> list[Path]:
     return paths
 
 
-class Grey:
+class Gray:
     """A method that counts its fits, refuses material "b" on request, and stops on request."""
 
     def __init__(self, refuse: bool = False, stop_after: int = 1000) -> None:
@@ -47,10 +47,10 @@ class Grey:
         return MODELS["lambert"](diffuse=(0.5, 0.5, 0.5))
 
 
-def small_methods(grey: Grey, albedo: float = 0.5) -> dict[str, Method]:
+def small_methods(gray: Gray, albedo: float = 0.5) -> dict[str, Method]:
     """The truth, a gray, and tables in place of a network."""
     return {
         "truth": Method("itself", lambda brdf: brdf, "truth"),
-        "grey": Method("grey", grey, "analytic", {"albedo": albedo}),
+        "gray": Method("gray", gray, "analytic", {"albedo": albedo}),
         "nbrdf-675": Method("tables", lambda brdf: EXAMPLES["npf"], "network"),
     }

@@ -6,16 +6,19 @@ import pytest
 
 import nacre
 from nacre.errors import NacreError
-from nacre.reproduce import EXPERIMENTS, methods, run
+from nacre.reproduce import EXPERIMENTS
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.codes import CODES, CodeSettings, code_methods, split
-from nacre.reproduce.methods import TRUTH
+from nacre.reproduce.methods import methods
+from nacre.reproduce.study import run
+from nacre.reproduce.trial import TRUTH
+from nacre.runtime.progress import silent
 from tests.latent.made import material
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
 pytest.importorskip("skimage", reason="needs the extra 'render'")
 
-SETTINGS = CodeSettings(size=16, directions=16, values=4, steps=3, mixtures=2)
+SETTINGS = CodeSettings(size=16, directions=16, code_dim=4, steps=3, mixtures=2)
 
 
 @pytest.fixture
@@ -30,7 +33,7 @@ def prepare(files, names, folder, settings=SETTINGS, fresh=False):
     """Held-out files, methods, settings, and the stages that were reported."""
     stages = []
     found = code_methods(
-        files, names, settings, folder, lambda stage, *_: stages.append(stage), fresh=fresh
+        files, names, settings, Cache(folder, fresh=fresh), lambda stage, *_: stages.append(stage)
     )
     return *found, stages
 
@@ -54,11 +57,12 @@ def test_every_code_is_tried_on_what_no_basis_has_seen(files, tmp_path):
     bases = [nacre.latent.file.load_basis(p) for p in (tmp_path / "cache").glob("basis-*")]
     assert len(bases) == 4
     for basis in bases:
-        assert len(basis) == 4
+        assert basis.code_dim == 4
         assert len(basis.metadata["materials"]) == 5
         assert nacre.load(held_out[0]).name not in basis.metadata["materials"]
     (tmp_path / "out").mkdir()
-    path = EXPERIMENTS["table2"].write("table2", study, list(CODES), tmp_path / "out")[1]
+    outcome = EXPERIMENTS["table2"].outcome("table2", study, list(CODES), silent)
+    path = outcome.write("table2", tmp_path / "out")[1]
     text = path.read_text(encoding="utf-8")
     assert "bases of 5 materials other than those below" in text
     assert "the data differ" in text
@@ -81,12 +85,12 @@ def test_bases_are_trained_once(files, tmp_path):
     *_, stages = prepare(files, ["neural"], folder, fresh=True)
     assert stages
     assert path.read_bytes() == first
-    prepare(files, ["neural"], folder, CodeSettings(values=4, steps=4))
+    prepare(files, ["neural"], folder, CodeSettings(code_dim=4, steps=4))
     assert len(list(folder.iterdir())) == 3
 
 
 def test_too_few_and_equal_names_are_refused(files, tmp_path):
-    with pytest.raises(NacreError, match="table2 takes 5 materials at least, got 4"):
+    with pytest.raises(NacreError, match="table2 takes at least 5 materials, got 4"):
         prepare(files[:4], ["neural"], tmp_path)
     with pytest.raises(NacreError, match="same file name"):
         prepare([*files, files[0]], ["neural"], tmp_path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import itertools
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -12,17 +13,22 @@ import pytest
 from nacre.analytic import MODELS
 from nacre.figures.labels import place_labels
 from nacre.figures.plot import MAX_MATERIALS
-from nacre.reproduce import EXPERIMENTS, Settings, methods, run
+from nacre.reproduce import EXPERIMENTS
 from nacre.reproduce.cache import Cache
+from nacre.reproduce.experiment import Request
 from nacre.reproduce.lobes import lobe_errors
+from nacre.reproduce.methods import methods
+from nacre.reproduce.representations import Comparison
+from nacre.reproduce.study import run
 from nacre.reproduce.summary import markdown, readable, summarize
-from nacre.reproduce.trial import FIGURES, Trial
-from tests.reproduce.support import SETTINGS, Grey, small_methods, write_materials
+from nacre.reproduce.trial import FIGURES, Settings, Trial
+from tests.reproduce.support import SETTINGS, Gray, small_methods, write_materials
 
 figures = pytest.importorskip("matplotlib.figure", reason="needs the extra 'plot'")
 pytest.importorskip("skimage", reason="needs the extra 'render'")
 
 
+COMPARISONS = {name: kind for name, kind in EXPERIMENTS.items() if isinstance(kind, Comparison)}
 STAGES = {"table3": {"a, timing", "b, timing"}, "fig8": {"lobes"}}
 """Of what takes a while after the trials."""
 
@@ -30,23 +36,22 @@ STAGES = {"table3": {"a, timing", "b, timing"}, "fig8": {"lobes"}}
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
-    known = small_methods(Grey(refuse=True))
+    known = small_methods(Gray(refuse=True))
     return run(write_materials(folder), known, SETTINGS, Cache(folder / "cache"))
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", COMPARISONS)
 def test_every_experiment_writes_its_files(study, tmp_path, name):
-    stages, shown = set(), ["grey", "nbrdf-675"]
-    paths = EXPERIMENTS[name].write(
-        name, study, shown, tmp_path, lambda stage, *_: stages.add(stage)
-    )
+    stages, shown = set(), ["gray", "nbrdf-675"]
+    outcome = COMPARISONS[name].outcome(name, study, shown, lambda stage, *_: stages.add(stage))
+    paths = outcome.write(name, tmp_path)
     assert stages == STAGES.get(name, set())
     assert set(paths) == set(tmp_path.iterdir())
     assert (len(paths) == 2) == name.startswith("table")
     for path in paths[2:]:
         assert path.read_bytes().startswith(b"\x89PNG")
     rows = list(csv.reader(paths[0].read_text(encoding="utf-8").splitlines()))
-    assert [row[:2] for row in rows[1:]] == [["a", "grey"], ["a", "nbrdf-675"], ["b", "nbrdf-675"]]
+    assert [row[:2] for row in rows[1:]] == [["a", "gray"], ["a", "nbrdf-675"], ["b", "nbrdf-675"]]
     assert all(len(row) == len(rows[0]) for row in rows)
     text = paths[1].read_text(encoding="utf-8")
     assert "**Differs from the paper:** " in text
@@ -56,14 +61,14 @@ def test_every_experiment_writes_its_files(study, tmp_path, name):
 
 def test_experiments_choose_methods_that_exist():
     known = methods(Settings())
-    for name, kind in EXPERIMENTS.items():
+    for name, kind in COMPARISONS.items():
         chosen = kind.choose(known)
         assert chosen, name
         assert set(chosen) <= set(known) - {"truth"}
-    compared = EXPERIMENTS["table1"].choose([*known, "a new one"])
+    compared = COMPARISONS["table1"].choose([*known, "a new one"])
     assert {"nbrdf-675", "nbrdf-675-uniform", "a new one", *MODELS} <= set(compared)
     assert "nbrdf-105" not in compared
-    assert "nbrdf-105" in EXPERIMENTS["fig17"].choose(known)
+    assert "nbrdf-105" in COMPARISONS["fig17"].choose(known)
 
 
 def trial(material: str, value: float) -> Trial:
@@ -71,7 +76,7 @@ def trial(material: str, value: float) -> Trial:
 
 
 def test_a_plot_has_room_for_the_lobes_of_all_methods_that_fig8_chooses():
-    chosen = EXPERIMENTS["fig8"].choose(methods(Settings()))
+    chosen = COMPARISONS["fig8"].choose(methods(Settings()))
     assert 1 < len(chosen) < MAX_MATERIALS  # the truth is another
 
 
@@ -91,7 +96,7 @@ def test_equal_pictures_have_no_spread_of_psnr():
 
 
 def test_markdown_counts_materials(study):
-    lines = markdown(study, ["grey", "nbrdf-675"], ["environment SSIM"], "environment").splitlines()
+    lines = markdown(study, ["gray", "nbrdf-675"], ["environment SSIM"], "environment").splitlines()
     assert lines[0] == "| method | bytes | materials | SSIM |"
     assert lines[2].startswith("| gray | 12 | 1 |")
     assert lines[3].startswith("| nbrdf-675 | 3,264 | 2 |")
@@ -111,7 +116,7 @@ def test_labels_do_not_cover_each_other():
     axes.set_ylim(0.0, 1.0)
     random = np.random.default_rng(0)
     points = 0.4 + 0.1 * random.random((12, 2))
-    place_labels(axes, [(x, y, f"method {k}") for k, (x, y) in enumerate(points)])
+    place_labels(axes, points, [f"method {k}" for k in range(12)])
     figure.draw_without_rendering()
     text_alone = pytest.importorskip(
         "matplotlib.text", reason="needs the extra 'plot'"
@@ -120,3 +125,12 @@ def test_labels_do_not_cover_each_other():
     overlaps = [a.overlaps(b) for a, b in itertools.combinations(boxes, 2)]
     assert len(boxes) == 12
     assert not any(overlaps)
+
+
+def test_every_experiment_of_both_papers_is_registered_and_heeds_known_options():
+    names = {f.name for f in fields(Request)}
+    assert {"table1", "fig6", "fig11", "fig13", "btf-table1", "btf-tsne"} <= set(EXPERIMENTS)
+    for kind in EXPERIMENTS.values():
+        assert kind.title
+        assert kind.differs
+        assert kind.heeds <= names

@@ -9,13 +9,13 @@ import pytest
 import nacre
 from nacre.errors import NacreError
 from nacre.io.files import digest
-from nacre.latent import train
+from nacre.latent import PcaBasis, PcaRecipe
 from nacre.latent.file import save_basis
 from nacre.measured.merl import Resolution
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
-from nacre.reproduce import Settings, methods
-from nacre.reproduce.methods import SIZES
+from nacre.reproduce.methods import SIZES, methods
+from nacre.reproduce.trial import Settings
 from tests.reflectances import Brushed, Glossy
 from tests.reproduce.support import SETTINGS, write_materials
 
@@ -65,7 +65,7 @@ def test_published_networks_are_told_apart_as_they_are_chosen(tmp_path):
 
 def test_codes_are_of_the_basis_given(tmp_path):
     materials = [partial(Glossy, 0.1 * k, 0.05, 0.2 + 0.1 * k) for k in range(4)]
-    basis = train(materials, 3, Resolution(12, 8, 8))
+    basis = PcaBasis.train(materials, PcaRecipe(3, Resolution(12, 8, 8)))
     save_basis(basis, tmp_path / "basis.safetensors")
     known = methods(SETTINGS, basis=tmp_path / "basis.safetensors")["pca"]
     assert "3 values" in known.about

@@ -10,8 +10,9 @@ pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 from nacre.brdf import CosineSampler
 from nacre.render.kitchen import SLOTS, describe_kitchen
 from nacre.render.plates import describe_plates
+from nacre.reproduce.cache import Cache
 from nacre.reproduce.noise import NoiseSettings, errors, resampled
-from nacre.reproduce.noise_pages import equal_time, noise_table
+from nacre.reproduce.noise_figures import equal_time, noise_table
 from nacre.reproduce.noise_study import run_noise
 from nacre.sampling import BlinnPhongMixture
 from tests.reflectances import Glossy
@@ -28,10 +29,15 @@ def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("noise")
     groups = {"glossy": [Glossy(0.1, 0.5, 0.08)]}
 
-    def run(**options):
+    def run(fresh=False):
         calls = []
         found = run_noise(
-            describe_plates, groups, SAMPLERS, SMALL, folder, lambda *c: calls.append(c), **options
+            describe_plates,
+            groups,
+            SAMPLERS,
+            SMALL,
+            Cache(folder, fresh=fresh),
+            lambda *c: calls.append(c),
         )
         return found, calls
 

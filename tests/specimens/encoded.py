@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from nacre.textures.codecs.basis.file import pack_basis
 from tests.specimens.networks import safetensors_bytes
 from tests.specimens.specimen import Array, Specimen, odd_array, odd_json, odd_shape, packed
 from tests.textures.codecs.basis.made import codec
@@ -19,7 +18,7 @@ _NUMBERS = "functions.greys", "prior.noise"
 
 def _tensors(scattered: bool = False) -> dict[str, Array]:
     directions = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], "<f4")
-    _, weights = pack_basis(codec(), "single")
+    _, weights = codec().pack()
     tensors = {
         "codes": np.linspace(-1.0, 1.0, 2 * 3 * 2, dtype="<f4").reshape(2, 3, 2),
         "lights": directions,
@@ -35,7 +34,7 @@ def _header() -> dict[str, Any]:
     return {
         "version": 1,
         "name": "cloth",
-        "codec": pack_basis(codec(), "single")[0],
+        "codec": codec().pack()[0],
         "metadata": {"source": {"file": "a", "sha256": "b"}, "errors": {"MSE x 1e4": 1.0}},
     }
 

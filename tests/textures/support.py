@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from nacre.btf import Indices, TableBtf
+from nacre.btf import Btf, Indices, TableBtf
 from nacre.errors import FormatError
+from nacre.textures.codecs.codec import TrainingRun
 
 WIDTH, HEIGHT = 7, 5
 
@@ -60,7 +61,7 @@ class ByImage(TableBtf):
         raise AssertionError("reads every image")
 
     def images(self, chosen: Indices | slice) -> npt.NDArray[np.float32]:
-        self.read += np.arange(self.pair_count)[chosen].tolist()
+        self.read.extend(np.arange(self.pair_count)[chosen].tolist())
         return super().images(chosen)
 
 
@@ -72,3 +73,12 @@ def assert_refused(read: Callable[[], Any], *parts: str) -> None:
     assert "\n" not in message
     for part in parts:
         assert part in message
+
+
+def run_of(textures: Sequence[Callable[[], Btf]], **others: Any) -> TrainingRun:
+    """A training on textures that are made when they are opened."""
+    return TrainingRun(
+        [f"made{index}" for index in range(len(textures))],
+        lambda path: textures[int(str(path).removeprefix("made"))](),
+        **others,
+    )

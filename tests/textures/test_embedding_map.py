@@ -12,7 +12,7 @@ from nacre.errors import FormatError, NacreError
 from nacre.io.tensors import from_file, to_bytes
 from nacre.measured.textures import BONN
 from nacre.textures import LatentMap
-from nacre.textures.embedding_map import (
+from nacre.textures.embedding import (
     EmbeddingMap,
     embed_texels,
     load_embedding_map,
@@ -60,7 +60,7 @@ def test_new_texels_come_to_their_like_and_old_ones_stay(chart) -> None:
 def test_a_map_is_read_as_it_was_written(chart, tmp_path: Path) -> None:
     save_embedding_map(chart, tmp_path / "map.safetensors")
     found = load_embedding_map(tmp_path / "map.safetensors")
-    assert (found.names, found.mark) == (chart.names, chart.mark)
+    assert (found.names, found.fingerprint) == (chart.names, chart.fingerprint)
     for name in ("texture", "xy", "codes", "places", "colors"):
         assert np.array_equal(getattr(found, name), getattr(chart, name))
 

@@ -61,7 +61,7 @@ def test_an_encoded_texture_is_a_texture(path):
     assert isinstance(btf, NeuralBtf)
     assert (btf.width, btf.height, btf.pair_count) == (5, 3, 6561)
     facts = btf.describe()
-    assert facts["values a code"] == 2
+    assert facts["latent size"] == 2
     assert facts["model"] == "embedded"
     assert facts["MSE x 1e4"] == 2.5
     made = latent()
@@ -72,7 +72,7 @@ def test_an_encoded_texture_is_a_texture(path):
     np.testing.assert_allclose(
         pictures.reshape(2, 15, 3), expected[:, [7, 3000]].swapaxes(0, 1), rtol=1e-4, atol=1e-5
     )
-    other = btf.decoded(*PAIRS)
+    other = btf.at_directions(*PAIRS)
     expected = made.codec.decoder(*PAIRS)(made.codes.reshape(-1, 2))
     np.testing.assert_allclose(other.texels(np.array([14, 2])), expected[[14, 2]], atol=1e-5)
 

@@ -8,9 +8,14 @@ import pytest
 from nacre.errors import FormatError
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
-from nacre.textures.box_filter import box_weights, halved_rows, level_shapes
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.mipmap import LatentPyramid, filtered_reflectance
+from nacre.textures.mipmap import (
+    LatentPyramid,
+    box_weights,
+    filtered_reflectance,
+    halved_rows,
+    level_shapes,
+)
 
 
 class Squares(TexelCodec):

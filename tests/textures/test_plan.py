@@ -17,13 +17,18 @@ def test_each_pair_lowers_most_what_is_unknown() -> None:
     wi, wo = candidate_pairs(12)
     here, target = made.functions(wi, wo), made.functions(*BONN.pairs())
     variances = made.prior.deviations**2
-    greys = made.functions.greys
+    luma_count = made.functions.luma_count
 
     def unknown(chosen: list[int]) -> float:
         total = 0.0
         for functions, aim, variance, times in (
-            (here.grey, target.grey, variances[:greys], 1),
-            (here.chroma, target.chroma, variances[greys : greys + made.functions.chromas], 2),
+            (here.luma, target.luma, variances[:luma_count], 1),
+            (
+                here.chroma,
+                target.chroma,
+                variances[luma_count : luma_count + made.functions.chroma_count],
+                2,
+            ),
         ):
             seen = functions[chosen].astype(float)
             inverse = np.diag(1.0 / variance) + seen.T @ seen / made.prior.noise

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-import numpy as np
 
 from nacre.cli.console import Stages, check_outputs, console, file_path, print_table
 from nacre.cli.ranges import SEED
@@ -29,7 +28,7 @@ _picture_option = click.option(
 @click.argument("second", type=file_path())
 @basis_option
 @_picture_option
-@click.option("--count", default=5, type=click.IntRange(2, 64), help="Materials, both ends too.")
+@click.option("--count", default=5, type=click.IntRange(2, 64), help="Materials, ends included.")
 @click.option("--codes", type=file_path(), help="Folder for the code of each (.json).")
 @click.option("--size", default=192, type=click.IntRange(16, 1024), help="Pixels of each.")
 @click.option("--spp", default=64, type=click.IntRange(1), help="Samples per pixel.")
@@ -43,14 +42,13 @@ def interpolate(
     size: int,
     spp: int,
 ) -> None:
-    """Render what lies between FIRST and SECOND, which are materials or codes (.json).
+    """Render what lies between two materials or codes (.json).
 
     Of pca and neural the logarithm of f_r is linear in a code: what lies between reflects no more
     than the same mixture of the ends would, in any direction.
     """
-    from nacre.figures.code_views import between, coded, displayed
-    from nacre.latent import find_basis
-    from nacre.latent.file import save_code
+    from nacre.figures.code_views import between, coded, strip
+    from nacre.latent import find_basis, save_code
     from nacre.metrics import albedo
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
 
@@ -62,35 +60,34 @@ def interpolate(
         codes.mkdir(parents=True, exist_ok=True)
         for index, material in enumerate(materials):
             save_code(material, codes / f"{index:02d}.json")
-    rows, pictures = [], []
     with Stages() as stages:
-        report = stages.add(output.stem)
-        for index, material in enumerate(materials):
-            pictures.append(displayed(material, size, spp))
-            share = index / (count - 1)
-            rows.append((f"{share:.2f}", *(f"{x:.3f}" for x in albedo(material, [0.0]).value[0])))
-            report("rendering", index + 1, count, "")
-    write_bytes(np.rint(255.0 * np.concatenate(pictures, axis=1)).astype(np.uint8), output)
-    print_table(("share of the second", "albedo, red", "green", "blue"), rows)
+        picture = strip(materials, size, spp, stages.add(output.stem))
+    write_bytes(picture, output)
+    rows = [
+        (f"{index / (count - 1):.2f}", *(f"{x:.3f}" for x in albedo(material, [0.0]).value[0]))
+        for index, material in enumerate(materials)
+    ]
+    print_table(("fraction of the second", "albedo, red", "green", "blue"), rows)
     console.print(f"{output}: {count} materials", markup=False)
 
 
 @click.command("map")
-@click.argument("files", nargs=-1, required=True, type=file_path())
+@click.argument("files", metavar="INPUT...", nargs=-1, required=True, type=file_path())
 @basis_option
 @_picture_option
 @click.option(
-    "--mark",
-    "marked",
+    "--highlight",
+    "highlighted",
+    metavar="INPUT",
     type=file_path(),
     multiple=True,
-    help="A material among FILES to ring in red, and to list the nearest of. May be repeated.",
+    help="A material among the inputs to ring in red, and to list the nearest of. May be repeated.",
 )
-@click.option("--seed", default=0, type=SEED, help="Same seed, same map.")
+@click.option("--seed", default=0, type=SEED, help="Random seed: same seed, same map.")
 def chart(
-    files: tuple[Path, ...], basis_name: str, output: Path, marked: tuple[Path, ...], seed: int
+    files: tuple[Path, ...], basis_name: str, output: Path, highlighted: tuple[Path, ...], seed: int
 ) -> None:
-    """Lay out the materials or codes in FILES by t-SNE, neighbors side by side."""
+    """Lay out materials or codes by t-SNE, neighbors side by side."""
     from nacre.figures.code_views import coded, draw_map
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.latent import find_basis
@@ -98,20 +95,20 @@ def chart(
 
     check_plot_path(output)
     check_outputs([output], [*files, Path(basis_name)])
-    missing = [path for path in marked if path not in files]
+    missing = [path for path in highlighted if path not in files]
     if missing:
-        raise NacreError(f"{missing[0]}: is marked but not among the files")
+        raise NacreError(f"{missing[0]}: is highlighted but not among the inputs")
     basis = find_basis(basis_name)
     names = [path.stem for path in files]
     with Stages() as stages:
         report = stages.add(output.stem)
         materials = coded(files, basis, report)
-        figure = draw_map(names, materials, {path.stem for path in marked}, seed, report)
+        figure = draw_map(names, materials, {path.stem for path in highlighted}, seed, report)
     write_plot(figure, output)
     codes = [material.code for material in materials]
     rows = [
         (path.stem, ", ".join(names[k] for k in nearest(codes, files.index(path), 3)))
-        for path in marked
+        for path in highlighted
     ]
     if rows:
         print_table(("material", "nearest"), rows)

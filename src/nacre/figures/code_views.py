@@ -10,19 +10,27 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
+from nacre.figures.labels import place_labels
+from nacre.figures.page import INK, Page, display_bytes
+from nacre.figures.texel_map import apart
 from nacre.formats import load_brdf
-from nacre.latent import encode
-from nacre.latent.file import AnyBasis, Coded, is_code, load_code
-from nacre.latent.map import embed, map_figure
+from nacre.latent.basis import CodedBrdf, LatentBasis
+from nacre.latent.file import is_code, load_code
+from nacre.latent.map import embed
 from nacre.render.preview import render_preview
 from nacre.render.sphere import render_sphere, standard_lights
-from nacre.runtime.progress import Progress
+from nacre.runtime.progress import Progress, silent
 
-_THUMBNAIL = 48
-"""Pixels along an edge of the pictures on a map."""
+_THUMBNAIL, _SIDE, _PAGE = 64, 0.42, 8.0
+"""Pixels along an edge of a sphere on a map, and inches; inches of the map."""
+_OVERLAP = 0.8
+"""Fraction of a sphere that neighbors leave free at least."""
+_HIGHLIGHT = "#d62728"
 
 
-def coded(files: Sequence[Path], basis: AnyBasis, progress: Progress | None = None) -> list[Coded]:
+def coded(
+    files: Sequence[Path], basis: LatentBasis, progress: Progress = silent
+) -> list[CodedBrdf]:
     """The materials of the codes in `.json` files, or of the codes of the materials in others.
 
     Raises
@@ -30,26 +38,25 @@ def coded(files: Sequence[Path], basis: AnyBasis, progress: Progress | None = No
     FormatError
         If a file cannot be read, holds a code of another basis, or an anisotropic material.
     """
-    found: list[Coded] = []
+    found = []
     for index, path in enumerate(files):
         if is_code(path):
             found.append(load_code(path, basis))
         else:
             brdf = load_brdf(path)
-            found.append(basis.decode(encode(basis, brdf), brdf.name))
-        if progress:
-            progress("encoding", index + 1, len(files), "")
+            found.append(basis.decode(basis.encode(brdf), brdf.name))
+        progress("encoding", index + 1, len(files), "")
     return found
 
 
-def between(first: Coded, second: Coded, count: int) -> list[Coded]:
+def between(first: CodedBrdf, second: CodedBrdf, count: int) -> list[CodedBrdf]:
     """Materials at `count` even steps from one code to another of the same basis, ends included."""
     decode, name = first.basis.decode, f"{first.name} - {second.name}"
-    shares = np.linspace(0.0, 1.0, count)
-    return [decode((1.0 - t) * first.code + t * second.code, f"{name} {t:.2f}") for t in shares]
+    steps = np.linspace(0.0, 1.0, count)
+    return [decode((1.0 - t) * first.code + t * second.code, f"{name} {t:.2f}") for t in steps]
 
 
-def displayed(material: Coded, size: int, spp: int) -> npt.NDArray[np.float32]:
+def displayed(material: CodedBrdf, size: int, spp: int) -> npt.NDArray[np.float32]:
     """The preview of a material in values of display, shape (size, size, 3).
 
     Raises
@@ -60,10 +67,27 @@ def displayed(material: Coded, size: int, spp: int) -> npt.NDArray[np.float32]:
     return tone_map(render_preview(material, size=size, spp=spp))
 
 
+def strip(
+    materials: Sequence[CodedBrdf], size: int, spp: int, progress: Progress = silent
+) -> npt.NDArray[np.uint8]:
+    """Previews of materials side by side, shape (size, size * materials, 3).
+
+    Raises
+    ------
+    MissingExtraError
+        If Mitsuba is not installed.
+    """
+    pictures = []
+    for index, material in enumerate(materials):
+        pictures.append(displayed(material, size, spp))
+        progress("rendering", index + 1, len(materials), "")
+    return display_bytes(np.concatenate(pictures, axis=1))
+
+
 def draw_map(
     names: Sequence[str],
-    materials: Sequence[Coded],
-    marked: Collection[str],
+    materials: Sequence[CodedBrdf],
+    highlighted: Collection[str],
     seed: int,
     progress: Progress,
 ) -> Any:
@@ -72,10 +96,10 @@ def draw_map(
     Parameters
     ----------
     names
-        Of the materials, as they are shown.
+        Of the materials, as they are printed.
     materials
-        :data:`nacre.latent.map.FEWEST` at least, of one basis.
-    marked
+        :data:`nacre.latent.map.MIN_CODES` or more, of one basis.
+    highlighted
         Names of those to ring.
     seed
         The same seed gives the same map.
@@ -98,7 +122,61 @@ def draw_map(
     light = standard_lights()["environment"]
     pictures = []
     for index, material in enumerate(materials):
-        image, mask = render_sphere(material, light, _THUMBNAIL)
-        pictures.append(np.concatenate([tone_map(image), mask[..., None]], axis=-1))
+        pictures.append(tone_map(render_sphere(material, light, _THUMBNAIL)[0]))
         progress("rendering", index + 1, len(materials), "")
-    return map_figure(names, places, pictures, marked)
+    return map_figure(names, places, pictures, highlighted)
+
+
+def map_figure(
+    names: Sequence[str],
+    places: npt.NDArray[np.float64],
+    pictures: Sequence[npt.NDArray[np.floating]],
+    highlighted: Collection[str] = (),
+) -> Any:
+    """Spheres of materials where they are on the map, the highlighted ones ringed in red.
+
+    Parameters
+    ----------
+    names
+        Of the materials.
+    places
+        Shape (n, 2).
+    pictures
+        Spheres in display values, shape (size, size, 3).
+    highlighted
+        Names.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One page.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib or textalloc is not installed.
+    """
+    page = Page(_PAGE, _PAGE, "white")
+    low, high = places.min(axis=0), places.max(axis=0)
+    margin = 0.6 + _SIDE
+    points = margin + (places - low) / np.maximum(high - low, 1e-9) * (_PAGE - 2.0 * margin)
+    sides = np.full((len(points), 2), _OVERLAP * _SIDE)
+    points = apart(points, sides, np.array([[margin] * 2, [_PAGE - margin] * 2]))
+    for (x, y), picture in zip(points, pictures, strict=True):
+        page.sphere(x - 0.5 * _SIDE, _PAGE - y - 0.5 * _SIDE, _SIDE, picture)
+    axes = page.axes(0.0, 0.0, _PAGE, _PAGE)
+    axes.set(xlim=(0.0, _PAGE), ylim=(0.0, _PAGE), zorder=-1)  # lines to names end at spheres
+    ringed = np.array([name in highlighted for name in names])
+    circle = {"facecolors": "none", "edgecolors": _HIGHLIGHT, "linewidths": 1.6}
+    axes.scatter(*points[ringed].T, s=(72.0 * 1.05 * _SIDE) ** 2, **circle)
+    angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    rim = 0.5 * _SIDE * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    place_labels(
+        axes,
+        points,
+        list(names),
+        colors=[_HIGHLIGHT if ring else INK for ring in ringed],
+        obstacles=(points[:, None] + rim).reshape(-1, 2),
+        distance=0.55 * _SIDE / _PAGE,
+    )
+    return page.figure

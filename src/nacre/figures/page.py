@@ -1,45 +1,207 @@
-"""A page on which pictures and text are placed in inches."""
+"""The page on which all pictures are composed: panels, text and color scales, placed in inches.
+
+Sheets are 8 inches wide. A README shows pictures about 800 pixels wide, where a point of text is
+then 1.4 pixels high: nothing is set smaller than 8 points on them.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import require
-from nacre.figures.polar import INK
+from nacre.array import Floats
+from nacre.errors import printable, require
+from nacre.render.sphere import MARGIN
 
-Floats = npt.NDArray[np.floating]
+Bytes = npt.NDArray[np.uint8]
 
-_PAPER = "#dcdcd9"
-"""Darker than a white sphere."""
+DPI = 160
+"""Pixels of an inch, where the pictures on a page do not ask for another number."""
+
+PAPER, INK, FAINT, RULE = "#ededeb", "#202124", "#65676b", "#d0d0cd"
+"""Background of sheets; text that matters, text that helps, and lines."""
+
+SCALES = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""Ends of the color scale of errors: a few fixed steps, so that most sheets share one."""
+
+
+def magma(values: Floats) -> Floats:
+    """Colors in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
+    colors = np.asarray(require("matplotlib", "plot").colormaps["magma"](np.clip(values, 0.0, 1.0)))
+    result: Floats = colors[..., :3]
+    return result
+
+
+def scale_end(errors: Iterable[Floats]) -> float:
+    """The first of :data:`SCALES` that is not exceeded by 99.5 % of the values of any map."""
+    peak = max(float(np.percentile(values, 99.5)) for values in errors)
+    return next((end for end in SCALES if end >= peak), SCALES[-1])
+
+
+def display_bytes(values: Floats) -> Bytes:
+    """Bytes of display values, which are clipped to [0, 1]."""
+    result: Bytes = np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return result
+
+
+def enlarged(pixels: Any, size: int) -> Any:
+    """A picture whose pixels are repeated as often as its longest edge stays within `size`."""
+    factor = max(1, size // max(pixels.shape[:2]))
+    return pixels.repeat(factor, axis=0).repeat(factor, axis=1)
 
 
 class Page:
-    """A figure on which things are placed in inches from the upper left."""
+    """A Matplotlib figure on which things are placed in inches from the upper left.
 
-    def __init__(self, size: tuple[float, float]) -> None:
+    Parameters
+    ----------
+    width, height
+        In inches.
+    paper
+        Color of the background.
+    dpi
+        Pixels of an inch.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+
+    def __init__(self, width: float, height: float, paper: str = PAPER, dpi: float = DPI) -> None:
         figures = require("matplotlib.figure", "plot")
-        self.width, self.height = size
-        self.figure = figures.Figure(figsize=size, facecolor=_PAPER)
-
-    def image(self, x: float, y: float, side: float, pixels: Floats) -> None:
-        """A square picture of display values."""
-        shown = np.clip(pixels, 0.0, 1.0)
-        self.axes(x, y, side, side).imshow(shown, interpolation="antialiased")
-
-    def text(self, x: float, y: float, text: str, **options: Any) -> None:
-        """Text; see Matplotlib for the options."""
-        options = {"color": INK, "fontsize": 7, "parse_math": False} | options
-        self.figure.text(x / self.width, 1.0 - y / self.height, text, **options)
+        self.size = round(width * dpi), round(height * dpi)
+        self.width, self.height = (pixels / dpi for pixels in self.size)
+        self.figure = figures.Figure((self.width, self.height), dpi=dpi, facecolor=paper)
 
     def axes(self, x: float, y: float, width: float, height: float) -> Any:
-        """Axes without a frame."""
-        box = (x / self.width, 1.0 - (y + height) / self.height)
-        axes = self.figure.add_axes((*box, width / self.width, height / self.height))
+        """Axes without a frame, whose edges lie between pixels."""
+        dpi = self.figure.dpi
+        left, right, top, bottom = (round(v * dpi) for v in (x, x + width, y, y + height))
+        box = (
+            left / self.size[0],
+            1.0 - bottom / self.size[1],
+            (right - left) / self.size[0],
+            (bottom - top) / self.size[1],
+        )
+        axes = self.figure.add_axes(box)
         axes.set_axis_off()
         return axes
+
+    def image(
+        self, x: float, y: float, width: float, height: float, pixels: Floats, smooth: bool = True
+    ) -> Any:
+        """A picture of display values in [0, 1], shape (height, width, 3 or 4), in a box.
+
+        Parameters
+        ----------
+        x, y, width, height
+            The box, in inches.
+        pixels
+            The picture.
+        smooth
+            Whether it is interpolated where it is enlarged.
+        """
+        axes = self.axes(x, y, width, height)
+        axes.imshow(
+            display_bytes(pixels),  # Matplotlib would cut values off where this rounds
+            interpolation="bicubic" if smooth else "nearest",
+            aspect="auto",
+            interpolation_stage="rgba",
+        )
+        return axes
+
+    def sphere(self, x: float, y: float, side: float, pixels: Floats) -> None:
+        """A picture of a sphere (:mod:`nacre.render.sphere`) in display values, cut out smoothly.
+
+        Parameters
+        ----------
+        x, y, side
+            The square box, in inches.
+        pixels
+            Shape (size, size, 3); what lies outside the sphere is not shown.
+        """
+        size = len(pixels)
+        # Colors just inside the rim continue outwards, so that enlarging mixes in no background.
+        axis = np.arange(size) + 0.5 - 0.5 * size
+        inside = 0.5 * size * (1.0 - MARGIN)
+        shrink = np.minimum(1.0, (inside - 1.0) / np.hypot(axis, axis[:, None]))
+        rows, columns = (
+            np.floor(a * shrink + 0.5 * size).astype(int) for a in (axis[:, None], axis[None, :])
+        )
+        axes = self.image(x, y, side, side, pixels[rows, columns])
+        patches = require("matplotlib.patches", "plot")
+        middle = 0.5 * size - 0.5
+        rim = patches.Circle((middle, middle), inside, transform=axes.transData)
+        axes.images[0].set_clip_path(rim)
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float = 9.0,
+        color: str = INK,
+        limit: float | None = None,
+        **options: Any,
+    ) -> Any:
+        """Text at a place in inches; with a `limit`, one line that loses its middle if too wide.
+
+        Matplotlib's options `ha`, `va` and others are taken; the base line lies at `y` by default.
+        """
+        place = x / self.width, 1.0 - y / self.height
+        options = {"fontsize": size, "color": color, "parse_math": False} | options
+        lines = [text] if limit is not None else text.split("\n")
+        found = self.figure.text(*place, "\n".join(map(printable, lines)), **options)
+        if limit is not None:
+            found.set_text(self._shortened(found, limit))
+        return found
+
+    def line(self, x: float, y: float, x_end: float, y_end: float, **style: Any) -> None:
+        """A line between two places in inches, in a style of Matplotlib's; a thin rule without."""
+        lines = require("matplotlib.lines", "plot")
+        ends = [x / self.width, x_end / self.width], [1.0 - v / self.height for v in (y, y_end)]
+        style = {"color": RULE, "linewidth": 0.7} | style
+        self.figure.add_artist(lines.Line2D(*ends, **style))
+
+    def error_scale(self, x: float, y: float, width: float, end: float) -> None:
+        """The colors of errors from 0 to `end`, with numbers below."""
+        bar = magma(np.linspace(0.0, 1.0, 256))[None]
+        self.image(x, y, width, 0.09, bar)
+        for part, align in ((0.0, "left"), (0.5, "center"), (1.0, "right")):
+            place = x + part * width, y + 0.11
+            self.text(*place, f"{part * end:g}", 8.0, FAINT, ha=align, va="top")
+
+    def pixels(self) -> Bytes:
+        """The page as sRGB bytes, shape (height, width, 3)."""
+        canvas = require("matplotlib.backends.backend_agg", "plot").FigureCanvasAgg(self.figure)
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+    def text_width(self, text: Any) -> float:
+        """Width in inches of what :meth:`text` returned."""
+        width: float = text.get_window_extent().width / self.figure.dpi
+        return width
+
+    def _shortened(self, text: Any, limit: float) -> str:
+        """The longest start and end of a text, with an ellipsis between, within a width."""
+        whole: str = text.get_text()
+        if self.text_width(text) <= limit:
+            return whole
+        low, high, found = 0, min(len(whole), 400), "…"
+        while low < high:
+            kept = (low + high + 1) // 2
+            tail = kept // 2
+            trial = f"{whole[: kept - tail]}…{whole[len(whole) - tail :]}"
+            text.set_text(trial)
+            if self.text_width(text) <= limit:
+                low, found = kept, trial
+            else:
+                high = kept - 1
+        return found
 
 
 def broken(name: str, length: int = 17) -> str:

@@ -14,8 +14,9 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.errors import FormatError, NacreError, require
+from nacre.figures.chart import COLORS
 from nacre.figures.lobes import Lobe, lobe
-from nacre.figures.polar import FAINT, INK, PANEL, draw_curve, draw_grid, readable
+from nacre.figures.page import DPI, FAINT, INK, RULE, Page
 from nacre.io.files import PathLike, atomic_path
 
 Floats = npt.NDArray[np.floating]
@@ -32,8 +33,6 @@ INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0))
 MAX_MATERIALS = 7
 """As many as there are colors that can be told apart."""
 
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Of Okabe and Ito's palette for all kinds of color vision."""
 _REFERENCE = "#a3a6ab"
 
 _MAX_DECADES = 6
@@ -44,6 +43,13 @@ _NOTE_DENSITY = 17
 """Characters of the note that an inch holds."""
 _KEY_SIZE = 9
 """Points of the materials' names."""
+
+_ALL_LABELLED = 5
+"""Rings up to which each has a label; of more, every other one."""
+_EXTENT = (1.28, -0.14, 1.34)
+"""Half the width, the lower and the upper edge, in radii."""
+_PANEL = (2.0 * _EXTENT[0] * 1.25, (_EXTENT[2] - _EXTENT[1]) * 1.25)
+"""Width and height in inches."""
 
 Place = tuple[str, float, float]
 
@@ -100,7 +106,6 @@ def lobe_figure(
         raise ValueError(f"floor must be positive, got {floor}")
     if not 0 < len(materials) <= MAX_MATERIALS:
         raise NacreError(f"a plot shows 1 to {MAX_MATERIALS} materials, not {len(materials)}")
-    figures = require("matplotlib.figure", "plot")
     lobes = {
         name: [lobe(brdf, angle, azimuth) for angle in incidence]
         for name, brdf in materials.items()
@@ -111,26 +116,27 @@ def lobe_figure(
     what = "f_r × cosine of the viewer" if cosine else "f_r"
     what += "" if channel == "rgb" else f", {channel}"
     plane = f"; plane at azimuth {math.degrees(azimuth):g}°" if azimuth else ""
-    note = f"{what}, in 1/sr, log scale; {readable(10.0**low)} and less at the center{plane}"
+    note = f"{what}, in 1/sr, log scale; {_readable(10.0**low)} and less at the center{plane}"
 
-    width, height = len(incidence) * PANEL[0], len(rows) * PANEL[1]
-    figure = figures.Figure(facecolor="white")
-    places, top = _arrange(figure, list(lobes), width)
+    width = len(incidence) * _PANEL[0]
+    places, top = _arrange(list(lobes), width)
     note = textwrap.fill(note, int(width * _NOTE_DENSITY))
     bottom = _FOOTER + 0.14 * note.count("\n")
-    size = width + 2.0 * _MARGIN, height + top + bottom
-    figure.set_size_inches(size)
+    page = Page(width + 2.0 * _MARGIN, top + len(rows) * _PANEL[1] + bottom, "white")
     for j, row in enumerate(rows):
         for i, angle in enumerate(incidence):
-            box = (_MARGIN + i * PANEL[0], bottom + (len(rows) - 1 - j) * PANEL[1], *PANEL)
-            axes = figure.add_axes([v / size[k % 2] for k, v in enumerate(box)])
-            draw_grid(axes, angle, low, high, row if channel == "rgb" else "")
+            axes = page.axes(_MARGIN + i * _PANEL[0], top + j * _PANEL[1], *_PANEL)
+            _draw_grid(axes, angle, low, high, row if channel == "rgb" else "")
             for k, each in enumerate(lobes.values()):
                 values = _values(each[i], row, cosine)
-                draw_curve(axes, each[i].theta, values, low, high, _style(k, len(lobes)))
-    _key(figure, places, size)
-    figure.text(_MARGIN / size[0], 0.14 / size[1], note, color=FAINT, fontsize=8, va="bottom")
-    return figure
+                _draw_curve(axes, each[i].theta, values, low, high, _style(k, len(lobes)))
+    for index, (name, x, y) in enumerate(places):
+        if len(places) > 1:
+            page.line(x, y, x + _PIECE - 0.07, y, **_style(index, len(places)))
+            x += _PIECE
+        page.text(x, y, name, _KEY_SIZE, va="center_baseline")
+    page.text(_MARGIN, page.height - 0.14, note, 8.0, FAINT, va="bottom")
+    return page.figure
 
 
 def check_plot_path(path: PathLike) -> Path:
@@ -172,7 +178,7 @@ def write_plot(figure: Any, path: PathLike) -> None:
     date = {"png": "Software", "svg": "Date", "pdf": "CreationDate"}[ending]
     settings = {"svg.hashsalt": "nacre", "pdf.fonttype": 42}
     with require("matplotlib", "plot").rc_context(settings), atomic_path(path) as temporary:
-        figure.savefig(temporary, format=ending, dpi=160, metadata={date: None})
+        figure.savefig(temporary, format=ending, dpi=DPI, metadata={date: None})
 
 
 def _values(item: Lobe, channel: str, cosine: bool) -> Floats:
@@ -212,38 +218,63 @@ def _style(index: int, count: int) -> dict[str, Any]:
     return {"color": COLORS[index - (count > 1)], "linewidth": 1.2, "solid_capstyle": "round"}
 
 
-def _arrange(figure: Any, names: Sequence[str], width: float) -> tuple[list[Place], float]:
+def _arrange(names: Sequence[str], width: float) -> tuple[list[Place], float]:
     """Where the key's names go, in inches from the upper left, in rows; and the key's height.
 
     A name that is too long for a row loses its middle.
     """
-
-    def length(name: str) -> float:
-        text = figure.text(0.0, 0.0, name, fontsize=_KEY_SIZE, parse_math=False)
-        result: float = text.get_window_extent().width / figure.dpi
-        text.remove()
-        return result
-
-    x, y, places, room = 0.0, 0.22, [], width - _PIECE
+    ruler = Page(1.0, 1.0)
+    x, y, places = 0.0, 0.22, []
     for name in names:
-        half = int(0.5 * len(name) * room / max(length(name), room)) - 2
-        short = name if length(name) <= room else f"{name[:half]}…{name[-half:]}"
-        step = length(short) + _PIECE + 0.3
+        text = ruler.text(0.0, 0.0, name, _KEY_SIZE, limit=width - _PIECE)
+        step = ruler.text_width(text) + _PIECE + 0.3
         if x > 0.0 and x + step > width:
             x, y = 0.0, y + 0.2
-        places.append((short, _MARGIN + x, y))
+        places.append((text.get_text(), _MARGIN + x, y))
         x += step
     return places, y + 0.12
 
 
-def _key(figure: Any, places: Sequence[Place], size: tuple[float, float]) -> None:
-    """Names of the materials above the panels, each behind a piece of its line."""
-    lines = require("matplotlib.lines", "plot")
-    for index, (name, x, down) in enumerate(places):
-        y = 1.0 - down / size[1]
-        if len(places) > 1:
-            ends = [x / size[0], (x + _PIECE - 0.07) / size[0]]
-            figure.add_artist(lines.Line2D(ends, [y, y], **_style(index, len(places))))
-            x += _PIECE
-        options = {"color": INK, "fontsize": _KEY_SIZE, "va": "center_baseline"}
-        figure.text(x / size[0], y, name, parse_math=False, **options)
+def _readable(value: float) -> str:
+    """A value in plain digits where these are few, else as a power of ten."""
+    exponent = math.log10(value)
+    if abs(exponent) < 2.5 or abs(exponent - round(exponent)) > 1e-9:
+        return f"{value:.4g}"
+    return "10" + str(round(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def _draw_grid(axes: Any, incidence: float, low: float, high: float, title: str) -> None:
+    """Rings, spokes, the light and the mirror direction; a title to the lower left."""
+    axes.set_axis_off()
+    axes.set_xlim(-_EXTENT[0], _EXTENT[0])
+    axes.set_ylim(*_EXTENT[1:])
+    small = {"color": FAINT, "fontsize": 8, "ha": "center"}
+    rule = {"color": RULE, "linewidth": 0.6, "zorder": 0}
+    arc = np.radians(np.arange(-90.0, 91.0))
+    rings = [(k - low) / (high - low) for k in range(math.floor(low) + 1, math.floor(high) + 1)]
+    for exponent, r in enumerate(rings, math.floor(low) + 1):
+        axes.plot(r * np.sin(arc), r * np.cos(arc), **rule)
+        if len(rings) <= _ALL_LABELLED or (math.floor(high) - exponent) % 2 == 0:
+            axes.text(r, -0.03, _readable(10.0**exponent), va="top", **small)
+    for degrees in range(-90, 91, 30):
+        x, y = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+        axes.plot([0.0, x], [0.0, y], **rule)
+        if 0 < degrees < 90:
+            axes.text(1.07 * x, 1.05 * y, f"{degrees}°", va="center", **small)
+    x, y = math.sin(incidence), math.cos(incidence)
+    axes.plot([0.0, x], [0.0, y], color=FAINT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=0)
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (-1.01 * x, 1.01 * y), (-1.14 * x, 1.14 * y), arrowprops=arrow)
+    label = f"light {math.degrees(incidence):g}°"
+    axes.text(-1.16 * x, 1.16 * y, label, color=INK, fontsize=9, ha="center", va="bottom")
+    if title:
+        axes.text(-1.0, -0.03, title, color=INK, fontsize=9, ha="left", va="top")
+
+
+def _draw_curve(
+    axes: Any, theta: Floats, values: Floats, low: float, high: float, style: Mapping[str, Any]
+) -> None:
+    """Values of shape (n,) against angles in radians from the normal; gaps where they are NaN."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r = np.clip((np.log10(np.maximum(values, 0.0)) - low) / (high - low), 0.0, None)
+    axes.plot(r * np.sin(theta), r * np.cos(theta), zorder=2, **style)

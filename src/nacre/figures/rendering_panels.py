@@ -7,22 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from nacre.array import Floats
-from nacre.color import tone_map
-from nacre.errors import require
-from nacre.figures.drawing import (
-    FAINT,
-    INK,
-    Bytes,
-    blank_page,
-    display_bytes,
-    draw_scale,
-    draw_text,
-    magma,
-    scale_end,
-)
-from nacre.figures.texture_panels import enlarged
+from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet, sheet_size
+from nacre.figures.page import Bytes, scale_end
 
-_NARROWEST, _GAP, _MARGIN, _HEADER, _FOOTER = 200, 16, 24, 96, 68
+_NOTES = 2
+"""Lines below the pictures."""
 
 
 def difference(truth: Floats, other: Floats) -> Floats:
@@ -32,9 +21,8 @@ def difference(truth: Floats, other: Floats) -> Floats:
 
 
 def panels_size(size: int) -> tuple[int, int]:
-    """Width and height of what is drawn of square renderings of some pixels an edge."""
-    shown = len(enlarged(np.zeros((size, 1), bool)))
-    return 2 * (_MARGIN + _GAP) + 3 * max(shown, _NARROWEST), _HEADER + shown + _FOOTER
+    """Width and height in pixels of what is drawn of square renderings of some pixels an edge."""
+    return sheet_size(size, _NOTES, max(size, CELL_PIXELS))
 
 
 def rendering_panels(
@@ -45,8 +33,8 @@ def rendering_panels(
 ) -> Iterator[Bytes]:
     """Draw renderings of one scene, or of each of its frames, beside those of a reference.
 
-    From left to right the truth, the other, and :func:`difference` on one scale of colors. Small
-    ones are enlarged without smoothing.
+    From left to right the reference, the model, and :func:`difference`, whose color scale is the
+    same in all frames. Small renderings are enlarged without smoothing, others keep their pixels.
 
     Parameters
     ----------
@@ -65,31 +53,11 @@ def rendering_panels(
     Raises
     ------
     MissingExtraError
-        If Pillow is not installed.
+        If Matplotlib is not installed.
     """
-    scale = scale_end(difference(*pair) for pair in zip(truths, others, strict=True))
-    for truth, other in zip(truths, others, strict=True):
-        yield _panels(truth, other, scale, names, note)
-
-
-def _panels(truth: Floats, other: Floats, scale: float, names: tuple[str, str], note: str) -> Bytes:
-    canvas = require("PIL.Image", "render")
-    errors = magma(difference(truth, other) / scale)
-    panels = [enlarged(display_bytes(p)) for p in (tone_map(truth), tone_map(other), errors)]
-    height, across = panels[0].shape[:2]
-    cell = max(across, _NARROWEST)
-    columns = [_MARGIN + i * (cell + _GAP) for i in range(3)]
-    right = columns[2] + cell
-    image, draw = blank_page(right + _MARGIN, _HEADER + height + _FOOTER)
-    draw_text(draw, (_MARGIN, 34), names[1], 20, INK, limit=right - _MARGIN)
-    draw_text(draw, (_MARGIN, 56), f"against {names[0]}", 13, FAINT, limit=right - _MARGIN)
-    for x, title, panel in zip(columns, ("Reference", "Rendered", "Error"), panels, strict=True):
-        draw_text(draw, (x + cell / 2, _HEADER - 8), title, 15, INK, anchor="ms")
-        image.paste(canvas.fromarray(panel), (x + (cell - across) // 2, _HEADER))
-    y = _HEADER + height
-    limit = columns[2] - _GAP - _MARGIN
-    draw_text(draw, (_MARGIN, y + 24), note, 13, INK, limit=limit)
-    meaning = "Error: largest absolute difference of the channels; white is 1"
-    draw_text(draw, (_MARGIN, y + 46), meaning, 13, FAINT, limit=limit)
-    draw_scale(image, draw, (columns[2], y + 10), cell, scale)
-    return np.array(image)
+    rows = [Row(a, b, difference(a, b)) for a, b in zip(truths, others, strict=True)]
+    scale = scale_end(row.error for row in rows)
+    meaning = f"Difference: the largest of the channels; white is 1, colors end at {scale:g}"
+    for row in rows:
+        cell = max(CELL_PIXELS, *row.error.shape)
+        yield difference_sheet([row], scale, "Difference", names, (note, meaning), cell)

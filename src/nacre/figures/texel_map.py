@@ -10,22 +10,22 @@ import numpy.typing as npt
 
 from nacre.color import tone_map
 from nacre.errors import require
-from nacre.figures.polar import INK
+from nacre.figures.page import INK, Page
 from nacre.io.files import PathLike
 from nacre.io.text_file import write_rows
-from nacre.textures.embedding_map import EmbeddingMap
+from nacre.textures.embedding import EmbeddingMap
 
 Places = npt.NDArray[np.float64]
 
-_SIZE, _KEY = 9.0, 1.5
+_SIZE, _KEY = 8.0, 1.4
 """Inches: edge of the map, and width of the key beside it."""
-_DOT, _SWATCH = 9.0, 26.0
+_DOT, _SQUARE = 9.0, 26.0
 """Square points."""
 _CLOSE = 0.25
-"""Share of a texture's texels that are nearest to its name."""
+"""Fraction of a texture's texels that are nearest to its name."""
 _ROUNDS = 2000
-_GAP = 1.0
-"""Pixels between names."""
+_GAP = 0.01
+"""Between boxes that are moved apart, as a fraction of their mean height."""
 
 
 def family(name: str) -> str:
@@ -83,7 +83,7 @@ def _bare(axes: Any) -> None:
     axes.set_aspect("equal", "datalim")
 
 
-def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, swatches: bool = False) -> Any:
+def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = False) -> Any:
     """A map of texels, each texture named where most of its texels lie.
 
     Parameters
@@ -92,7 +92,7 @@ def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, swatches: bool = Fals
         To be shown.
     new
         How many of its textures, the last ones, are ringed and named in bold.
-    swatches
+    own_colors
         Whether texels are squares of their own colors; otherwise dots of that of the family.
 
     Returns
@@ -105,21 +105,19 @@ def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, swatches: bool = Fals
     MissingExtraError
         If Matplotlib is not installed.
     """
-    width = _SIZE if swatches else _SIZE + _KEY
-    figure = require("matplotlib.figure", "plot").Figure((width, _SIZE), facecolor="white")
-    axes = figure.add_axes((0.01, 0.01, (_SIZE - 0.1) / width, 0.98))
+    width = _SIZE if own_colors else _SIZE + _KEY
+    page = Page(width, _SIZE, "white")
+    axes = page.axes(0.1, 0.1, _SIZE - 0.2, _SIZE - 0.2)
     ringed = chart.texture >= len(chart.names) - new
-    if swatches:
-        _scatter_swatches(axes, chart, ringed)
+    if own_colors:
+        _scatter_squares(axes, chart, ringed)
     else:
         families = [family(name) for name in chart.labels]
         scatter_families(axes, chart.places, families, ringed, _DOT)
         style = {"fontsize": 8, "frameon": False, "markerscale": 2.0, "labelcolor": INK}
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **style)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    _name(figure, axes, chart, new)
-    return figure
+    _name(page, axes, chart, new)
+    return page.figure
 
 
 def write_table(chart: EmbeddingMap, path: PathLike) -> None:
@@ -141,13 +139,13 @@ def write_table(chart: EmbeddingMap, path: PathLike) -> None:
     write_rows(rows, path)
 
 
-def _scatter_swatches(axes: Any, chart: EmbeddingMap, ringed: npt.NDArray[np.bool_]) -> None:
+def _scatter_squares(axes: Any, chart: EmbeddingMap, ringed: npt.NDArray[np.bool_]) -> None:
     colors = tone_map(chart.colors)
     for ring in (False, True):
         style = {"edgecolors": INK, "linewidths": 0.6} if ring else {"linewidths": 0.0}
         chosen = ringed == ring
         axes.scatter(
-            *chart.places[chosen].T, s=_SWATCH, c=colors[chosen], marker="s", clip_on=False, **style
+            *chart.places[chosen].T, s=_SQUARE, c=colors[chosen], marker="s", clip_on=False, **style
         )
     _bare(axes)
 
@@ -164,38 +162,32 @@ def middle(places: Places) -> Places:
     return found
 
 
-def _name(figure: Any, axes: Any, chart: EmbeddingMap, new: int) -> None:
+def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
     """Write names of textures at their texels, apart from one another."""
     effects = require("matplotlib.patheffects", "plot")
     halo = [effects.withStroke(linewidth=2.0, foreground="white")]
-    crowded = len(chart.names) > 40
-    figure.draw_without_rendering()
+    size = 7.0 if len(chart.names) > 40 else 9.0
+    page.figure.draw_without_rendering()
+    dpi = page.figure.dpi
     anchors, texts = [], []
     for index, name in enumerate(chart.names):
         fresh = index >= len(chart.names) - new
-        anchors.append(axes.transData.transform(middle(chart.places[chart.texture == index])))
-        style = {"fontsize": 6.5 if crowded else 8.5, "weight": "bold" if fresh else "normal"}
-        texts.append(
-            axes.text(
-                0.0, 0.0, name, transform=None, ha="center", va="center", color=INK,
-                path_effects=halo, zorder=5, parse_math=False, **style,
-            )
-        )  # fmt: skip
+        x, y = axes.transData.transform(middle(chart.places[chart.texture == index])) / dpi
+        anchors.append((x, page.height - y))
+        style: dict[str, Any] = {
+            "weight": "bold" if fresh else "normal",
+            "ha": "center",
+            "va": "center",
+        }
+        texts.append(page.text(*anchors[-1], name, size, path_effects=halo, zorder=5, **style))
     boxes = [text.get_window_extent() for text in texts]
-    sizes = np.array([(box.width, box.height) for box in boxes])
-    frame = axes.get_window_extent()
-    bounds = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]])
-    for text, anchor, place in zip(
-        texts, anchors, apart(np.array(anchors), sizes, bounds), strict=True
-    ):
-        # In points of the page: pixels change with the resolution it is written at.
-        x, y = place / figure.bbox.size
-        text.set_transform(figure.transFigure)
-        text.set_position((x, y))
-        if np.linalg.norm(place - anchor) > text.get_fontsize() * figure.dpi / 72.0:
-            line = require("matplotlib.lines", "plot").Line2D
-            ends = np.stack([anchor, place]) / figure.bbox.size
-            figure.add_artist(line(*ends.T, color=INK, linewidth=0.4, alpha=0.5))
+    sizes = np.array([(box.width, box.height) for box in boxes]) / dpi
+    bounds = np.array([[0.0, 0.0], [_SIZE, page.height]])
+    places = apart(np.array(anchors), sizes, bounds)
+    for text, (x, y), (to_x, to_y) in zip(texts, anchors, places, strict=True):
+        text.set_position((to_x / page.width, 1.0 - to_y / page.height))
+        if np.hypot(to_x - x, to_y - y) > size / 72.0:
+            page.line(x, y, to_x, to_y, color=INK, linewidth=0.4, alpha=0.5)
 
 
 def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
@@ -213,13 +205,14 @@ def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
     array of shape (n, 2)
         Where there is too little room some may still touch.
     """
-    found = centers + 1e-3 * np.random.default_rng(0).standard_normal(centers.shape)
+    shaken: Places = 1e-4 * sizes.mean() * np.random.default_rng(0).standard_normal(centers.shape)
+    found: Places = centers + shaken
     low, high = bounds[0] + 0.5 * sizes, bounds[1] - 0.5 * sizes
-    least = 0.5 * (sizes[:, None] + sizes) + _GAP
+    wanted = 0.5 * (sizes[:, None] + sizes) + _GAP * sizes[:, 1].mean()
     for _ in range(_ROUNDS):
         found = np.clip(found, low, np.maximum(low, high))
         between = found[:, None] - found
-        over = least - np.abs(between)
+        over = wanted - np.abs(between)
         np.einsum("iik->ik", over)[:] = 0.0
         hit = (over > 0.0).all(axis=2)
         if not hit.any():

@@ -10,8 +10,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.errors import require
-from nacre.figures.polar import INK
+from nacre.figures.page import Page
 from nacre.render.sphere import frames, sphere_normals, standard_lights
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 
@@ -75,19 +74,16 @@ def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Any:
         If Matplotlib is not installed.
     """
     across = min(_ACROSS, len(pictures))
-    rows = math.ceil(len(pictures) / across)
-    width, height = across * _SIDE, rows * (_SIDE + _CAPTION)
-    figure = require("matplotlib.figure", "plot").Figure((width, height), facecolor="white")
+    rows = -(-len(pictures) // across)
+    page = Page(across * _SIDE, rows * (_SIDE + _CAPTION), "white")
     for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
         row, column = divmod(index, across)
-        bottom = height - row * (_SIDE + _CAPTION) - _SIDE
-        box = (column * _SIDE / width, bottom / height, _SIDE / width, _SIDE / height)
-        axes = figure.add_axes(box)
-        shown = np.where(picture.any(axis=2, keepdims=True), tone_map(picture), 1.0)
-        axes.imshow(shown, interpolation="bilinear")
-        axes.set_axis_off()
-        x, y = (column + 0.5) * _SIDE / width, (bottom - 0.02) / height
-        style = {"ha": "center", "va": "top", "fontsize": 7, "color": INK, "parse_math": False}
-        weight = "normal" if index else "bold"
-        figure.text(x, y, caption, weight=weight, **style)
-    return figure
+        x, y = column * _SIDE, row * (_SIDE + _CAPTION)
+        page.sphere(x, y, _SIDE, tone_map(picture))
+        style: dict[str, Any] = {
+            "ha": "center",
+            "va": "top",
+            "weight": "normal" if index else "bold",
+        }
+        page.text(x + 0.5 * _SIDE, y + _SIDE + 0.02, caption, 8.0, **style)
+    return page.figure

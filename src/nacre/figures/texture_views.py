@@ -1,4 +1,4 @@
-"""Pictures of a texture at some pairs of directions, small enough to be laid out as one."""
+"""Pictures of one texture at some pairs of directions, laid out as a sheet."""
 
 from __future__ import annotations
 
@@ -9,14 +9,105 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf import Btf, Indices
+from nacre.color import tone_map
+from nacre.figures.page import DPI, FAINT, Bytes, Page, enlarged
+from nacre.geometry import split, to_spherical
 from nacre.measured.textures.directions import from_degrees
 from nacre.textures.selection import nearest_pair
 
 _CELL = 256
 """Most pixels of an edge of a picture among several."""
+_MIN_CELL = 160
+"""Pixels that a picture's width is enlarged to, about, where it has no caption."""
+_GAP, _MARGIN, _HEADER, _CAPTION = 0.12, 0.2, 0.62, 0.4
+"""Inches: between cells, at the edges, heights of the title and of a caption."""
+_LIGHTS = ((0.0, 0.0), (45.0, 180.0), (45.0, 90.0), (75.0, 0.0))
+_VIEWS = ((0.0, 0.0), (45.0, 0.0), (75.0, 90.0))
+"""Polar angles and azimuths in degrees that :func:`capture_sheet` shows."""
 
 Angles = Sequence[tuple[float, float]]
 """Polar angles and azimuths in degrees."""
+
+
+def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
+    """Draw a texture at some pairs of directions; reflectance of 1 is white.
+
+    Parameters
+    ----------
+    btf
+        Any texture.
+    pairs
+        Which, shape (n,).
+    columns
+        Pictures in a row.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+        sRGB bytes.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    panels = [enlarged(tone_map(p), _CELL) for p in reduced_pictures(btf, pairs)]
+    tall, wide = (n / DPI for n in panels[0].shape[:2])
+    cell = max(wide, _CELL / DPI)
+    columns = min(columns, len(panels))
+    rows = -(-len(panels) // columns)
+    width = 2 * _MARGIN + columns * (cell + _GAP) - _GAP
+    page = Page(width, _HEADER + rows * (_CAPTION + tall + _GAP) - _GAP + _MARGIN)
+    limit = width - 2 * _MARGIN
+    page.text(_MARGIN, 0.3, btf.name, 11.0, weight="bold", limit=limit)
+    note = f"{texels(btf, *panels[0].shape[:2])}; reflectance of 1 is white"
+    page.text(_MARGIN, 0.5, note, 8.5, FAINT, limit=limit)
+    for index, (pair, panel) in enumerate(zip(pairs, panels, strict=True)):
+        row, column = divmod(index, columns)
+        x, y = _MARGIN + column * (cell + _GAP), _HEADER + row * (_CAPTION + tall + _GAP)
+        for line, direction in enumerate(angles(btf, int(pair))):
+            page.text(x, y + 0.16 + 0.17 * line, direction, 8.5, limit=cell)
+        page.image(x, y + _CAPTION, wide, tall, panel, smooth=False)
+    return page.pixels()
+
+
+def capture_sheet(btf: Btf, repeats: int = 2) -> Floats:
+    """Linear values of pictures at four lights (columns) and three views (rows), tiled.
+
+    Each is of the pair nearest to what is wanted, under a lamp of the same power throughout, which
+    makes most of the first picture nearly white: reflectance times the light's cosine.
+
+    Returns
+    -------
+    array
+        Shape (rows, columns, 3).
+    """
+    chosen = nearest_pairs(btf, _LIGHTS, _VIEWS)
+    pictures = reduced_pictures(btf, chosen) * btf.wi[chosen, 2][..., None, None, None]
+    bright = float(np.quantile(pictures[0, 0].max(-1), 0.9))
+    pictures = np.tile(pictures * (0.8 / max(bright, 1e-3)), (1, 1, repeats, repeats, 1))
+    factor = max(1, _MIN_CELL // pictures.shape[3])
+    pictures = pictures.repeat(factor, 2).repeat(factor, 3)
+    framed = np.pad(pictures, ((0, 0), (0, 0), (1, 1), (1, 1), (0, 0)), constant_values=1.0)
+    return laid_out(framed)
+
+
+def texels(btf: Btf, height: int, width: int) -> str:
+    """The size of a texture in words, and how it is shown in a picture of some pixels."""
+    size = f"{btf.width:,} x {btf.height:,} texels"
+    step = max(-(-btf.width // width), -(-btf.height // height))
+    return size if step == 1 else f"{size}, {step} x {step} a pixel"
+
+
+def angles(btf: Btf, pair: int) -> tuple[str, str]:
+    """Light and view of a pair in words: polar angles and azimuths in degrees."""
+    light, view = (_angles(w[pair]) for w in (btf.wi, btf.wo))
+    return f"Light: {light}", f"View: {view}"
+
+
+def _angles(direction: Floats) -> str:
+    theta, phi = (round(float(np.degrees(a)), 1) for a in to_spherical(split(direction)))
+    return f"theta {theta:g}°, phi {phi % 360.0 if theta else 0.0:g}°"
 
 
 def nearest_pairs(btf: Btf, lights: Angles, views: Angles) -> Indices:

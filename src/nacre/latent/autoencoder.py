@@ -5,20 +5,28 @@ NBRDF paper, section 3.2 and Figure 3.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.io.tensors import Tensors
+from nacre.latent.basis import LatentBasis, Vector, integer
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation
-from nacre.latent.weights import COUNT, Matrix, WeightBasis, bent, dense
-from nacre.numerics.layer import Layer
+from nacre.latent.neural_basis import check_tensors
+from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.recipes import AutoencoderRecipe
+from nacre.latent.weights import COUNT, Matrix, WeightBasis, named_layers, named_tensors
+from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
+from nacre.runtime.progress import Progress
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Autoencoder(WeightBasis):
     """Two layers from the 675 weights of a network to a code, and two back.
 
@@ -42,7 +50,10 @@ class Autoencoder(WeightBasis):
         If layers do not fit to one another.
     """
 
-    LAYERS = "contract", "code", "expand", "network"
+    kind: ClassVar[str] = "autoencoder"
+    Recipe: ClassVar[type] = AutoencoderRecipe
+    projects: ClassVar[bool] = True
+    LAYERS: ClassVar[tuple[str, ...]] = "contract", "code", "expand", "network"
 
     common: npt.NDArray[np.float32]
     contract: Layer
@@ -53,7 +64,7 @@ class Autoencoder(WeightBasis):
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        width, values = len(self.contract.biases), len(self)
+        width, values = len(self.contract.biases), self.code_dim
         if self.common.shape != (COUNT,) or self.seed < 0:
             raise ValueError(f"common {self.common.shape} is no network, or seed is negative")
         units = len(self.expand.biases)
@@ -64,36 +75,63 @@ class Autoencoder(WeightBasis):
             network=(units, COUNT),
         )
 
-    def __len__(self) -> int:
-        """Number of values in a code."""
+    @property
+    def code_dim(self) -> int:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
         return len(self.code.biases)
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.weights.WeightBasis`."""
+        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.common.nbytes + super().nbytes
 
     def weights(self, codes: npt.ArrayLike) -> Matrix:
         """See :class:`nacre.latent.weights.WeightBasis`."""
-        return dense(bent(dense(np.asarray(codes, np.float64), self.expand)), self.network)
+        values = np.asarray(codes, np.float64)
+        return np.asarray(forward(values, [self.expand, self.network], SILU_BY_TANH))
 
     def codes(self, weights: npt.ArrayLike) -> Matrix:
         """Codes of networks fitted from the common one, shape (n, k), for (n, 675)."""
-        return dense(bent(dense(np.asarray(weights, np.float64), self.contract)), self.code)
+        values = np.asarray(weights, np.float64)
+        return np.asarray(forward(values, [self.contract, self.code], SILU_BY_TANH))
 
-    def project(self, brdf: Brdf) -> npt.NDArray[np.float64]:
-        """The code that the encoder gives a reflectance, shape (k,).
+    def _projected(self, brdf: Brdf) -> Vector:
+        """The code that the encoder gives a reflectance.
 
         A network is fitted to it from the common one, which takes a fraction of a second.
-
-        Raises
-        ------
-        FormatError
-            If `brdf` is anisotropic.
-        NacreError
-            If it is known at none of the directions.
         """
         distillation = Distillation(self.seed)
         f_r = isotropic_values(brdf, distillation.wi, distillation.wo)
-        code: npt.NDArray[np.float64] = self.codes(distillation.weights(self.common, f_r)[None])[0]
+        code: Vector = self.codes(distillation.weights(self.common, f_r)[None])[0]
         return code
+
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+        return self._projected(brdf)
+
+    def pack(self) -> tuple[dict[str, Any], Tensors]:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        tensors: Tensors = {"common": np.ascontiguousarray(self.common)}
+        return {"seed": self.seed}, tensors | named_tensors(self.layers)
+
+    @classmethod
+    def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Autoencoder:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        check_tensors(tensors)
+        layers = named_layers(tensors, cls.LAYERS)
+        seed, metadata = integer(header, "seed"), header["metadata"]
+        return cls(tensors["common"], **layers, seed=seed, metadata=metadata)
+
+    @classmethod
+    def train(
+        cls,
+        materials: Sequence[Callable[[], Brdf]],
+        recipe: AutoencoderRecipe | None = None,
+        *,
+        base: LatentBasis | None = None,
+        checkpoint: Path | None = None,
+        progress: Progress | None = None,
+    ) -> Autoencoder:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        from nacre.latent.autoencoder_training import train_autoencoder
+
+        return train_autoencoder(materials, recipe, checkpoint=checkpoint, progress=progress)

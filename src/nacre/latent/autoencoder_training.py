@@ -25,12 +25,11 @@ from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weight_networks import reflectance
-from nacre.latent.weights import COUNT, SHAPES
+from nacre.latent.weights import COUNT, SHAPES, tensor_reflectance
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.training import schedule
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
@@ -39,43 +38,21 @@ Floats = npt.NDArray[np.float32]
 
 _GAMMA, _DARKEST = 2.2, 1e-12
 """Of the tone curve, and the value below which it is clamped."""
-_STEEPEST = 0.3
+_EDGE, _ANGLES = 64, (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)
+"""Pixels along an edge of a picture, and degrees off the view of the lights (NBRDF paper, 3.2): one
+light alone would show one angle theta_d only."""
+_MAX_NORM = 0.3
 """Bound of the norm of a gradient: the curve is all but vertical where it is dark."""
 
 
 def train_autoencoder(
     materials: Sequence[Callable[[], Brdf]],
-    pixels: tuple[Floats, Floats],
     recipe: AutoencoderRecipe | None = None,
     *,
     checkpoint: Path | None = None,
     progress: Progress | None = None,
 ) -> Autoencoder:
-    """An autoencoder of materials.
-
-    Parameters
-    ----------
-    materials
-        Functions that give the materials, isotropic; called once each.
-    pixels
-        Directions to the light and to the viewer at the pixels of the pictures, shapes (n, 3);
-        see :func:`nacre.render.sphere.lit_pixels`.
-    recipe
-        Settings.
-    checkpoint
-        File for the state of the training, from which a later call goes on. It stays, for the
-        caller to remove once the autoencoder is saved.
-    progress
-        Called as it goes on.
-
-    Raises
-    ------
-    FormatError
-        If a material is anisotropic.
-    NacreError
-        If there are fewer than two materials, one is known at none of the directions, training
-        diverges, or the checkpoint is of another training or damaged.
-    """
+    """An autoencoder of materials; see :meth:`nacre.latent.basis.LatentBasis.train`."""
     recipe = recipe or AutoencoderRecipe()
     if len(materials) < 2:
         raise NacreError("an autoencoder needs two materials or more")
@@ -84,7 +61,7 @@ def train_autoencoder(
     values, names = sampled(materials, distillation.wi, distillation.wo, report)
     common = distillation.common(values)
     networks = distillation.networks(common, values, recipe.mixtures, report)
-    training = _Training(networks, pixels, recipe)
+    training = _Training(networks, lit_pixels(), recipe)
     loss = training.run(checkpoint, report)
     metadata = {"materials": names, "loss": loss, "training": asdict(recipe)}
     return training.autoencoder(common, metadata)
@@ -97,11 +74,11 @@ class _Training:
         self, weights: Floats, pixels: tuple[Floats, Floats], recipe: AutoencoderRecipe
     ) -> None:
         self._recipe = recipe
-        orders = list(itertools.permutations(range(OUTPUTS)))
-        networks = np.stack([permuted(weights, order) for order in orders], axis=1)
-        self._centre = networks.mean(axis=(0, 1))
-        self._scale = _spreads(networks.reshape(-1, COUNT).std(axis=0))
-        self._networks = torch.from_numpy((networks - self._centre) / self._scale)
+        permutations = list(itertools.permutations(range(OUTPUTS)))
+        networks = np.stack([permuted(weights, p) for p in permutations], axis=1)
+        self._center = networks.mean(axis=(0, 1))
+        self._scale = _deviations(networks.reshape(-1, COUNT).std(axis=0))
+        self._networks = torch.from_numpy((networks - self._center) / self._scale)
         wi, wo = pixels
         self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
         self._cosine = torch.from_numpy(math.pi * wi[:, 2:])
@@ -114,8 +91,8 @@ class _Training:
             return matrix, biases
 
         self._contract = layer(COUNT, recipe.width, 1.0)
-        self._code = layer(recipe.width, recipe.values, 1.0)
-        self._expand = layer(recipe.values, recipe.width, math.sqrt(2.0))
+        self._code = layer(recipe.width, recipe.code_dim, 1.0)
+        self._expand = layer(recipe.code_dim, recipe.width, math.sqrt(2.0))
         self._network = layer(recipe.width, COUNT, 0.3)
         self._parameters = [*self._contract, *self._code, *self._expand, *self._network]
         group = {"params": self._parameters, "factor": 1.0}
@@ -127,8 +104,8 @@ class _Training:
         """All steps that are left; gives the last loss."""
         rates = schedule(self._recipe.steps, self._recipe.learning_rate)
         sums = self._networks.double().sum().item(), self._inputs.double().sum().item()
-        mark = f"{self._recipe} {tuple(self._networks.shape)} {sums}"
-        return descend(self._adam, self._loss, rates, mark, checkpoint, report)
+        fingerprint = f"{self._recipe} {tuple(self._networks.shape)} {sums}"
+        return descend(self._adam, self._loss, rates, fingerprint, checkpoint, report)
 
     def _loss(self, step: int) -> Tensor:
         recipe, random = self._recipe, np.random.default_rng((self._recipe.seed, 4, step))
@@ -141,17 +118,15 @@ class _Training:
 
     def _pictures(self, networks: Tensor, pixels: Tensor) -> Tensor:
         """Values of display of networks at some pixels, shape (networks, n, 3)."""
-        weights = networks * torch.from_numpy(self._scale) + torch.from_numpy(self._centre)
-        radiance = reflectance(weights, self._inputs[pixels]) * self._cosine[pixels]
+        weights = networks * torch.from_numpy(self._scale) + torch.from_numpy(self._center)
+        radiance = tensor_reflectance(weights, self._inputs[pixels]) * self._cosine[pixels]
         return radiance.clamp(min=_DARKEST).pow(1.0 / _GAMMA)
 
     def _codes(self, networks: Tensor) -> Tensor:
-        bent = torch.nn.functional.silu(networks @ self._contract[0] + self._contract[1])
-        return bent @ self._code[0] + self._code[1]
+        return forward(networks, [self._contract, self._code], SILU)
 
     def _decoded(self, codes: Tensor) -> Tensor:
-        bent = torch.nn.functional.silu(codes @ self._expand[0] + self._expand[1])
-        return bent @ self._network[0] + self._network[1]
+        return forward(codes, [self._expand, self._network], SILU)
 
     def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
@@ -162,28 +137,50 @@ class _Training:
             [p.detach().double().numpy() for p in layer]
             for layer in (self._contract, self._code, self._expand, self._network)
         )
-        centre, scale = (a.astype(np.float64) for a in (self._centre, self._scale))
+        center, scale = (a.astype(np.float64) for a in (self._center, self._scale))
         first = contract[0] / scale[:, None]
         return Autoencoder(
             common,
-            Layer(first, contract[1] - centre @ first),
+            Layer(first, contract[1] - center @ first),
             Layer(code[0] / deviation, (code[1] - mean) / deviation),
             Layer(deviation[:, None] * expand[0], expand[1] + mean @ expand[0]),
-            Layer(network[0] * scale, network[1] * scale + centre),
+            Layer(network[0] * scale, network[1] * scale + center),
             self._recipe.seed,
             metadata,
         )
 
 
-def permuted(weights: Floats, order: Sequence[int]) -> Floats:
+def lit_pixels() -> tuple[Floats, Floats]:
+    """Directions to the light and to the viewer at the pixels of the pictures, shapes (n, 3).
+
+    They show spheres, each lit by one light from the upper left.
+    """
+    axis = (np.arange(_EDGE) + 0.5) * 2.0 / _EDGE - 1.0
+    x, y = (part.ravel() for part in np.meshgrid(axis, -axis))
+    inside = x * x + y * y < 1.0
+    x, y = x[inside], y[inside]
+    z = np.sqrt(1.0 - x * x - y * y)
+    # Rows are tangent, bitangent and normal; the materials do not mind how these two are rotated.
+    tangent = np.stack([z, np.zeros_like(x), -x], axis=-1) / np.hypot(x, z)[:, None]
+    normal = np.stack([x, y, z], axis=-1)
+    frames = np.stack([tangent, np.cross(normal, tangent), normal], axis=1)
+    aside = [math.sqrt(0.5) * math.sin(angle) for angle in np.deg2rad(_ANGLES)]
+    lights = [(-a, a, math.cos(angle)) for a, angle in zip(aside, np.deg2rad(_ANGLES), strict=True)]
+    wi = np.concatenate([frames @ light for light in lights]).astype(np.float32)
+    wo = np.tile(frames[:, :, 2], (len(lights), 1)).astype(np.float32)
+    lit = wi[:, 2] > 0.0
+    return wi[lit], wo[lit]
+
+
+def permuted(weights: Floats, permutation: Sequence[int]) -> Floats:
     """Networks whose channels are those of others in some order, shape (n, 675)."""
     rows, columns = SHAPES[-1]
     last = (rows + 1) * columns
-    outputs = weights[:, -last:].reshape(len(weights), rows + 1, columns)[:, :, list(order)]
+    outputs = weights[:, -last:].reshape(len(weights), rows + 1, columns)[:, :, list(permutation)]
     return np.concatenate([weights[:, :-last], outputs.reshape(len(weights), last)], axis=1)
 
 
-def _spreads(deviations: Floats) -> Floats:
+def _deviations(deviations: Floats) -> Floats:
     """For every weight the root mean square deviation of those of its kind and layer."""
     parts, start = [], 0
     for rows, columns in SHAPES:
@@ -195,5 +192,5 @@ def _spreads(deviations: Floats) -> Floats:
 
 
 def _bounded(gradient: Tensor) -> Tensor:
-    """A gradient of norm _STEEPEST at most."""
-    return gradient * (_STEEPEST / gradient.norm().clamp(min=_STEEPEST))
+    """A gradient of norm _MAX_NORM at most."""
+    return gradient * (_MAX_NORM / gradient.norm().clamp(min=_MAX_NORM))

@@ -11,22 +11,22 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import NacreError, require
-from nacre.runtime.checkpoint import load_state, save_state
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
 
-_SAVE_EVERY = 500
-"""Steps between checkpoints."""
+_SAVE_SECONDS = 45.0
+"""Between states that are kept."""
 
 
 def descend(
     adam: Any,
     loss: Callable[[int], Tensor],
     rates: npt.NDArray[np.float32],
-    mark: str,
+    fingerprint: str,
     checkpoint: Path | None,
     report: Progress,
     stage: str = "training",
@@ -42,7 +42,7 @@ def descend(
         so that training goes on as if it never stopped.
     rates
         Learning rate of every step.
-    mark
+    fingerprint
         What must be the same for a training to go on.
     checkpoint
         File for the state; begins there if it exists.
@@ -56,45 +56,34 @@ def descend(
     NacreError
         If training diverges, or the checkpoint is of another training or damaged.
     """
-    step, last = 0, math.inf
-    if checkpoint is not None and checkpoint.exists():
-        step, last = _resume(adam, mark, checkpoint)
+    last = math.inf
+
+    def state() -> dict[str, Any]:
+        parameters = [p.data for p in _parameters(adam)]
+        return {"loss": last, "adam": adam.state_dict(), "parameters": parameters}
+
+    def restore(state: dict[str, Any]) -> None:
+        nonlocal last
+        adam.load_state_dict(state["adam"])
+        for mine, saved in zip(_parameters(adam), state["parameters"], strict=True):
+            mine.data.copy_(saved)
+        last = float(state["loss"])
+
+    steps = Store(checkpoint, fingerprint).steps(len(rates), state, restore, seconds=_SAVE_SECONDS)
     with one_thread():
-        for index in range(step, len(rates)):
+        for index in steps:
             for group in adam.param_groups:
                 group["lr"] = group["factor"] * float(rates[index])
             current = loss(index)
             adam.zero_grad()
             current.backward()
             adam.step()
-            step, last = index + 1, float(current.item())
-            if step % 50 == 0 or step == len(rates):
-                report(stage, step, len(rates), f"loss {last:.4f}")
-            if checkpoint is not None and step % _SAVE_EVERY == 0:
-                _save(adam, mark, step, last, checkpoint)
+            last = float(current.item())
+            if (index + 1) % 50 == 0 or index + 1 == len(rates):
+                report(stage, index + 1, len(rates), f"loss {last:.4f}")
     if not math.isfinite(last):
         raise NacreError("training of the basis diverged; lower the learning rate")
     return last
-
-
-def _resume(adam: Any, mark: str, checkpoint: Path) -> tuple[int, float]:
-    def restore(state: dict[str, Any]) -> tuple[int, float]:
-        adam.load_state_dict(state["adam"])
-        for mine, saved in zip(_parameters(adam), state["parameters"], strict=True):
-            mine.data.copy_(saved)
-        return int(state["step"]), float(state["loss"])
-
-    return load_state(checkpoint, mark, restore)
-
-
-def _save(adam: Any, mark: str, step: int, loss: float, checkpoint: Path) -> None:
-    state = {
-        "step": step,
-        "loss": loss,
-        "adam": adam.state_dict(),
-        "parameters": [p.data for p in _parameters(adam)],
-    }
-    save_state(checkpoint, mark, state)
 
 
 def _parameters(adam: Any) -> list[Tensor]:

@@ -12,14 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.latent.directions import isotropic_inputs, shared_directions
-from nacre.latent.refine import GAIN
+from nacre.latent.recipes import GAIN
 from nacre.latent.weights import flat_weights, network_layers
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import Samples
 from nacre.neural.training import initial_layers, train
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
@@ -28,7 +28,7 @@ DIRECTIONS = 1 << 15
 _BEGINNING = Recipe(epochs=100)
 _SHORT = Recipe(epochs=40, learning_rate=1e-3)
 _HELD_OUT = 0.05
-_LEAST = 1e-4
+_MIN = 1e-4
 """Of f_r, where geometric means are taken."""
 
 Floats = npt.NDArray[np.float32]
@@ -59,8 +59,8 @@ class Distillation:
             Of each material in 1/sr, shape (directions, 3); negative where not known.
         """
         logs = np.mean([np.log1p(np.maximum(f, 0.0)).mean(axis=1) for f in f_r], axis=0)
-        grey = np.repeat(np.expm1(logs)[:, None], 3, axis=1).astype(np.float32)
-        *hidden, last = self._fit(initial_layers(HIDDEN, self.seed), grey, _BEGINNING)
+        luma = np.repeat(np.expm1(logs)[:, None], 3, axis=1).astype(np.float32)
+        *hidden, last = self._fit(initial_layers(HIDDEN, self.seed), luma, _BEGINNING)
         # Any mean of outputs that are alike is like them.
         matrix, bias = last.weights.mean(axis=1), last.biases.mean()
         alike = Layer(np.repeat(matrix[:, None], 3, axis=1), np.full(3, bias))
@@ -111,9 +111,9 @@ def _mixture(rows: Sequence[Floats], index: int, seed: int) -> Floats:
     """A geometric mean of two materials, of which one has its channels permuted."""
     random = np.random.default_rng((seed, 5, index))
     first, second = random.permutation(len(rows))[:2]
-    share, order = random.random(), random.permutation(OUTPUTS)
-    one, other = rows[first], rows[second][:, order]
-    logs = [np.log(np.maximum(f, _LEAST)) for f in (one, other)]
-    mixed = np.exp((1.0 - share) * logs[0] + share * logs[1])
+    fraction, permutation = random.random(), random.permutation(OUTPUTS)
+    one, other = rows[first], rows[second][:, permutation]
+    logs = [np.log(np.maximum(f, _MIN)) for f in (one, other)]
+    mixed = np.exp((1.0 - fraction) * logs[0] + fraction * logs[1])
     known = (one[:, :1] >= 0.0) & (other[:, :1] >= 0.0)
     return np.where(known, mixed, -1.0).astype(np.float32)

@@ -2,38 +2,47 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from dataclasses import replace
+from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING
 
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes, write_encoded
 from nacre.io.tensors import from_file, to_bytes
-from nacre.latent import autoencoder_file, hypernetwork_file, neural_file, pca_file
-from nacre.latent.autoencoder import Autoencoder
-from nacre.latent.hypernetwork import Hypernetwork
-from nacre.latent.neural_basis import NeuralBasis, NeuralBasisBrdf
-from nacre.latent.pca import Basis, PcaBrdf
-from nacre.latent.weights import CodedNetwork, WeightBasis
+from nacre.latent.basis import CodedBrdf, LatentBasis
+from nacre.registry import Registry
+
+if TYPE_CHECKING:
+    from nacre.latent.hypernetwork import Hypernetwork
+    from nacre.latent.neural_basis import NeuralBasis
 
 VERSION = 1
-AnyBasis: TypeAlias = Basis | NeuralBasis | Hypernetwork | Autoencoder
-Coded: TypeAlias = PcaBrdf | NeuralBasisBrdf | CodedNetwork
 
-_MODELS: dict[str, tuple[type[AnyBasis], Any]] = {
-    "log-relative PCA": (Basis, pca_file),
-    "neural": (NeuralBasis, neural_file),
-    "autoencoder": (Autoencoder, autoencoder_file),
-    "hypernetwork": (Hypernetwork, hypernetwork_file),
-}
-"""By what files say they are: the class, and the module that packs and unpacks it."""
-_KEY = "nacre basis"
+BASES: Registry[type[LatentBasis]] = Registry(
+    "nacre.bases",
+    "latent basis",
+    {
+        "pca": "nacre.latent.pca:PcaBasis",
+        "neural": "nacre.latent.neural_basis:NeuralBasis",
+        "hypernetwork": "nacre.latent.hypernetwork:Hypernetwork",
+        "autoencoder": "nacre.latent.autoencoder:Autoencoder",
+    },
+)
+"""The kinds of bases by name: those of nacre and of installed packages."""
+
+PRETRAINED = "neural", "hypernetwork"
+"""Names of the bases that are included."""
+
+KEY = "nacre basis"
+_IN_FILES = {"pca": "log-relative PCA"}
+"""Kinds whose files have another name for them."""
+_FIELDS = "code of", "version", "name", "basis", "values"
+"""Of a code."""
 _BASIS_LIMIT, _CODE_LIMIT = 1 << 30, 1 << 20
 
 
-def save_basis(basis: AnyBasis, path: PathLike) -> None:
+def save_basis(basis: LatentBasis, path: PathLike) -> None:
     """Write a basis; the same basis gives the same bytes.
 
     Raises
@@ -44,14 +53,14 @@ def save_basis(basis: AnyBasis, path: PathLike) -> None:
     write_encoded(path, _encode, basis)
 
 
-def _encode(basis: AnyBasis) -> bytes:
-    model = _model(basis)
-    own, tensors = _MODELS[model][1].pack(basis)
-    header = {"version": VERSION, "model": f"{model} basis", **own, "metadata": basis.metadata}
-    return to_bytes(_KEY, header, tensors, _BASIS_LIMIT)
+def _encode(basis: LatentBasis) -> bytes:
+    own, tensors = basis.pack()
+    model = f"{_in_files(basis)} basis"
+    header = {"version": VERSION, "model": model, **own, "metadata": basis.metadata}
+    return to_bytes(KEY, header, tensors, _BASIS_LIMIT)
 
 
-def load_basis(path: PathLike) -> AnyBasis:
+def load_basis(path: PathLike) -> LatentBasis:
     """Read a basis.
 
     Raises
@@ -59,27 +68,27 @@ def load_basis(path: PathLike) -> AnyBasis:
     FormatError
         If the file is not a whole basis of a version we know.
     """
-    header, tensors = from_file(path, _KEY, _BASIS_LIMIT, "a basis")
+    header, tensors = from_file(path, KEY, _BASIS_LIMIT, "a basis")
     try:
         model = str(header["model"]).removesuffix(" basis")
-        if model not in _MODELS or model == header["model"]:
+        kind = next((kind for kind, name in _IN_FILES.items() if name == model), model)
+        if kind not in BASES or model == header["model"]:
             raise FormatError(f"{path}: holds model {header['model']!r}, expected a basis")
         if header["version"] != VERSION:
             raise FormatError(f"{path}: version {header['version']!r} is not {VERSION}")
         if not isinstance(header["metadata"], dict):
             raise FormatError(f"{path}: metadata is not an object")
-        basis: AnyBasis = _MODELS[model][1].unpack(header, tensors)
-        return basis
+        return BASES[kind].unpack(header, tensors)
     except FormatError:
         raise
     except KeyError as error:
         raise FormatError(f"{path}: field {reason(error)} is missing; is no basis") from error
-    except (TypeError, ValueError, RecursionError, OverflowError) as error:
+    except (TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
         raise FormatError(f"{path}: is not a whole basis: {reason(error)}") from error
 
 
-def save_code(material: Coded, path: PathLike) -> None:
-    """Write the code of a material, with a mark of the basis that it belongs to.
+def save_code(material: CodedBrdf, path: PathLike) -> None:
+    """Write the code of a material, with the fingerprint of the basis that it belongs to.
 
     Raises
     ------
@@ -87,17 +96,17 @@ def save_code(material: Coded, path: PathLike) -> None:
         If the path cannot be written.
     """
     content = {
-        "code of": f"{_model(material.basis)} code",
+        "code of": f"{_in_files(material.basis)} code",
         "version": VERSION,
         "name": material.name,
-        "basis": fingerprint(material.basis),
+        "basis": material.basis.fingerprint(),
         "values": [float(v) for v in material.code],
     }
     with atomic_path(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_code(path: PathLike, basis: AnyBasis) -> Coded:
+def load_code(path: PathLike, basis: LatentBasis) -> CodedBrdf:
     """Read a code and give the material that it stands for.
 
     Parameters
@@ -114,18 +123,24 @@ def load_code(path: PathLike, basis: AnyBasis) -> Coded:
     """
     try:
         content = json.loads(read_bytes(path, _CODE_LIMIT).decode("utf-8"))
-        kind, version = content["code of"], content["version"]
-        name, mark, values = content["name"], content["basis"], content["values"]
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is not a whole code: {reason(error)}") from error
-    expected = f"{_model(basis)} code"
+    missing = [name for name in _FIELDS if name not in content] if isinstance(content, dict) else []
+    if not isinstance(content, dict) or missing:
+        raise FormatError(f"{path}: is not a whole code: {', '.join(missing) or 'no object'}")
+    kind, version, name, fingerprint, values = (content[field] for field in _FIELDS)
+    expected = f"{_in_files(basis)} code"
     if kind != expected or version != VERSION:
         raise FormatError(f"{path}: is not a {expected} of version {VERSION}")
-    if mark != fingerprint(basis):
+    if fingerprint != basis.fingerprint():
         raise FormatError(f"{path}: basis: the code was made with another one")
+    if not isinstance(name, str):
+        raise FormatError(f"{path}: name is not a text")
+    if not isinstance(values, list) or any(type(v) not in (int, float) for v in values):
+        raise FormatError(f"{path}: values are not a list of numbers")
     try:
-        material = basis.decode([float(v) for v in values], str(name))
-    except (TypeError, ValueError, OverflowError) as error:
+        material = basis.decode([float(v) for v in values], name)
+    except (ValueError, OverflowError) as error:
         raise FormatError(f"{path}: values: {reason(error)}") from error
     return material.replaced(source={"file": Path(path).name})
 
@@ -135,16 +150,36 @@ def is_code(path: PathLike) -> bool:
     return Path(path).suffix.lower() == ".json" and b'"code of"' in first_bytes(path)
 
 
-def fingerprint(basis: AnyBasis | WeightBasis, *, predictors: bool = False) -> str:
-    """SHA-256 of what a code means in a basis, and of what is predicted from it if asked for."""
-    if isinstance(basis, NeuralBasis) and not predictors:
-        basis = replace(basis, predictors={})
-    own, tensors = _MODELS[_model(basis)][1].pack(basis)
-    digest = hashlib.sha256(json.dumps(own).encode())
-    for name in sorted(tensors):
-        digest.update(tensors[name].tobytes())
-    return digest.hexdigest()
+def _in_files(basis: LatentBasis) -> str:
+    return _IN_FILES.get(basis.kind, basis.kind)
 
 
-def _model(basis: AnyBasis | WeightBasis) -> str:
-    return next(name for name, (kind, _) in _MODELS.items() if isinstance(basis, kind))
+@cache
+def pretrained_hypernetwork() -> Hypernetwork:
+    """Codes of 32 values for networks of 675 weights, trained on the published NBRDF networks.
+
+    By `python -m studies.ablations.shipped_codes`, which says on which of them.
+    """
+    from nacre.latent.hypernetwork import Hypernetwork
+
+    basis = load_basis(Path(__file__).with_name("published.safetensors"))
+    assert isinstance(basis, Hypernetwork)
+    return basis
+
+
+def pretrained_basis() -> NeuralBasis:
+    """The neural basis that :func:`pretrained_hypernetwork` has its codes from."""
+    return pretrained_hypernetwork().basis
+
+
+def find_basis(name: PathLike) -> LatentBasis:
+    """The included basis of a name, or that in a file.
+
+    Raises
+    ------
+    FormatError
+        If it is no name of :data:`PRETRAINED`, and the file is not a whole basis.
+    """
+    if name == "neural":
+        return pretrained_basis()
+    return pretrained_hypernetwork() if name == "hypernetwork" else load_basis(name)

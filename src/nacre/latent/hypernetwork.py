@@ -4,7 +4,7 @@ A code of a :class:`nacre.latent.neural_basis.NeuralBasis` weighs functions, and
 takes the whole basis to evaluate. The hypernetwork gives a network of a thirtieth of the size that
 comes close to it, for any code.
 
-Colors go by channel as they do there. What hidden layers are depends on the gray values, and on
+Colors go by channel as they do there. What hidden layers are depends on the luma, and on
 the squared lengths of the pairs, which permutations of the channels do not change. The weights of
 an output depend on these and on what the pairs say of its own channel, in the same way for all
 three. So a permutation of the channels of a material is one of its code here too.
@@ -12,17 +12,34 @@ three. So a permutation of the channels of a material is one of its code here to
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.brdf import Brdf
+from nacre.io.tensors import Tensors
+from nacre.latent.basis import LatentBasis, Vector
 from nacre.latent.neural_basis import NeuralBasis
-from nacre.latent.weights import COUNT, SIZES, Matrix, WeightBasis, bent, dense
+from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.recipes import BasisRecipe, HypernetworkRecipe
+from nacre.latent.weights import (
+    COUNT,
+    SIZES,
+    Matrix,
+    WeightBasis,
+    named_layers,
+    named_tensors,
+)
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.layer import Layer
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
+from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 
 COLUMN = SIZES[-2] + 1
 """Weights and bias of one output."""
@@ -30,11 +47,11 @@ HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
 """Weights and biases of the hidden layers."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hypernetwork(WeightBasis):
     """Four layers from a code to the weights of a network, about the basis that has the code.
 
-    With s(x) = x / (1 + e^-x), gray values g, pairs p and their share c of a channel:
+    With s(x) = x / (1 + e^-x), luma g, chroma pairs p and their part c in a channel:
 
     - u = s(trunk of (g, |p|^2 / 2 - 1)),
     - weights of the hidden layers: shared of (g, u),
@@ -43,7 +60,7 @@ class Hypernetwork(WeightBasis):
     Parameters
     ----------
     basis
-        Whose codes these are; what :func:`nacre.latent.encode` starts from.
+        Whose codes these are; what :meth:`encode` starts from.
     trunk, shared, channel, output
         The layers.
     metadata
@@ -55,7 +72,11 @@ class Hypernetwork(WeightBasis):
         If layers do not fit to one another.
     """
 
-    LAYERS = "trunk", "shared", "channel", "output"
+    kind: ClassVar[str] = "hypernetwork"
+    Recipe: ClassVar[type] = HypernetworkRecipe
+    builds_on: ClassVar[str | None] = "neural"
+    takes_samples: ClassVar[bool] = True
+    LAYERS: ClassVar[tuple[str, ...]] = "trunk", "shared", "channel", "output"
 
     basis: NeuralBasis
     trunk: Layer
@@ -65,40 +86,75 @@ class Hypernetwork(WeightBasis):
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        greys, pairs, width = self.basis.greys, self.pairs, len(self.trunk.biases)
+        luma, pairs, width = self.basis.luma, self.basis.chroma, len(self.trunk.biases)
         units = len(self.channel.biases)
         self.check_layers(
-            trunk=(greys + pairs, width),
-            shared=(greys + width, HIDDEN_COUNT),
+            trunk=(luma + pairs, width),
+            shared=(luma + width, HIDDEN_COUNT),
             channel=(width + pairs, units),
-            output=(greys + pairs + units, COLUMN),
+            output=(luma + pairs + units, COLUMN),
         )
 
-    def __len__(self) -> int:
-        """Number of values in a code."""
-        return len(self.basis)
-
     @property
-    def pairs(self) -> int:
-        """Number of pairs in a code."""
-        return (len(self.basis) - self.basis.greys) // 2
+    def code_dim(self) -> int:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        return self.basis.code_dim
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.weights.WeightBasis`."""
+        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.basis.nbytes + super().nbytes
 
     def weights(self, codes: npt.ArrayLike) -> Matrix:
         """See :class:`nacre.latent.weights.WeightBasis`."""
         values = np.asarray(codes, np.float64)
-        grey, pairs = np.split(values, [self.basis.greys], axis=1)
-        pairs = pairs.reshape(len(values), self.pairs, 2)
+        luma, pairs = np.split(values, [self.basis.luma], axis=1)
+        pairs = pairs.reshape(len(values), self.basis.chroma, 2)
         lengths = 0.5 * np.square(pairs).sum(axis=2) - 1.0
-        common = bent(dense(np.concatenate([grey, lengths], axis=1), self.trunk))
-        hidden = dense(np.concatenate([grey, common], axis=1), self.shared)
+        common = dense(np.concatenate([luma, lengths], axis=1), self.trunk, SILU_BY_TANH)
+        hidden = dense(np.concatenate([luma, common], axis=1), self.shared)
         chroma = (pairs @ CHROMA).transpose(0, 2, 1)
-        grey, common = (np.repeat(a[:, None], OUTPUTS, axis=1) for a in (grey, common))
-        own = bent(dense(np.concatenate([common, chroma], axis=2), self.channel))
-        columns = dense(np.concatenate([grey, chroma, own], axis=2), self.output)
+        luma, common = (np.repeat(a[:, None], OUTPUTS, axis=1) for a in (luma, common))
+        own = dense(np.concatenate([common, chroma], axis=2), self.channel, SILU_BY_TANH)
+        columns = dense(np.concatenate([luma, chroma, own], axis=2), self.output)
         last = columns.transpose(0, 2, 1).reshape(len(values), -1)
         return np.concatenate([hidden, last], axis=1)
+
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+        return self.basis.closest(errors)
+
+    def _expected(self, samples: DirectionSamples) -> Vector:
+        return self.basis.encode(samples)
+
+    def pack(self) -> tuple[dict[str, Any], Tensors]:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        header, tensors = self.basis.pack()
+        return header, tensors | named_tensors(self.layers)
+
+    @classmethod
+    def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Hypernetwork:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        basis = NeuralBasis.unpack(header, tensors)
+        return cls(basis, **named_layers(tensors, cls.LAYERS), metadata=header["metadata"])
+
+    @classmethod
+    def train(
+        cls,
+        materials: Sequence[Callable[[], Brdf]],
+        recipe: HypernetworkRecipe | None = None,
+        *,
+        base: LatentBasis | None = None,
+        checkpoint: Path | None = None,
+        progress: Progress | None = None,
+    ) -> Hypernetwork:
+        """See :class:`nacre.latent.basis.LatentBasis`."""
+        from nacre.latent.hypernetwork_training import train_hypernetwork
+
+        recipe = recipe or HypernetworkRecipe()
+        if base is None:
+            steps = min(recipe.steps, BasisRecipe.steps)
+            settings = BasisRecipe(code_dim=recipe.code_dim, steps=steps, seed=recipe.seed)
+            state = Store(checkpoint).file("neural") if checkpoint else None
+            base = NeuralBasis.train(materials, settings, checkpoint=state, progress=progress)
+        assert isinstance(base, NeuralBasis)
+        return train_hypernetwork(base, recipe, checkpoint=checkpoint, progress=progress)

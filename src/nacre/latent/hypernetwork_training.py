@@ -19,15 +19,13 @@ from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
-from nacre.latent.recipes import HypernetworkRecipe
-from nacre.latent.refine import GAIN
-from nacre.latent.weight_networks import reflectance
-from nacre.latent.weights import flat_weights
+from nacre.latent.recipes import GAIN, HypernetworkRecipe
+from nacre.latent.weights import flat_weights, tensor_reflectance
 from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
 from nacre.neural.training import initial_layers, schedule
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
@@ -39,42 +37,24 @@ _REACH = 0.4
 _DIRECTIONS = 1 << 16
 """Pairs of directions that the basis is evaluated at, once."""
 _KNOWN = 0.7
-"""Share of the codes that are drawn about those of known materials; others are about 0."""
+"""Fraction of the codes that are drawn about those of known materials; others are about 0."""
 _SPREAD = 1.5
 """Largest standard deviation of codes about these: new materials are not just as those known."""
 
 
 def train_hypernetwork(
     basis: NeuralBasis,
-    recipe: HypernetworkRecipe | None = None,
+    recipe: HypernetworkRecipe,
     *,
     checkpoint: Path | None = None,
     progress: Progress | None = None,
 ) -> Hypernetwork:
-    """The hypernetwork of a neural basis.
+    """The hypernetwork of a neural basis, which has examples.
 
     The mean absolute difference of log(1 + 30 f cos theta_i) between the networks that it gives and
-    what the basis has for the same codes is brought to a minimum.
-
-    Parameters
-    ----------
-    basis
-        What it is for, with examples.
-    recipe
-        Settings.
-    checkpoint
-        File for the state of the training, from which a later call goes on. It stays, for the
-        caller to remove once the hypernetwork is saved.
-    progress
-        Called as it goes on.
-
-    Raises
-    ------
-    NacreError
-        If the basis has no examples, training diverges, or the checkpoint is of another training or
-        damaged.
+    what the basis has for the same codes is brought to a minimum. For the parameters and errors see
+    :meth:`nacre.latent.basis.LatentBasis.train`.
     """
-    recipe = recipe or HypernetworkRecipe()
     if not len(basis.examples):
         raise NacreError("a hypernetwork needs a basis with examples")
     report = progress or silent
@@ -88,9 +68,9 @@ class _Training:
     """The layers and the state of the optimizer."""
 
     def __init__(self, basis: NeuralBasis, recipe: HypernetworkRecipe) -> None:
-        self._recipe, self._greys = recipe, basis.greys
+        self._recipe, self._luma = recipe, basis.luma
         self._known = basis.examples.astype(np.float64)
-        self._pairs = (len(basis) - basis.greys) // 2
+        self._pairs = basis.chroma
         wi, wo = shared_directions(_DIRECTIONS, recipe.seed)
         self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
         values = basis.values(isotropic_inputs(wi, wo, ENHANCED)).astype(np.float32)
@@ -103,10 +83,10 @@ class _Training:
             matrix = random.normal(0.0, 1.0 / math.sqrt(rows), (rows, columns))
             return _free(matrix), _free(np.zeros(columns))
 
-        seen_of_code, width = self._greys + self._pairs, recipe.width
+        seen_of_code, width = self._luma + self._pairs, recipe.width
         self._trunk = layer(seen_of_code, width)
         self._channel = layer(width + self._pairs, width)
-        self._shared = layer(self._greys + width, HIDDEN_COUNT)
+        self._shared = layer(self._luma + width, HIDDEN_COUNT)
         self._output = layer(seen_of_code + width, COLUMN)
         # Training begins at one network for all codes, the same in all channels, or nearly.
         start = flat_weights(initial_layers(HIDDEN, recipe.seed))
@@ -122,8 +102,8 @@ class _Training:
         """All steps that are left; gives the last loss."""
         rates = schedule(self._recipe.steps, self._recipe.learning_rate)
         sums = self._functions.double().sum().item(), self._known.sum()
-        mark = f"{self._recipe} {tuple(self._functions.shape)} {len(self._known)} {sums}"
-        return descend(self._adam, self._loss, rates, mark, checkpoint, report, "hypernetwork")
+        same = f"{self._recipe} {tuple(self._functions.shape)} {len(self._known)} {sums}"
+        return descend(self._adam, self._loss, rates, same, checkpoint, report, "hypernetwork")
 
     def _loss(self, step: int) -> Tensor:
         random = np.random.default_rng((self._recipe.seed, 4, step))
@@ -131,34 +111,33 @@ class _Training:
         near = self._known[random.integers(len(self._known), size=self._recipe.codes)]
         codes = random.normal(size=near.shape) * random.uniform(0.0, _SPREAD, (len(near), 1))
         codes += near * (random.random((len(near), 1)) < _KNOWN)
-        grey, pairs = torch.from_numpy(codes.astype(np.float32)).split(
-            [self._greys, 2 * self._pairs], dim=1
+        luma, pairs = torch.from_numpy(codes.astype(np.float32)).split(
+            [self._luma, 2 * self._pairs], dim=1
         )
         pairs = pairs.reshape(len(codes), self._pairs, 2)
         weight = self._weight[chosen]
         with torch.no_grad():
-            goal = self._goal(grey, pairs, self._functions[chosen], weight)
-        f_r = reflectance(self._weights(grey, pairs), self._inputs[chosen]) * weight
+            goal = self._goal(luma, pairs, self._functions[chosen], weight)
+        f_r = tensor_reflectance(self._weights(luma, pairs), self._inputs[chosen]) * weight
         # Below 0 the logarithm goes on as it does above.
         return (torch.copysign(f_r.abs().log1p(), f_r) - goal).abs().mean()
 
-    def _goal(self, grey: Tensor, pairs: Tensor, values: Tensor, weight: Tensor) -> Tensor:
+    def _goal(self, luma: Tensor, pairs: Tensor, values: Tensor, weight: Tensor) -> Tensor:
         """What the basis has for codes: log(1 + 30 f cos theta_i), shape (codes, n, 3)."""
-        common, of_grey, of_pairs = values.split([1, self._greys, self._pairs], dim=1)
-        logarithms = (common + of_grey @ grey.T).T[..., None]
+        common, of_luma, of_pairs = values.split([1, self._luma, self._pairs], dim=1)
+        logarithms = (common + of_luma @ luma.T).T[..., None]
         logarithms = logarithms + (of_pairs @ pairs @ self._chroma)
         return (logarithms.clamp(max=BRIGHTEST).exp() * weight).log1p()
 
-    def _weights(self, grey: Tensor, pairs: Tensor) -> Tensor:
+    def _weights(self, luma: Tensor, pairs: Tensor) -> Tensor:
         """The formula of :class:`Hypernetwork`."""
-        bent = torch.nn.functional.silu
         lengths = 0.5 * pairs.square().sum(2) - 1.0
-        common = bent(_dense(torch.cat([grey, lengths], 1), self._trunk))
-        hidden = _scaled(torch.cat([grey, common], 1), self._shared)
+        common = dense(torch.cat([luma, lengths], 1), self._trunk, SILU)
+        hidden = _scaled(torch.cat([luma, common], 1), self._shared)
         chroma = (pairs @ self._chroma).mT
-        grey, common = (a[:, None].expand(-1, OUTPUTS, -1) for a in (grey, common))
-        own = bent(_dense(torch.cat([common, chroma], 2), self._channel))
-        columns = _scaled(torch.cat([grey, chroma, own], 2), self._output)
+        luma, common = (a[:, None].expand(-1, OUTPUTS, -1) for a in (luma, common))
+        own = dense(torch.cat([common, chroma], 2), self._channel, SILU)
+        columns = _scaled(torch.cat([luma, chroma, own], 2), self._output)
         return torch.cat([hidden, columns.mT.reshape(len(hidden), -1)], 1)
 
     def layers(self) -> dict[str, Layer]:
@@ -178,10 +157,6 @@ class _Training:
 
 def _free(values: npt.ArrayLike) -> Tensor:
     return torch.from_numpy(np.asarray(values, np.float32)).requires_grad_()
-
-
-def _dense(values: Tensor, layer: tuple[Tensor, Tensor]) -> Tensor:
-    return values @ layer[0] + layer[1]
 
 
 def _scaled(values: Tensor, layer: tuple[Tensor, Tensor]) -> Tensor:

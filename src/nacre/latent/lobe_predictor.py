@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Sampler
-from nacre.numerics.layer import Layer
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.numerics.mlp import TANH, Layer, forward, widths
+from nacre.sampling.parametrizations import find_parametrization
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class LobePredictor:
     Parameters
     ----------
     family
-        One of :data:`nacre.sampling.parametrizations.FAMILIES`.
+        Name of a :class:`nacre.sampling.parametrizations.Parametrization`.
     layers
         Of the network.
 
@@ -37,23 +37,15 @@ class LobePredictor:
     layers: Sequence[Layer]
 
     def __post_init__(self) -> None:
-        if self.family not in FAMILIES:
-            raise ValueError(f"unknown sampler {self.family!r}; update nacre")
-        widths = [len(layer.biases) for layer in self.layers]
-        if [len(layer.weights) for layer in self.layers[1:]] != widths[:-1]:
-            raise ValueError(f"layers that predict {self.family} do not chain")
-        if not widths or widths[-1] != FAMILIES[self.family].size:
-            raise ValueError(f"{self.family} takes {FAMILIES[self.family].size} parameters")
+        size = find_parametrization(self.family).size
+        if widths(self.layers)[-1] != size:
+            raise ValueError(f"{self.family} takes {size} parameters")
 
     def __call__(self, code: npt.ArrayLike) -> Sampler:
         """The sampler for a code of shape (k,)."""
-        return FAMILIES[self.family].sampler(self.free(code))
+        return find_parametrization(self.family).sampler(self.free(code))
 
     def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
         """Its free parameters, of the family's size."""
-        values = np.asarray(code, np.float32)
-        *hidden, last = self.layers
-        for layer in hidden:
-            values = np.tanh(values @ layer.weights + layer.biases)
-        free: npt.NDArray[np.floating] = values @ last.weights + last.biases
+        free: npt.NDArray[np.floating] = forward(np.asarray(code, np.float32), self.layers, TANH)
         return free

@@ -14,38 +14,52 @@ material is one of its code, and no permuted material has to be trained on.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components, Floats, Weights, namespace
+from nacre.array import Array, Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
-from nacre.latent.codes import checked_code, code_facts
+from nacre.io.tensors import Tensors, check_numbers
+from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integer, integers
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
-from nacre.neural.inputs import ENHANCED, network_inputs
+from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.recipes import BasisRecipe
+from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import OUTPUTS, check_weights
-from nacre.numerics.channels import CHROMA, TURNS
-from nacre.numerics.layer import Layer
+from nacre.neural.network import NetworkBrdf
+from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
+from nacre.numerics.direction_samples import DirectionSamples
+from nacre.numerics.least_absolute import minimize
+from nacre.numerics.mlp import Layer, forward, widths
+from nacre.runtime.parallel import one_blas_thread
+from nacre.runtime.progress import Progress
 from nacre.sampling import fit_lobes
-from nacre.sampling.parametrizations import BEST_FAMILY
+from nacre.sampling.parametrizations import BEST
 
 Double = npt.NDArray[np.float64]
 
 BRIGHTEST = math.log(1e6)
 """Bound of ln f_r: whatever a code holds, what it stands for is finite."""
+PRIOR = 0.05
+"""What a standard deviation of a value costs, beside the sum of errors of single directions."""
+_STEPS = 15
+_FARTHEST = 100.0
+"""Bound of the values that are found."""
 
 
-@dataclass(frozen=True, eq=False)
-class NeuralBasis:
+@dataclass(frozen=True, eq=False, repr=False)
+class NeuralBasis(LatentBasis):
     """A network whose outputs are functions that materials are sums of.
 
-    A code is g gray values, then p pairs. Over the training materials, each with its permutations
-    of the channels, their mean is 0 and their covariance the identity.
+    A code is g values of luma, then p pairs of chroma. Over the training materials, each with its
+    permutations of the channels, their mean is 0 and their covariance the identity.
 
     Parameters
     ----------
@@ -53,8 +67,8 @@ class NeuralBasis:
         Hidden layers; a ReLU follows each.
     functions
         The output layer, its biases last, shape (units + 1, 1 + g + p), float32: the function that
-        all materials have, those of the gray values, those of the pairs.
-    grays
+        all materials have, those of the luma, those of the chroma.
+    luma
         g.
     examples
         Codes of the training materials, shape (m, k), float32: what materials are like.
@@ -66,47 +80,57 @@ class NeuralBasis:
     Raises
     ------
     ValueError
-        If layers do not chain, `grays` is out of range, or examples or a predictor are for other
+        If layers do not chain, `luma` is out of range, or examples or a predictor are for other
         codes.
     """
 
+    kind: ClassVar[str] = "neural"
+    Recipe: ClassVar[type] = BasisRecipe
+    takes_samples: ClassVar[bool] = True
+    linear_in_log: ClassVar[bool] = True
+
     hidden: Sequence[Layer]
     functions: Weights
-    greys: int
+    luma: int
     examples: Weights
     metadata: dict[str, Any] = field(default_factory=dict)
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        widths = [len(layer.biases) for layer in self.hidden]
-        if [layer.weights.shape[0] for layer in self.hidden] != [6, *widths[:-1]]:
-            raise ValueError("hidden layers do not chain")
-        if self.functions.ndim != 2 or len(self.functions) != widths[-1] + 1:
-            raise ValueError(f"functions {self.functions.shape} do not follow {widths[-1]} units")
-        if not 0 <= self.greys < self.functions.shape[1] or not len(self):
-            raise ValueError(f"{self.functions.shape[1]} functions with {self.greys} gray values")
-        if self.examples.ndim != 2 or self.examples.shape[1] != len(self):
-            raise ValueError(f"examples {self.examples.shape} are no codes of {len(self)} values")
+        sizes = widths(self.hidden)
+        if sizes[0] != 6:
+            raise ValueError(f"hidden layers take {sizes[0]} inputs, expected 6")
+        if self.functions.ndim != 2 or len(self.functions) != sizes[-1] + 1:
+            raise ValueError(f"functions {self.functions.shape} do not follow {sizes[-1]} units")
+        if not 0 <= self.luma < self.functions.shape[1] or not self.code_dim:
+            raise ValueError(f"{self.functions.shape[1]} functions, {self.luma} of them of luma")
+        if self.examples.ndim != 2 or self.examples.shape[1] != self.code_dim:
+            raise ValueError(f"examples {self.examples.shape} are no codes of {self.code_dim}")
         for name, predictor in self.predictors.items():
-            if name != predictor.family or len(predictor.layers[0].weights) != len(self):
-                raise ValueError(f"predictor {name!r} is not of {len(self)} values")
+            if name != predictor.family or len(predictor.layers[0].weights) != self.code_dim:
+                raise ValueError(f"predictor {name!r} is not of {self.code_dim} values")
 
-    def __len__(self) -> int:
-        """Number of values in a code."""
-        return self.greys + 2 * (int(self.functions.shape[1]) - 1 - self.greys)
+    @property
+    def code_dim(self) -> int:
+        """See :class:`LatentBasis`."""
+        return self.luma + 2 * self.chroma
+
+    @property
+    def chroma(self) -> int:
+        """p, the number of pairs in a code."""
+        return int(self.functions.shape[1]) - 1 - self.luma
 
     @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share, predictors of lobes included."""
+        """See :class:`LatentBasis`; predictors of lobes are included."""
         parts = self.hidden, *(predictor.layers for predictor in self.predictors.values())
         layers = sum(layer.nbytes for part in parts for layer in part)
         return layers + self.functions.nbytes + self.examples.nbytes
 
     def values(self, inputs: Floats) -> Floats:
         """The functions at network inputs of shape (n, 6), shape (n, 1 + g + p)."""
-        for layer in self.hidden:
-            inputs = np.maximum(inputs @ layer.weights + layer.biases, 0.0)
-        return np.asarray(inputs @ self.functions[:-1] + self.functions[-1])
+        last = Layer(self.functions[:-1], self.functions[-1])
+        return np.asarray(forward(inputs, [*self.hidden, last]))
 
     def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Weights, Weights]:
         """Of ln f_r at directions of shape (n, 3), what is linear in a code.
@@ -119,50 +143,111 @@ class NeuralBasis:
             Derivatives by the values of a code, shape (k, n, 3).
         """
         values = self.values(isotropic_inputs(wi, wo, ENHANCED))
-        common, grey, pairs = np.split(values, [1, 1 + self.greys], axis=1)
+        common, luma, pairs = np.split(values, [1, 1 + self.luma], axis=1)
         chroma = np.einsum("np,qc->pqnc", pairs, CHROMA).reshape(-1, len(values), OUTPUTS)
-        return common, np.concatenate([np.repeat(grey.T[..., None], OUTPUTS, axis=2), chroma])
+        return common, np.concatenate([np.repeat(luma.T[..., None], OUTPUTS, axis=2), chroma])
 
-    def shares(self, code: npt.ArrayLike) -> Double:
+    def channel_weights(self, code: npt.ArrayLike) -> Double:
         """Weights of the functions in each channel, shape (1 + g + p, 3)."""
         values = np.asarray(code, np.float64)
-        grey = np.repeat(values[: self.greys, None], OUTPUTS, axis=1)
-        chroma = values[self.greys :].reshape(-1, 2) @ CHROMA
-        return np.concatenate([np.ones((1, OUTPUTS)), grey, chroma])
+        luma = np.repeat(values[: self.luma, None], OUTPUTS, axis=1)
+        chroma = values[self.luma :].reshape(-1, 2) @ CHROMA
+        return np.concatenate([np.ones((1, OUTPUTS)), luma, chroma])
 
-    def reordered(self, codes: Floats, orders: int | npt.NDArray[np.int64]) -> Floats:
+    def permuted(self, codes: Floats, permutation: int | npt.NDArray[np.int64]) -> Floats:
         """Codes (n, k) of the materials whose channels are those of `codes` in another order.
 
         Parameters
         ----------
         codes
             Shape (n, k).
-        orders
-            Which of the six :data:`nacre.numerics.channels.ORDERS`, shape (n,) or for all codes
+        permutation
+            Which of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or for all codes
             alike.
         """
-        pairs = codes[:, self.greys :].reshape(len(codes), -1, 2) @ TURNS[orders]
-        return np.concatenate([codes[:, : self.greys], pairs.reshape(len(codes), -1)], axis=1)
+        pairs = codes[:, self.luma :].reshape(len(codes), -1, 2) @ CHROMA_PERMUTATIONS[permutation]
+        return np.concatenate([codes[:, : self.luma], pairs.reshape(len(codes), -1)], axis=1)
+
+    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+        with one_blas_thread():
+            return self.closest(PictureErrors(brdf, seed))
+
+    def closest(self, errors: PictureErrors) -> Vector:
+        """The code with the least sum of absolute errors and of its own absolute values."""
+        pull = PRIOR * np.eye(self.code_dim, dtype=np.float32)
+        common, rows = self.logarithms(errors.wi, errors.wo)
+
+        def residuals(code: Vector) -> Floats:
+            own = (PRIOR * code).astype(np.float32)
+            return np.concatenate([errors.errors(decoded(common, rows, code)), own])
+
+        def jacobian(code: Vector, _: Floats) -> Floats:
+            f_r = decoded(common, rows, code)
+            return np.concatenate([errors.slopes(f_r, rows * f_r), pull], axis=1)
+
+        return minimize(residuals, jacobian, np.zeros(self.code_dim), _STEPS, _FARTHEST)[0]
+
+    def _expected(self, samples: DirectionSamples) -> Vector:
+        from nacre.latent.posterior import expected_code
+
+        return expected_code(self, samples)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
-        """The reflectance that a code stands for.
-
-        Parameters
-        ----------
-        code
-            Shape (k,). Whatever the values, f_r stays finite.
-        name
-            Of the material.
-
-        Raises
-        ------
-        ValueError
-            If the code has another length, or a value is a million or more.
-        """
+        """See :class:`LatentBasis`."""
         return NeuralBasisBrdf(self, code, name)
 
+    def _without_predictors(self) -> NeuralBasis:
+        return self.replaced(predictors={})
 
-class NeuralBasisBrdf(Brdf):
+    def pack(self) -> tuple[dict[str, Any], Tensors]:
+        """See :class:`LatentBasis`."""
+        tensors: Tensors = {
+            name: np.ascontiguousarray(getattr(self, name)) for name in ("functions", "examples")
+        }
+        tensors |= numbered_tensors(self.hidden)
+        own: dict[str, Any] = {"greys": self.luma, "hidden": list(widths(self.hidden)[1:])}
+        if self.predictors:
+            own["predictors"] = {name: len(p.layers) for name, p in self.predictors.items()}
+        for name, predictor in self.predictors.items():
+            tensors |= numbered_tensors(predictor.layers, _prefix(name))
+        return own, tensors
+
+    @classmethod
+    def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> NeuralBasis:
+        """See :class:`LatentBasis`."""
+        sizes = integers(header, "hidden")
+        check_tensors(tensors)
+        hidden = numbered_layers(tensors, len(sizes))
+        if [len(layer.biases) for layer in hidden] != sizes:
+            raise ValueError(f"layers are not as wide as {sizes}")
+        counts = header.get("predictors", {})
+        if not isinstance(counts, dict):
+            raise ValueError("predictors is not an object")
+        predictors = {
+            n: LobePredictor(n, numbered_layers(tensors, integer(counts, n), _prefix(n)))
+            for n in counts
+        }
+        functions, examples = tensors["functions"], tensors["examples"]
+        luma, metadata = integer(header, "greys"), header["metadata"]
+        return cls(hidden, functions, luma, examples, metadata, predictors)
+
+    @classmethod
+    def train(
+        cls,
+        materials: Sequence[Callable[[], Brdf]],
+        recipe: BasisRecipe | None = None,
+        *,
+        base: LatentBasis | None = None,
+        checkpoint: Path | None = None,
+        progress: Progress | None = None,
+    ) -> NeuralBasis:
+        """See :class:`LatentBasis`."""
+        from nacre.latent.neural_training import train_neural
+
+        return train_neural(materials, recipe, checkpoint=checkpoint, progress=progress)
+
+
+class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
     """A code and the network that it stands for.
 
     Parameters
@@ -184,9 +269,10 @@ class NeuralBasisBrdf(Brdf):
 
     def __init__(self, basis: NeuralBasis, code: npt.ArrayLike, name: str = "") -> None:
         super().__init__(name=name)
-        self.basis, self.code = basis, checked_code(code, len(basis))
-        output = (basis.functions @ basis.shares(self.code)).astype(np.float32)
-        self.layers = [*basis.hidden, Layer(output[:-1], output[-1])]
+        self.basis, self.code = basis, basis.checked(code)
+        output = (basis.functions @ basis.channel_weights(self.code)).astype(np.float32)
+        self.inputs, self.layers = ENHANCED, [*basis.hidden, Layer(output[:-1], output[-1])]
+        self.shared_layers = len(basis.hidden)
         check_weights(self.layers)
 
     @property
@@ -197,29 +283,74 @@ class NeuralBasisBrdf(Brdf):
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
         """Lobes that the basis predicts; without a predictor, lobes fitted to the material."""
-        predict = self.basis.predictors.get(BEST_FAMILY)
+        predict = self.basis.predictors.get(BEST)
         return predict(self.code) if predict else fit_lobes(self)
 
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        xp = namespace(*wi, *wo)
-        values = list(network_inputs(wi, wo, True, ENHANCED))
-        for index, layer in enumerate(self.layers):
-            if index:
-                values = [xp.maximum(v, 0.0) for v in values]
-            values = xp.dense(values, layer.weights, layer.biases)
+    def from_outputs(self, values: Sequence[Array]) -> Components:
+        """See :class:`nacre.neural.network.NetworkBrdf`."""
+        xp = namespace(*values)
         red, green, blue = (xp.exp(xp.minimum(v, BRIGHTEST)) for v in values)
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
-        facts = super().describe() | code_facts(self.code, self.basis.nbytes)
-        if BEST_FAMILY in self.basis.predictors:
+        facts = super().describe()
+        if BEST in self.basis.predictors:
             facts["sampler"] = f"predicted: {self.sampler}"
         return facts
 
 
-def grown(common: Floats, rows: Floats, code: Floats) -> Floats:
+def decoded(common: Floats, rows: Floats, code: Floats) -> Floats:
     """f_r of a code from :meth:`NeuralBasis.logarithms`, in 1/sr."""
     logarithms = common + np.tensordot(code.astype(rows.dtype), rows, 1)
     return np.asarray(np.exp(np.minimum(logarithms, BRIGHTEST)))
+
+
+def check_tensors(tensors: Tensors) -> None:
+    """Refuse tensors that are not float32, or whose products could overflow.
+
+    Raises
+    ------
+    ValueError
+        With the name of the tensor.
+    """
+    for name, array in tensors.items():
+        if array.dtype != np.float32:
+            raise ValueError(f"{name} is {array.dtype}, expected float32")
+    check_numbers(tensors, LARGEST)
+
+
+def named_tensors(layers: Mapping[str, Layer]) -> Tensors:
+    """Weights and biases of layers by the layers' names."""
+    return {
+        f"{name}_{kind}": array
+        for name, layer in layers.items()
+        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
+    }
+
+
+def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
+    """The inverse of :func:`named_tensors`."""
+    return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
+
+
+def _prefix(name: str) -> str:
+    """Of the names of a predictor's tensors."""
+    return f"predictor {name} "
+
+
+def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
+    """Weights and biases of layers, numbered from 1."""
+    return {
+        f"{prefix}{kind}_{index}": np.ascontiguousarray(array)
+        for index, layer in enumerate(layers, 1)
+        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
+    }
+
+
+def numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
+    """The inverse of :func:`numbered_tensors`."""
+    return [
+        Layer(tensors[f"{prefix}weights_{index}"], tensors[f"{prefix}biases_{index}"])
+        for index in range(1, count + 1)
+    ]

@@ -17,12 +17,12 @@ from nacre.errors import NacreError, require
 from nacre.latent.descent import descend
 from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
-from nacre.latent.recipes import BasisRecipe
-from nacre.latent.refine import GAIN
+from nacre.latent.recipes import GAIN, BasisRecipe, PredictorRecipe
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import RELU, Layer, dense
+from nacre.numerics.pca import largest_first
 from nacre.runtime.progress import Progress, silent
 
 torch: Any = require("torch", "latent")
@@ -49,26 +49,8 @@ def train_neural(
     The mean absolute difference of log(1 + 30 f cos theta_i) is brought to a minimum over the
     network and the codes of the materials at once.
 
-    Parameters
-    ----------
-    materials
-        Functions that give the materials, isotropic; called once each, so that files need not be
-        in memory together. Memory is 12 bytes a direction and material.
-    recipe
-        Settings.
-    checkpoint
-        File for the state of the training, from which a later call goes on. It stays, for the
-        caller to remove once the basis is saved.
-    progress
-        Called as it goes on.
-
-    Raises
-    ------
-    FormatError
-        If a material is anisotropic.
-    NacreError
-        If there are fewer than two materials, one is known at none of the directions, or the
-        checkpoint is of another training or damaged.
+    For the parameters and errors see :meth:`nacre.latent.basis.LatentBasis.train`. Memory is 12
+    bytes a direction and material.
     """
     recipe = recipe or BasisRecipe()
     if len(materials) < 2:
@@ -79,7 +61,13 @@ def train_neural(
     training = _Training(isotropic_inputs(wi, wo, ENHANCED), wi[:, 2], np.stack(values), recipe)
     loss = training.run(checkpoint, report)
     settings = asdict(recipe) | {"hidden": list(recipe.hidden)}
-    return training.basis({"materials": names, "loss": loss, "training": settings})
+    basis = training.basis({"materials": names, "loss": loss, "training": settings})
+    if not recipe.predictors:
+        return basis
+    from nacre.latent.predictor_training import with_predictors
+
+    steps = min(recipe.steps, PredictorRecipe.steps)
+    return with_predictors(basis, PredictorRecipe(steps=steps, seed=recipe.seed), progress)
 
 
 class _Training:
@@ -96,7 +84,7 @@ class _Training:
         self._inputs, self._f_r = torch.from_numpy(inputs), torch.from_numpy(f_r)
         self._weight = torch.from_numpy(GAIN * cosine)[:, None]
         random = np.random.default_rng((recipe.seed, 2))
-        greys, materials = recipe.values - 2 * recipe.pairs, len(f_r)
+        luma, materials = recipe.code_dim - 2 * recipe.pairs, len(f_r)
 
         def normal(deviation: float, *shape: int) -> Tensor:
             values = random.normal(0.0, deviation, shape).astype(np.float32)
@@ -106,13 +94,13 @@ class _Training:
         self._weights = [normal(math.sqrt(2.0 / n), n, width) for n, width in widths]
         self._biases = [normal(0.0, width) for _, width in widths]
         last = recipe.hidden[-1]
-        self._functions = normal(0.1 / math.sqrt(last), last + 1, 1 + greys + recipe.pairs)
+        self._functions = normal(0.1 / math.sqrt(last), last + 1, 1 + luma + recipe.pairs)
         self._functions.data[:, 0] *= 10.0
         self._functions.data[-1, 0] = _MEAN_LOGARITHM
-        self._grey = normal(0.5, materials, greys)
+        self._luma = normal(0.5, materials, luma)
         self._pairs = normal(0.5, materials, recipe.pairs, 2)
         network = [*self._weights, *self._biases, self._functions]
-        codes = [self._grey, self._pairs]
+        codes = [self._luma, self._pairs]
         groups = [{"params": network, "factor": 1.0}, {"params": codes, "factor": _CODE_RATE}]
         self._adam = torch.optim.Adam(groups, betas=(0.9, 0.99))
 
@@ -120,8 +108,8 @@ class _Training:
         """All steps that are left; gives the last loss."""
         recipe = self._recipe
         rates = schedule(recipe.steps, recipe.learning_rate)
-        mark = f"{recipe} {tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
-        return descend(self._adam, self._step, rates, mark, checkpoint, report)
+        fingerprint = f"{recipe} {tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
+        return descend(self._adam, self._step, rates, fingerprint, checkpoint, report)
 
     def _step(self, step: int) -> Tensor:
         random = np.random.default_rng((self._recipe.seed, 4, step))
@@ -130,35 +118,35 @@ class _Training:
 
     def _loss(self, chosen: Tensor) -> Tensor:
         values = self._inputs[chosen]
-        for weights, biases in zip(self._weights, self._biases, strict=True):
-            values = torch.relu(torch.addmm(biases, values, weights))
+        for layer in zip(self._weights, self._biases, strict=True):
+            values = dense(values, layer, RELU)
         values = values @ self._functions[:-1] + self._functions[-1]
-        count, greys = self._grey.shape
-        grey = torch.nn.functional.pad(self._grey, (1, 0), value=1.0) @ values[:, : 1 + greys].T
+        count, luma = self._luma.shape
+        common = torch.nn.functional.pad(self._luma, (1, 0), value=1.0) @ values[:, : 1 + luma].T
         chroma = (self._pairs @ torch.from_numpy(CHROMA)).transpose(1, 2)
-        logarithms = grey[..., None] + (chroma @ values[:, 1 + greys :].T).transpose(1, 2)
+        logarithms = common[..., None] + (chroma @ values[:, 1 + luma :].T).transpose(1, 2)
         weight, f_r = self._weight[chosen], self._f_r[:, chosen]
         weighted = torch.log1p(logarithms.clamp(max=BRIGHTEST).exp() * weight)
         error = (weighted - torch.log1p(f_r.clamp(min=0.0) * weight)).abs()
-        length = (self._grey.square().sum() + self._pairs.square().sum()) / count
+        length = (self._luma.square().sum() + self._pairs.square().sum()) / count
         return error[f_r >= 0.0].mean() + _PRIOR * length
 
     def basis(self, metadata: dict[str, Any]) -> NeuralBasis:
         """The basis, for codes of mean 0 and covariance 1."""
-        grey, pairs = (c.detach().double().numpy() for c in (self._grey, self._pairs))
+        luma, pairs = (c.detach().double().numpy() for c in (self._luma, self._pairs))
         functions = self._functions.detach().double().numpy()
-        greys, mean = grey.shape[1], grey.mean(axis=0)
-        common, of_grey, of_pairs = np.split(functions, [1, 1 + greys], axis=1)
+        count, mean = luma.shape[1], luma.mean(axis=0)
+        common, of_luma, of_pairs = np.split(functions, [1, 1 + count], axis=1)
         # Permutations of the channels make both values of a pair vary alike, about 0.
         both = np.concatenate([pairs[..., 0], pairs[..., 1]])
-        grey_deviations, pair_deviations = _deviations(grey - mean), _deviations(both)
+        luma_deviations, pair_deviations = _deviations(luma - mean), _deviations(both)
         whitened = [
-            common + of_grey @ mean[:, None],
-            of_grey @ grey_deviations.T,
+            common + of_luma @ mean[:, None],
+            of_luma @ luma_deviations.T,
             of_pairs @ pair_deviations.T,
         ]
         examples = [
-            np.linalg.solve(grey_deviations.T, (grey - mean).T).T,
+            np.linalg.solve(luma_deviations.T, (luma - mean).T).T,
             np.linalg.solve(pair_deviations.T, pairs).reshape(len(pairs), -1),
         ]
         hidden = [
@@ -166,11 +154,11 @@ class _Training:
             for weights, biases in zip(self._weights, self._biases, strict=True)
         ]
         output, codes = (np.hstack(parts).astype(np.float32) for parts in (whitened, examples))
-        return NeuralBasis(hidden, output, greys, codes, metadata)
+        return NeuralBasis(hidden, output, count, codes, metadata)
 
 
 def _deviations(values: Matrix) -> Matrix:
     """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
-    squares, vectors = np.linalg.eigh(values.T @ values / len(values))
+    squares, vectors = largest_first(values.T @ values / len(values))
     rows: Matrix = np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T
-    return rows[::-1]
+    return rows

@@ -13,37 +13,48 @@ a basis keeps is its logarithm and the mean in one, which is the mean of ln(f w 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.latent.codes import LARGEST, checked_code, code_facts
+from nacre.io.tensors import Tensors
+from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integers
+from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
+from nacre.numerics.least_absolute import minimize
+from nacre.runtime.progress import Progress
 
 Floats = npt.NDArray[np.floating]
 Mask = npt.NDArray[np.bool_]
 
 EPSILON = 1e-3
-"""Added before logarithms, and the least weight of a node (Nielsen et al. 2015)."""
+"""Added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)."""
 
 _BRIGHTEST = math.log(1e6)
 """Bound of ln(f w + e): whatever a code holds, what it stands for is finite."""
 _RIDGE = 1e-9
 """Pull of the code to zero, relative to the weight of all nodes: settles what no node tells."""
+_NODES = 10_000
+"""Nodes that a code is refined at: it has a few dozen values."""
+_STEPS = 50
+_TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")
+"""Of a file."""
 
 
-@dataclass(frozen=True, eq=False)
-class Basis:
+@dataclass(frozen=True, eq=False, repr=False)
+class PcaBasis(LatentBasis):
     """Principal components over the nodes of a grid at which every training material is known.
 
     A material is a code of k values. ln(f w + e) at a node is the center plus, for each value, the
     product of the value, its standard deviation, a component and a color. Components belong to
-    one channel, so they are shared: see :func:`nacre.latent.training.train`.
+    one channel, so they are shared: see :mod:`nacre.latent.pca_training`.
 
     Parameters
     ----------
@@ -66,66 +77,93 @@ class Basis:
         JSON-able facts about the training.
     """
 
+    kind: ClassVar[str] = "pca"
+    Recipe: ClassVar[type] = PcaRecipe
+    projects: ClassVar[bool] = True
+    linear_in_log: ClassVar[bool] = True
+
     resolution: Resolution
     mask: Mask
-    centre: Floats
+    center: Floats
     components: Floats
     uses: npt.NDArray[np.int64]
-    colours: Floats
+    colors: Floats
     deviations: Floats
     metadata: dict[str, Any] = field(default_factory=dict)
 
-    def __len__(self) -> int:
-        """Number of values in a code."""
+    @property
+    def code_dim(self) -> int:
+        """See :class:`LatentBasis`."""
         return len(self.uses)
 
     @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share."""
-        arrays = self.centre, self.components, self.colours, self.deviations
-        return sum(a.nbytes for a in arrays) + 8 * len(self) + math.ceil(self.mask.size / 8)
+        """See :class:`LatentBasis`."""
+        arrays = self.center, self.components, self.colors, self.deviations
+        return sum(a.nbytes for a in arrays) + 8 * self.code_dim + math.ceil(self.mask.size / 8)
 
     def logarithms(self, code: Floats, nodes: Any = slice(None)) -> Floats:
         """ln(f w + e) of a code, shape (nodes, 3), at all nodes that take part or some of them."""
-        colours = (np.asarray(code) * self.deviations)[:, None] * self.colours
-        shares = np.zeros((len(self.components), 3))
-        np.add.at(shares, self.uses, colours)
+        colors = (np.asarray(code) * self.deviations)[:, None] * self.colors
+        weights = np.zeros((len(self.components), 3))
+        np.add.at(weights, self.uses, colors)
         components = self.components[:, nodes]
-        return self.centre[nodes, None] + components.T @ shares.astype(components.dtype)
+        return self.center[nodes, None] + components.T @ weights.astype(components.dtype)
 
-    def project(self, brdf: Brdf) -> npt.NDArray[np.float64]:
-        """The code of a reflectance: least squares over the nodes at which it is known.
-
-        Parameters
-        ----------
-        brdf
-            Isotropic; a table on the same grid is taken as it is, anything else tabulated.
-
-        Returns
-        -------
-        array of shape (k,)
-            In standard deviations of the training materials, float64.
-
-        Raises
-        ------
-        FormatError
-            If `brdf` is anisotropic.
-        NacreError
-            If it is known at none of the nodes, or too unlike the training materials.
-        """
+    def _projected(self, brdf: Brdf) -> Vector:
+        """Least squares of logarithms over the nodes at which a reflectance is known."""
         values, known = self.values(brdf)
         logs = encoded(values, self.weights())
         part = self.components[:, known]
         gram = (part @ part.T).astype(np.float64)[np.ix_(self.uses, self.uses)]
-        normal = gram * (self.colours @ self.colours.T)
-        sums = (part @ (logs - self.centre[:, None])[known]).astype(np.float64)
-        right = np.einsum("kc,kc->k", sums[self.uses], self.colours)
-        code = np.linalg.solve(normal + _RIDGE * np.eye(len(self)), right)
+        normal = gram * (self.colors @ self.colors.T)
+        sums = (part @ (logs - self.center[:, None])[known]).astype(np.float64)
+        right = np.einsum("kc,kc->k", sums[self.uses], self.colors)
+        code = np.linalg.solve(normal + _RIDGE * np.eye(self.code_dim), right)
         code = np.asarray(code / self.deviations, np.float64)
-        if not (np.abs(code) < 0.5 * LARGEST).all():  # half: it may grow when it is optimized
+        if not (np.abs(code) < 0.5 * LARGEST).all():  # half: it may grow when it is refined
             name = brdf.name or "reflectance"
             raise NacreError(f"{name}: is too unlike the materials of the basis; train on more")
         return code
+
+    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+        """The code that comes closest in log(1 + k f cos theta_i), k being :data:`GAIN`.
+
+        The projection is closest in the logarithm of f w, which counts what is dark as much as what
+        is bright. From there the mean absolute difference of log(1 + k f cos theta_i) is brought to
+        a minimum over nodes drawn uniformly in the Rusinkiewicz angles.
+        """
+        start = self._projected(brdf)
+        values, known = self.values(brdf)
+        # Rows of nodes lie at squares of equal steps: the angle that one stands for grows.
+        row = np.nonzero(self.mask)[0]
+        chance = known * (row + 0.5)
+        drawn = np.random.default_rng(seed).choice(len(row), _NODES, p=chance / chance.sum())
+        cosine = node_cosines(self.resolution)[0][self.mask][drawn]
+        weights = self.weights()[drawn]
+        target = np.log1p(GAIN * values[drawn] * cosine[:, None])
+        slope = GAIN * cosine / weights
+        directions = self.components[:, drawn].T[:, self.uses] * self.deviations
+        colors = self.colors.T.astype(np.float64)
+
+        def scaled(code: Vector) -> Vector:
+            """The product k (f w + e) cos theta_i / w, shape (drawn, 3)."""
+            decoded: Vector = np.exp(self.logarithms(code, drawn).astype(np.float64))
+            return decoded * slope[:, None]
+
+        def residuals(code: Vector) -> Vector:
+            above = np.maximum(scaled(code) - EPSILON * slope[:, None], 0.0)
+            difference: Vector = np.log1p(above) - target
+            return difference
+
+        def jacobian(code: Vector, _: Vector) -> Vector:
+            decoded = scaled(code)
+            rate = decoded / (1.0 + np.maximum(decoded - EPSILON * slope[:, None], 0.0))
+            rows: Vector = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)
+            return rows
+
+        with np.errstate(over="ignore", invalid="ignore"):
+            return minimize(residuals, jacobian, start, _STEPS)[0]
 
     def values(self, brdf: Brdf) -> tuple[Floats, Mask]:
         """f_r in 1/sr at the nodes that take part, shape (nodes, 3), and where it is known.
@@ -148,24 +186,74 @@ class Basis:
         return node_weights(self.resolution)[self.mask]
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> PcaBrdf:
-        """The reflectance that a code stands for.
-
-        Parameters
-        ----------
-        code
-            Shape (k,), in standard deviations. Whatever the values, f_r stays finite.
-        name
-            Of the material.
-
-        Raises
-        ------
-        ValueError
-            If the code has another length, or a value is a million or more.
-        """
+        """See :class:`LatentBasis`."""
         return PcaBrdf(self, code, name)
 
+    def pack(self) -> tuple[dict[str, Any], Tensors]:
+        """See :class:`LatentBasis`."""
+        arrays = self.center, self.components, self.colors, self.deviations
+        names = "centre", "components", "colours", "deviations"
+        tensors: Tensors = {
+            "mask": np.packbits(self.mask),
+            "uses": self.uses.astype(np.int32),
+            **{n: np.ascontiguousarray(a, np.float32) for n, a in zip(names, arrays, strict=True)},
+        }
+        return {"resolution": list(astuple(self.resolution))}, tensors
 
-class PcaBrdf(MerlBrdf):
+    @classmethod
+    def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> PcaBasis:
+        """See :class:`LatentBasis`."""
+        sizes = integers(header, "resolution")
+        if len(sizes) != len(fields(Resolution)):
+            raise ValueError(f"resolution has {len(sizes)} numbers, expected 3")
+        resolution = Resolution(*sizes)
+        packed, center, components, uses, colors, deviations = (tensors[n] for n in _TENSORS)
+        count = math.prod(resolution.dimensions)
+        if packed.dtype != np.uint8 or packed.shape != (-(-count // 8),):
+            raise ValueError(f"mask has another length than its {count} nodes need")
+        mask = np.unpackbits(packed, count=count).astype(bool).reshape(resolution.dimensions)
+        nodes, values = np.count_nonzero(mask), len(uses)
+        if nodes < count // 8:
+            raise ValueError(f"mask leaves {nodes} of {count} nodes")
+        shapes = {
+            "centre": (center, (nodes,)),
+            "components": (components, (len(components), nodes)),
+            "colours": (colors, (values, 3)),
+            "deviations": (deviations, (values,)),
+        }
+        for name, (array, shape) in shapes.items():
+            if array.dtype != np.float32 or array.shape != shape:
+                raise ValueError(f"{name} is {array.dtype} {array.shape}, expected float32 {shape}")
+            if not (np.abs(array) < LARGEST).all():
+                raise ValueError(f"{name} holds numbers that are not finite or too large")
+        known = (uses >= 0) & (uses < len(components))
+        if uses.dtype != np.int32 or not known.all() or not values:
+            raise ValueError("uses does not name components")
+        if not (deviations > 0).all():
+            raise ValueError("deviations are not positive")
+        metadata = header["metadata"]
+        index = uses.astype(np.int64)
+        return cls(resolution, mask, center, components, index, colors, deviations, metadata)
+
+    @classmethod
+    def train(
+        cls,
+        materials: Sequence[Callable[[], Brdf]],
+        recipe: PcaRecipe | None = None,
+        *,
+        base: LatentBasis | None = None,
+        checkpoint: Path | None = None,
+        progress: Progress | None = None,
+    ) -> PcaBasis:
+        """See :class:`LatentBasis`; also raises NacreError if no node of the grid is known of all
+        materials, or there are fewer components than values.
+        """
+        from nacre.latent.pca_training import train_components
+
+        return train_components(materials, recipe or PcaRecipe(), progress)
+
+
+class PcaBrdf(CodedBrdf, MerlBrdf):
     """A code and what it stands for, tabulated on the grid of its basis.
 
     Parameters
@@ -183,8 +271,8 @@ class PcaBrdf(MerlBrdf):
         If the code has another length, or a value is a million or more.
     """
 
-    def __init__(self, basis: Basis, code: npt.ArrayLike, name: str = "") -> None:
-        self.basis, self.code = basis, checked_code(code, len(basis))
+    def __init__(self, basis: PcaBasis, code: npt.ArrayLike, name: str = "") -> None:
+        self.basis, self.code = basis, basis.checked(code)
         logs = np.minimum(basis.logarithms(self.code), _BRIGHTEST)
         f_r = np.maximum(np.exp(logs) - EPSILON, 0.0) / basis.weights()[:, None]
         stored = np.full((*basis.mask.shape, 3), INVALID, np.float32)
@@ -194,11 +282,7 @@ class PcaBrdf(MerlBrdf):
     @property
     def nbytes(self) -> int:
         """Bytes of the code: all materials share the basis."""
-        return 4 * len(self.code)
-
-    def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
-        return super().describe() | code_facts(self.code, self.basis.nbytes)
+        return self.code.nbytes
 
 
 def on_grid(brdf: Brdf, resolution: Resolution) -> MerlBrdf:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.latent.directions import isotropic_values, shared_directions
-from nacre.latent.lit_views import lit_views
-from nacre.latent.refine import GAIN
+from nacre.latent.recipes import GAIN
+from nacre.sampling.moment import propose_lights
 
 _SINGLE = 2048
 """Directions of the first kind: a code has a few dozen values."""
@@ -17,6 +20,11 @@ _SEEN = 10.0
 _GAMMA = 1.0 / 2.2
 _DARK = 1e-4
 """Added to what views see: of black, the gamma curve has no derivative."""
+_VIEWS, _PER_VIEW, _LIGHTS = 16, 128, 4
+_SHARPNESS = 3.0, 60.0
+"""Of the lamps: from a third of the sky to a bulb near by."""
+_SPREAD = 0.4
+"""Of the lamps about the mirror direction."""
 
 Floats = npt.NDArray[np.floating]
 
@@ -26,7 +34,7 @@ class PictureErrors:
 
     Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power
     1 / 2.2 at views that see more of the material than one direction, under an even sky and under
-    lamps (:mod:`nacre.latent.lit_views`). The first alone leaves errors of one sign, which add up
+    lamps (:func:`lit_views`). The first alone leaves errors of one sign, which add up
     in such light.
 
     Parameters
@@ -61,8 +69,8 @@ class PictureErrors:
         f_r = np.maximum(f_r[known], 0.0)
         self._weight = GAIN * self.wi[self._single, 2:]
         self._target = np.log1p(f_r[self._single] * self._weight)
-        self._shown = self._show(f_r)
-        self._share = _SEEN * self._target.size / self._shown.size
+        self._seen = self._displayed(f_r)
+        self._weight_of_views = _SEEN * self._target.size / self._seen.size
 
     def errors(self, f_r: Floats) -> Floats:
         """Errors of f_r in 1/sr at the directions, shape (n, 3); their shape is (m,).
@@ -72,29 +80,80 @@ class PictureErrors:
         """
         u = f_r[self._single] * self._weight
         single = np.copysign(np.log1p(np.abs(u)), u) - self._target
-        seen = self._share * (self._show(f_r) - self._shown)
+        seen = self._weight_of_views * (self._displayed(f_r) - self._seen)
         return np.concatenate([single.reshape(-1), seen.reshape(-1)])
 
     def slopes(self, f_r: Floats, rates: Floats) -> Floats:
         """Derivatives of the errors, shape (k, m), for those of f_r, shape (k, n, 3)."""
         u = f_r[self._single] * self._weight
         single = rates[:, self._single] * (self._weight / (1.0 + np.abs(u)))
-        radiance = self._lit.radiance(self._spread(np.maximum(f_r, 0.0)))
-        bend = self._share * _GAMMA * (radiance + _DARK) ** (_GAMMA - 1.0)
+        radiance = self._lit.radiance(self._on_lit_views(np.maximum(f_r, 0.0)))
+        slope = self._weight_of_views * _GAMMA * (radiance + _DARK) ** (_GAMMA - 1.0)
         if f_r.min() < 0.0:
             rates = np.where(f_r > 0.0, rates, 0.0)
-        seen = self._lit.radiance(self._spread(rates)) * bend
+        seen = self._lit.radiance(self._on_lit_views(rates)) * slope
         return np.concatenate([part.reshape(len(rates), -1) for part in (single, seen)], axis=1)
 
-    def _show(self, f_r: Floats) -> Floats:
-        shown: Floats = self._lit.radiance(self._spread(np.maximum(f_r, 0.0))) + _DARK
-        return shown**_GAMMA
+    def _displayed(self, f_r: Floats) -> Floats:
+        seen: Floats = self._lit.radiance(self._on_lit_views(np.maximum(f_r, 0.0))) + _DARK
+        return seen**_GAMMA
 
-    def _spread(self, values: Floats) -> Floats:
+    def _on_lit_views(self, values: Floats) -> Floats:
         """Values at the directions of the lit views, (..., v, n, 3); 0 where not known."""
         lit = values[..., self._single.stop :, :]
         if self._lit_known.all():
             return lit.reshape(*values.shape[:-2], *self._lit.wi.shape)
-        spread = np.zeros((*values.shape[:-2], *self._lit.wi.shape), values.dtype)
-        spread[..., self._lit_known, :] = lit
-        return spread
+        found = np.zeros((*values.shape[:-2], *self._lit.wi.shape), values.dtype)
+        found[..., self._lit_known, :] = lit
+        return found
+
+
+@dataclass(frozen=True)
+class LitViews:
+    """Views, each under some lights, and directions for the integrals over these.
+
+    Parameters
+    ----------
+    wi, wo
+        Directions to the light and to the viewer, shapes (v, n, 3), float32; `wo` is the same
+        along n.
+    weights
+        Of f_r in the integrals: radiance times cos(theta_i) over the density of the directions,
+        shape (v, lights, n).
+    """
+
+    wi: npt.NDArray[np.float32]
+    wo: npt.NDArray[np.float32]
+    weights: npt.NDArray[np.float32]
+
+    def radiance(self, f_r: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+        """What the views see, shape (..., v, lights, 3), for f_r of shape (..., v, n, 3)."""
+        return np.asarray(self.weights @ f_r)
+
+
+def lit_views(seed: int) -> LitViews:
+    """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
+
+    The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes of the
+    irradiance that it has, half of them near the mirror direction.
+
+    Parameters
+    ----------
+    seed
+        The same seed gives the same lamps.
+    """
+    squared_sines = (np.arange(_VIEWS) + 0.5) / _VIEWS  # a sphere shows all of them alike
+    wo, wi, density = propose_lights(squared_sines, _PER_VIEW, seed)
+    azimuth = to_spherical(split(wo))[1]
+    wo, wi = (join(rotate(split(w), -azimuth)) for w in (wo, wi))
+    random = np.random.default_rng((seed, 6))
+    above = join(uniform_hemisphere(*random.random((2, _VIEWS, _LIGHTS))))
+    near = wo[:, :1] * (-1.0, -1.0, 1.0) + random.normal(0.0, _SPREAD, above.shape)
+    near /= np.linalg.norm(near, axis=-1, keepdims=True)
+    centers = np.where(np.arange(_LIGHTS)[:, None] % 2, above, near)
+    low, high = np.log(_SHARPNESS)
+    sharpness = np.exp(random.uniform(low, high, (_VIEWS, _LIGHTS, 1)))
+    radiance = 0.5 * sharpness * np.exp(sharpness * (centers @ wi.swapaxes(1, 2) - 1.0))
+    radiance[:, 0] = 1.0
+    weights = radiance * (wi[..., 2] / density)[:, None] / _PER_VIEW
+    return LitViews(*(array.astype(np.float32) for array in (wi, wo, weights)))

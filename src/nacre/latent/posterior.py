@@ -7,12 +7,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.neural_basis import NeuralBasis, grown
-from nacre.numerics.channels import ORDERS
+from nacre.latent.neural_basis import NeuralBasis, decoded
+from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import one_blas_thread
 
-MOST = 2048
+MAX_SAMPLES = 2048
 """Samples that count: of more, a code has nothing to learn."""
 _EPSILON = 1e-3
 """Added to f cos theta_i before logarithms."""
@@ -23,8 +23,8 @@ _NOISES = 0.15, 0.3, 0.6
 _TRUST = 0.1
 """Power of the likelihood: neighboring directions and channels err alike."""
 _STEPS = 12
-_LONGEST, _SHORTENED = 1.0, 0.7
-"""Change of a value in one step, and the share of a step that is taken: far from where it was
+_LONGEST, _PART = 1.0, 0.7
+"""Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one."""
 _CLOSE = 1e-2
 """Change of the values by which the last step is known."""
@@ -32,13 +32,13 @@ _CLOSE = 1e-2
 Vector = npt.NDArray[np.float64]
 
 
-def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
+def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     """The code that is to be expected of a material with these samples, however few.
 
     Before the samples are known, a code is held to be near that of a training material or of one
     with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
     is nearly linear in the code, so samples turn each of these normal distributions into another
-    one, and tell how likely it was; the result is the mean over all of them, found again where it
+    one, and give how likely it was; the result is the mean over all of them, found again where it
     is linearized until it stays.
 
     Parameters
@@ -46,7 +46,7 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     basis
         What the code is for.
     samples
-        Of the material, one or more; of more than :data:`MOST`, so many, the same each time.
+        Of the material, one or more; of more than :data:`MAX_SAMPLES`, so many, the same each time.
 
     Returns
     -------
@@ -60,44 +60,43 @@ def encode_samples(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     """
     if not len(samples):
         raise ValueError("a code needs one sample or more")
-    if len(samples) > MOST:
-        samples = samples[np.random.default_rng(0).permutation(len(samples))[:MOST]]
+    if len(samples) > MAX_SAMPLES:
+        samples = samples[np.random.default_rng(0).permutation(len(samples))[:MAX_SAMPLES]]
     with one_blas_thread():
         common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
         cosine = samples.cosine[:, None].astype(np.float64)
         target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
         known = basis.examples.astype(np.float64)
-        orders = range(len(ORDERS))
-        centres = np.concatenate([basis.reordered(known, order) for order in orders])
-        code = np.zeros(len(basis))
+        centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
+        code = np.zeros(basis.code_dim)
         for step in range(1, _STEPS + 1):
-            scaled = grown(common, rows, code) * cosine
+            scaled = decoded(common, rows, code) * cosine
             slopes = (rows * (scaled / (scaled + _EPSILON))).reshape(len(code), -1)
             left = (target - np.log(scaled + _EPSILON)).reshape(-1) + code @ slopes
-            change = _expected(left, slopes, centres) - code
+            change = _expected(left, slopes, centers) - code
             last = step == _STEPS or np.abs(change).max() < _CLOSE
-            code = code + np.clip(change, -_LONGEST, _LONGEST) * (1.0 if last else _SHORTENED)
+            code = code + np.clip(change, -_LONGEST, _LONGEST) * (1.0 if last else _PART)
             if last:
                 break
     return np.asarray(code)
 
 
-def _expected(values: Vector, slopes: Vector, centres: Vector) -> Vector:
+def _expected(values: Vector, slopes: Vector, centers: Vector) -> Vector:
     """Mean of the codes whose products with slopes, (k, n), give values, (n,), but for noise."""
     squares, axes = np.linalg.eigh(slopes @ slopes.T)
     anywhere = np.zeros((1, len(slopes)))
-    priors = [(centres, width) for width in _WIDTHS if len(centres)] + [(anywhere, 1.0)]
+    priors = [(centers, width) for width in _WIDTHS if len(centers)] + [(anywhere, 1.0)]
     logs, means = [], []
-    for centre, width in priors:
-        missed = values - centre @ slopes
+    for center, width in priors:
+        missed = values - center @ slopes
         length, pulls = (missed**2).sum(axis=1), missed @ slopes.T @ axes
         for noise in _NOISES:
             precision = squares / noise**2 + 1.0 / width**2
             moved = pulls / (noise**2 * precision)
             fit = (length - (pulls * moved).sum(axis=1)) / noise**2 + np.log(precision).sum()
             spread = 2.0 * len(slopes) * math.log(width) + 2.0 * len(values) * math.log(noise)
-            logs.append(-0.5 * _TRUST * (fit + spread) - math.log(len(centre)))
-            means.append(centre + moved @ axes.T)
+            logs.append(-0.5 * _TRUST * (fit + spread) - math.log(len(center)))
+            means.append(center + moved @ axes.T)
     likelihood = np.concatenate(logs)
-    shares = np.exp(likelihood - likelihood.max())
-    return np.asarray(shares @ np.concatenate(means) / shares.sum())
+    weights = np.exp(likelihood - likelihood.max())
+    return np.asarray(weights @ np.concatenate(means) / weights.sum())

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,20 +19,27 @@ from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import PredictorRecipe
-from nacre.latent.training_codes import Codes, draw_codes
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
-from nacre.numerics.layer import Layer
+from nacre.numerics.channels import PERMUTATIONS
+from nacre.numerics.mlp import TANH, Layer, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.moment import Pairs, propose, view_pairs
-from nacre.sampling.parametrizations import FAMILIES, LobeFamily
+from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
+Codes: TypeAlias = npt.NDArray[np.floating]
 
-_LEAST_MOMENT = 1e-3
+_STRETCH = -1.0, 2.0
+"""Where between, or beyond, two materials a mixture of theirs lies."""
+_SCALES = 0.5, 2.5
+"""Standard deviations of random codes."""
+_JITTER = 0.2
+"""Standard deviation that is added to every code."""
+_MIN_MOMENT = 1e-3
 """Of a code that reflects nothing."""
 _AT_ONCE = 32
 """Codes that are decoded together."""
@@ -62,7 +68,7 @@ def with_predictors(
     """
     if not len(basis.examples):
         raise NacreError("predictors of lobes need a basis with examples")
-    return replace(basis, predictors=train_predictors(basis, basis.examples, recipe, progress))
+    return basis.replaced(predictors=train_predictors(basis, basis.examples, recipe, progress))
 
 
 def train_predictors(
@@ -97,12 +103,12 @@ def train_predictors(
             sets.append(_TrainingSet(basis, codes, recipe, index))
             report("decoding", index + 1, recipe.sets, "")
         found, done = {}, 0
-        for name, family in FAMILIES.items():
-            training = _Training(len(basis), family, recipe)
+        for name, family in PARAMETRIZATIONS.items():
+            training = _Training(basis.code_dim, family, recipe)
             for moment in training.run(sets):
                 done += 1
                 if done % 50 == 0:
-                    total = len(FAMILIES) * recipe.steps
+                    total = len(PARAMETRIZATIONS) * recipe.steps
                     report("predicting", done, total, f"{name}, second moment {moment:.3f}")
             found[name] = training.predictor(name)
     return found
@@ -124,8 +130,8 @@ class _TrainingSet:
             values = basis.values(isotropic_inputs(wi, wo, ENHANCED))
             for start in range(0, len(codes), _AT_ONCE):
                 part = slice(start, start + _AT_ONCE)
-                shares = np.stack([basis.shares(code).T for code in codes[part]])
-                logs = np.minimum(shares.astype(np.float32) @ values.T, BRIGHTEST)
+                weighted = np.stack([basis.channel_weights(code).T for code in codes[part]])
+                logs = np.minimum(weighted.astype(np.float32) @ values.T, BRIGHTEST)
                 f_r = np.exp(logs).transpose(0, 2, 1).reshape(-1, *shape, 3)
                 weights[part] = proposal.weights(f_r)
         self.codes, self.weights = torch.from_numpy(codes), torch.from_numpy(weights)
@@ -137,16 +143,13 @@ class _TrainingSet:
 class _Training:
     """Weights and optimizer state of one predictor."""
 
-    def __init__(self, values: int, family: LobeFamily, recipe: PredictorRecipe) -> None:
+    def __init__(self, code_dim: int, family: Parametrization, recipe: PredictorRecipe) -> None:
         self._family, self._recipe = family, recipe
         self._random = np.random.default_rng((recipe.seed, 6))
-        self._layers = [
-            tuple(
-                torch.from_numpy(array.astype(np.float32)).requires_grad_()
-                for array in (self._random.normal(0.0, deviation, shape), np.zeros(shape[1]))
-            )
+        self._layers: list[tuple[Tensor, Tensor]] = [
+            (_free(self._random.normal(0.0, deviation, shape)), _free(np.zeros(shape[1])))
             for shape, deviation in (
-                ((values, recipe.hidden), values**-0.5),
+                ((code_dim, recipe.hidden), code_dim**-0.5),
                 ((recipe.hidden, family.size), 0.1 * recipe.hidden**-0.5),
             )
         ]
@@ -165,11 +168,10 @@ class _Training:
             self._adam.param_groups[0]["lr"] = float(rate)
             given = sets[self._random.integers(len(sets))]
             chosen = torch.from_numpy(self._random.integers(len(given.codes), size=recipe.batch))
-            (first, shift), (second, offset) = self._layers
-            free = torch.tanh(given.codes[chosen] @ first + shift) @ second + offset
+            free = forward(given.codes[chosen], self._layers, TANH)
             density = self._family.density(free, given.pairs)
             moments = (given.weights[chosen] / density).sum((-1, -2))
-            loss = moments.clamp(min=_LEAST_MOMENT).log().mean()
+            loss = moments.clamp(min=_MIN_MOMENT).log().mean()
             self._adam.zero_grad()
             loss.backward()
             self._adam.step()
@@ -182,6 +184,33 @@ class _Training:
         """What came of it."""
         layers = [Layer(*(a.detach().numpy() for a in layer)) for layer in self._layers]
         return LobePredictor(name, layers)
+
+
+def draw_codes(
+    basis: NeuralBasis, codes: Codes, count: int, random: np.random.Generator
+) -> npt.NDArray[np.float32]:
+    """Codes to train on, shape (count, k).
+
+    Two fifths are those of materials, two fifths are mixtures of two, the others are normally
+    distributed. Channels of materials change places.
+    """
+
+    def materials() -> Codes:
+        chosen = codes[random.integers(len(codes), size=count)]
+        return basis.permuted(chosen, random.integers(len(PERMUTATIONS), size=count))
+
+    one, other = materials(), materials()
+    fraction = random.uniform(*_STRETCH, (count, 1))
+    shape = one.shape
+    kind = random.choice(3, (count, 1), p=(0.4, 0.4, 0.2))
+    normal = random.uniform(*_SCALES, (count, 1)) * random.normal(size=shape)
+    mixed = fraction * one + (1.0 - fraction) * other
+    chosen = np.select([kind == 0, kind == 1], [one, mixed], normal)
+    return (chosen + _JITTER * random.normal(size=shape)).astype(np.float32)
+
+
+def _free(values: npt.NDArray[np.floating]) -> Tensor:
+    return torch.from_numpy(values.astype(np.float32)).requires_grad_()
 
 
 def _tensor(values: npt.ArrayLike, shape: tuple[int, ...]) -> Tensor:

@@ -4,7 +4,36 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nacre.measured.merl import Resolution
 from nacre.neural.recipe import check_positive
+
+GAIN = 30.0
+"""k of the loss log(1 + k f cos theta_i) of all trainings and codes."""
+RESOLUTION = Resolution(90, 45, 45)
+"""Of the grid of principal components."""
+
+
+@dataclass(frozen=True)
+class PcaRecipe:
+    """Settings of principal components; the defaults are the recommended ones.
+
+    Parameters
+    ----------
+    code_dim
+        Number of values in a code, at most as many as the materials support.
+    resolution
+        Nodes of the grid: by default a fifth of the memory of the MERL database's own.
+    separate
+        Take each channel as a material of its own, as Nielsen et al. do: a component then has
+        three values, for red, green and blue.
+    """
+
+    code_dim: int = 32
+    resolution: Resolution = RESOLUTION
+    separate: bool = False
+
+    def __post_init__(self) -> None:
+        check_positive(self, "code_dim")
 
 
 @dataclass(frozen=True)
@@ -13,8 +42,8 @@ class BasisRecipe:
 
     Parameters
     ----------
-    values
-        k, the values of a code.
+    code_dim
+        Number of values in a code.
     hidden
         Widths of the hidden layers.
     steps
@@ -27,25 +56,28 @@ class BasisRecipe:
         Peak of the schedule of :func:`nacre.neural.training.schedule`.
     seed
         The same seed gives the same basis on the same machine.
+    predictors
+        Whether predictors of lobes for importance sampling are trained as well.
     """
 
-    values: int = 32
+    code_dim: int = 32
     hidden: tuple[int, ...] = (96, 96, 96)
     steps: int = 8000
     directions: int = 1 << 16
     batch: int = 256
     learning_rate: float = 5e-3
     seed: int = 0
+    predictors: bool = True
 
     def __post_init__(self) -> None:
-        check_positive(self, "values", "steps", "directions", "batch")
+        check_positive(self, "code_dim", "steps", "directions", "batch")
         if not self.hidden or min(self.hidden) < 1:
             raise ValueError(f"hidden must be widths of layers, got {self.hidden}")
 
     @property
     def pairs(self) -> int:
-        """p, the pairs of values for colors: as many as principal components take."""
-        return max(5 * self.values // 32, min(1, self.values // 3))
+        """p, the pairs of values for chroma: as many as principal components take."""
+        return max(5 * self.code_dim // 32, min(1, self.code_dim // 3))
 
 
 @dataclass(frozen=True)
@@ -91,6 +123,8 @@ class HypernetworkRecipe:
 
     Parameters
     ----------
+    code_dim
+        Number of values in a code; of the neural basis, where one is trained for it.
     width
         Units of both of its hidden layers.
     steps
@@ -105,6 +139,7 @@ class HypernetworkRecipe:
         The same seed gives the same hypernetwork on the same machine.
     """
 
+    code_dim: int = 32
     width: int = 128
     steps: int = 8000
     codes: int = 192
@@ -113,7 +148,7 @@ class HypernetworkRecipe:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_positive(self, "width", "steps", "codes", "directions")
+        check_positive(self, "code_dim", "width", "steps", "codes", "directions")
 
 
 @dataclass(frozen=True)
@@ -122,8 +157,8 @@ class AutoencoderRecipe:
 
     Parameters
     ----------
-    values
-        k, the values of a code.
+    code_dim
+        Number of values in a code.
     width
         Units of both hidden layers.
     mixtures
@@ -140,7 +175,7 @@ class AutoencoderRecipe:
         The same seed gives the same autoencoder on the same machine.
     """
 
-    values: int = 32
+    code_dim: int = 32
     width: int = 256
     mixtures: int = 300
     steps: int = 4000
@@ -150,6 +185,6 @@ class AutoencoderRecipe:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_positive(self, "values", "width", "steps", "networks", "pixels")
+        check_positive(self, "code_dim", "width", "steps", "networks", "pixels")
         if self.mixtures < 0:
             raise ValueError(f"mixtures must not be negative, got {self.mixtures}")

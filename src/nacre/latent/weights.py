@@ -10,15 +10,23 @@ import abc
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.latent.codes import checked_code, code_facts
+from nacre.brdf import Brdf
+from nacre.io.tensors import Tensors
+from nacre.latent.basis import CodedBrdf, LatentBasis, Vector
+from nacre.latent.directions import isotropic_inputs
+from nacre.latent.neural_basis import PRIOR
+from nacre.latent.picture_errors import PictureErrors
+from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
-from nacre.numerics.layer import Layer
-from nacre.sampling.fitted import LobeSampledBrdf
+from nacre.numerics.least_absolute import minimize
+from nacre.numerics.mlp import Layer, forward
+from nacre.runtime.parallel import one_blas_thread
+from nacre.sampling import LobeSampledBrdf
 
 SIZES = (6, *HIDDEN, OUTPUTS)
 SHAPES = tuple(itertools.pairwise(SIZES))
@@ -28,24 +36,29 @@ COUNT = sum((rows + 1) * columns for rows, columns in SHAPES)
 FARTHEST = 5.0
 """Root mean square of the values of a code beyond which only its direction counts."""
 
+_STEPS = 8
+_DIFFERENCE = 1e-4
+"""Change of a value by which its effect on the weights is found."""
+_LARGEST = 30.0
+"""Bound of ln(f_r + 1) while a code is sought."""
+_LARGEST_TRAINED = 15.0
+"""The same in training: no material comes near e^15."""
+
 Matrix = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.float32]
+Tensor: TypeAlias = Any
 
 
-class WeightBasis(abc.ABC):
+class WeightBasis(LatentBasis):
     """What gives weights of a network for every code.
 
     Weights are laid out as the layers one after the other, of each the matrix by rows of inputs and
     then the biases.
     """
 
+    decodes_networks: ClassVar[bool] = True
     LAYERS: ClassVar[tuple[str, ...]]
     """Names of its layers."""
-    metadata: dict[str, Any]
-    """JSON-able facts about the training."""
-
-    @abc.abstractmethod
-    def __len__(self) -> int:
-        """Number of values in a code."""
 
     @property
     def layers(self) -> dict[str, Layer]:
@@ -54,7 +67,7 @@ class WeightBasis(abc.ABC):
 
     @property
     def nbytes(self) -> int:
-        """Memory of the basis, which all materials share."""
+        """See :class:`nacre.latent.basis.LatentBasis`."""
         return sum(layer.nbytes for layer in self.layers.values())
 
     def check_layers(self, **shapes: tuple[int, int]) -> None:
@@ -74,26 +87,65 @@ class WeightBasis(abc.ABC):
     def weights(self, codes: npt.ArrayLike) -> Matrix:
         """Weights of codes of shape (n, k), shape (n, 675), however long the codes are."""
 
-    def decode(self, code: npt.ArrayLike, name: str = "") -> CodedNetwork:
-        """The network that a code stands for.
+    @abc.abstractmethod
+    def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
+        """The code that is refined."""
+
+    def _refined(self, brdf: Brdf, seed: int) -> Vector:
+        with one_blas_thread():
+            errors = PictureErrors(brdf, seed)
+            return self.refined(errors, self._start(brdf, errors))
+
+    def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Vector:
+        """The code whose network comes closest to a material, near a start.
+
+        The sum of the absolute errors and of the absolute values of the code is brought to a
+        minimum.
 
         Parameters
         ----------
-        code
-            Shape (k,). Beyond a root mean square of 5 it stands for what the code of that length
-            in the same direction stands for. Whatever the values, f_r is finite.
-        name
-            Of the material.
+        errors
+            From the material.
+        start
+            Code to begin at, shape (k,).
+        prior
+            Weight of the absolute values of the code.
 
-        Raises
-        ------
-        ValueError
-            If the code has another length, or a value is a million or more.
+        Returns
+        -------
+        array of shape (k,)
+        """
+        inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
+        pull = prior * np.eye(self.code_dim)
+
+        def weights(code: Matrix) -> Floats:
+            found: Floats = self.weights(clipped(code)[None])[0].astype(np.float32)
+            return found
+
+        def residuals(code: Matrix) -> Matrix:
+            y = forward(inputs, network_layers(weights(code)))
+            return np.concatenate([errors.errors(np.expm1(np.minimum(y, _LARGEST))), prior * code])
+
+        def jacobian(code: Matrix, _: Matrix) -> Matrix:
+            tangents = weight_tangents(self, code).astype(np.float32)
+            y, rates = _with_tangents(network_layers(weights(code)), inputs, tangents)
+            decoded = np.exp(np.minimum(y, _LARGEST))
+            rates = rates * ((y < _LARGEST) * decoded)
+            return np.concatenate([errors.slopes(decoded - 1.0, rates), pull], axis=1)
+
+        limit = FARTHEST * np.sqrt(self.code_dim)
+        return minimize(residuals, jacobian, np.asarray(start, np.float64), _STEPS, limit)[0]
+
+    def decode(self, code: npt.ArrayLike, name: str = "") -> CodedNetwork:
+        """The network that a code stands for; see :class:`nacre.latent.basis.LatentBasis`.
+
+        Beyond a root mean square of 5, a code stands for what the code of that length in the same
+        direction stands for.
         """
         return CodedNetwork(self, code, name)
 
 
-class CodedNetwork(LobeSampledBrdf, NeuralBrdf):
+class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
     """A network and the code that stands for it.
 
     Parameters
@@ -112,18 +164,14 @@ class CodedNetwork(LobeSampledBrdf, NeuralBrdf):
     """
 
     def __init__(self, basis: WeightBasis, code: npt.ArrayLike, name: str = "") -> None:
-        self.basis, self.code = basis, checked_code(code, len(basis))
-        layers = network_layers(basis.weights(shortened(self.code)[None])[0])
+        self.basis, self.code = basis, basis.checked(code)
+        layers = network_layers(basis.weights(clipped(self.code)[None])[0])
         check_weights(layers)
         super().__init__(layers, name=name)
 
-    def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
-        return super().describe() | code_facts(self.code, self.basis.nbytes)
 
-
-def shortened(code: npt.ArrayLike) -> Matrix:
-    """A code, or if its root mean square is above 5 the one of that in the same direction."""
+def clipped(code: npt.ArrayLike) -> Matrix:
+    """A code, clipped to a root mean square of 5."""
     values = np.asarray(code, np.float64)
     length = math.sqrt(np.square(values).mean())
     return values * (FARTHEST / max(length, FARTHEST))
@@ -144,13 +192,73 @@ def flat_weights(layers: Sequence[Layer]) -> npt.NDArray[np.float32]:
     return np.concatenate([a.reshape(-1) for x in layers for a in (x.weights, x.biases)])
 
 
-def dense(values: Matrix, layer: Layer) -> Matrix:
-    """A layer in double precision, for values of shape (..., inputs)."""
-    found: Matrix = values @ layer.weights.astype(np.float64) + layer.biases
+def named_tensors(layers: dict[str, Layer]) -> Tensors:
+    """Weights and biases of layers by the layers' names."""
+    return {
+        f"{name}_{part}": array
+        for name, layer in layers.items()
+        for part, array in zip(("weights", "biases"), layer, strict=True)
+    }
+
+
+def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
+    """The inverse of :func:`named_tensors`."""
+    return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
+
+
+def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Matrix:
+    """Derivatives of the weights of a code by its values, by differences, shape (k, 675)."""
+    values = np.asarray(code, np.float64)
+    offsets = _DIFFERENCE * np.eye(len(values))
+    moved = np.stack([clipped(values + o) for o in (*offsets, *-offsets)])
+    above, below = np.split(basis.weights(moved), 2)
+    found: Matrix = (above - below) / (2.0 * _DIFFERENCE)
     return found
 
 
-def bent(values: Matrix) -> Matrix:
-    """The function x / (1 + e^-x), without overflow."""
-    found: Matrix = 0.5 * values * (1.0 + np.tanh(0.5 * values))
-    return found
+def _with_tangents(
+    layers: Sequence[Layer], inputs: Floats, tangents: Floats
+) -> tuple[Floats, Floats]:
+    """ln(f_r + 1) of a network, shape (n, 3), and its derivatives along `tangents`, (k, n, 3).
+
+    Tangents are directions among weights, shape (k, 675).
+    """
+    values = inputs
+    change = np.zeros((len(tangents), *inputs.shape), np.float32)
+    start = 0
+    for index, (matrix, biases) in enumerate(layers):
+        if index:
+            change *= values > 0.0
+            values = np.maximum(values, 0.0)
+        middle = start + matrix.size
+        end = middle + biases.size
+        of_matrix = tangents[:, start:middle].reshape(-1, *matrix.shape)
+        change = change @ matrix + values @ of_matrix + tangents[:, None, middle:end]
+        values = values @ matrix + biases
+        start = end
+    return values, change
+
+
+def tensor_reflectance(weights: Tensor, inputs: Tensor) -> Tensor:
+    """f_r of many networks in PyTorch as training sees it: bounded, not clamped at 0.
+
+    Parameters
+    ----------
+    weights
+        Shape (networks, 675), laid out as in :class:`WeightBasis`.
+    inputs
+        Shape (n, 6).
+
+    Returns
+    -------
+    tensor of shape (networks, n, 3)
+        In 1/sr.
+    """
+    sizes = [part for rows, columns in SHAPES for part in (rows * columns, columns)]
+    parts = weights.split(sizes, dim=1)
+    layers = [
+        (matrix.reshape(-1, *shape), biases)
+        for shape, matrix, biases in zip(SHAPES, parts[::2], parts[1::2], strict=True)
+    ]
+    outputs = forward(inputs.expand(len(weights), -1, -1), layers)
+    return outputs.clamp(max=_LARGEST_TRAINED).exp() - 1.0

@@ -14,7 +14,6 @@ from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
 from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.latent_map import NeuralBtf
 
 _BLOCK = 1 << 26
 
@@ -59,8 +58,8 @@ def matched(truth: Btf, other: Btf) -> Btf:
         raise NacreError(f"textures have {sizes[0]} and {sizes[1]} texels; they must be alike")
     if same_pairs(truth.wi, truth.wo, other.wi, other.wo):
         return other
-    if isinstance(other, NeuralBtf):
-        return other.decoded(truth.wi, truth.wo)
+    if other.decodable:
+        return other.at_directions(truth.wi, truth.wo)
     raise NacreError(
         f"textures have {truth.pair_count:,} and {other.pair_count:,} pairs of directions, not the "
         "same ones; give an encoded texture second, which is decoded at those of the first"
@@ -101,8 +100,8 @@ def compare_textures(
     if pairs is not None and pairs < truth.pair_count:
         random = np.random.default_rng(seed)
         chosen = np.sort(random.choice(truth.pair_count, pairs, replace=False))
-        if isinstance(other, NeuralBtf):  # no more is decoded than is compared
-            other = other.decoded(truth.wi[chosen], truth.wo[chosen])
+        if other.decodable:  # no more is decoded than is compared
+            other = other.at_directions(truth.wi[chosen], truth.wo[chosen])
     wo = truth.wo[chosen]
     sums, texels = ErrorSums(), np.empty(truth.texel_count, np.float32)
     for block in truth.blocks(_BLOCK):

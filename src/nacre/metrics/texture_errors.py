@@ -12,7 +12,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 
 BIN = 15.0
-"""Degrees of polar angle of the view that are told apart."""
+"""Degrees of polar angle of the view of a bin."""
 UNITS = {"MAE": "reflectance factor", "PSNR": "dB, for a peak of 1"}
 """What :meth:`Errors.facts` are in, where they have a unit."""
 _BINS = round(90.0 / BIN)

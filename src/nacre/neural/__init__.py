@@ -3,6 +3,6 @@
 from nacre.neural.fitting import fit, fit_many
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.recipe import Recipe
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 
 __all__ = ["Layer", "NeuralBrdf", "Recipe", "fit", "fit_many"]

@@ -13,7 +13,7 @@ from nacre.io.format import Format
 from nacre.io.tensors import from_file, header_key, looks_like_tensors, to_bytes
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.sampling import describe_sampler, make_sampler
 
 VERSION = 1

@@ -16,7 +16,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from nacre.neural.samples import BLOCK, Samples, aligned
+from nacre.array import aligned_zeros
+from nacre.neural.samples import BLOCK, Samples
 from nacre.neural.simd import (
     DENSE_ROWS,
     LANES,
@@ -31,7 +32,7 @@ from nacre.neural.simd import (
     prefetch_block,
     sum_lanes,
 )
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3
@@ -231,12 +232,12 @@ def _gradient(
     scale = np.float32(1.0 / (_OUTPUTS * count))
     last = widths.size - 1
     sums[:] = np.float32(0.0)
-    share = PANEL // BLOCK // 2
+    half = PANEL // BLOCK // 2
     for panel in range(0, count, PANEL):
         first = panel // BLOCK
-        _prefetch(blocks, upcoming[first : first + share], widths[0])
+        _prefetch(blocks, upcoming[first : first + half], widths[0])
         _forward(panel, widths, starts, weights, stride, x)
-        _prefetch(blocks, upcoming[first + share : first + 2 * share], widths[0])
+        _prefetch(blocks, upcoming[first + half : first + 2 * half], widths[0])
         _output_gradient(panel, count, stride, x[last], targets, g[last], scale, sums)
         _backward(panel, widths, starts, weights, stride, x, g, sums)
     _weight_gradient(count, stride, rows.reshape(-1), factors, sums, parts, places, gradient)
@@ -340,19 +341,21 @@ class KernelTrainer:
         self._widths = np.array(widths)
         self._starts = np.array([0, *itertools.accumulate(counts[:-1])])
         total = sum(counts)
-        self._weights, self._mean, self._square, self._gradient = (aligned(total) for _ in range(4))
+        self._weights, self._mean, self._square, self._gradient = (
+            aligned_zeros(total) for _ in range(4)
+        )
         for (weights, biases), layer in zip(self._views(self._weights), layers, strict=True):
             weights[:], biases[:] = layer.weights, layer.biases
         # The extra block keeps rows from falling on the same cache sets.
         self._stride = _round_up(batch, PANEL) + BLOCK
         rows = _round_up(max(widths), math.lcm(*OUTER_ROWS))
         shape = (2, len(widths), rows * self._stride)
-        self._rows = aligned(math.prod(shape)).reshape(shape)
-        self._targets = aligned(_TARGETS * self._stride)
+        self._rows = aligned_zeros(shape)
+        self._targets = aligned_zeros(_TARGETS * self._stride)
         bias_count = _round_up(sum(widths[1:]), LANES)
-        self._sums = aligned(bias_count * LANES)
+        self._sums = aligned_zeros(bias_count * LANES)
         self._factors, self._places = _weight_tiles(widths, self._starts, shape, self._stride)
-        self._parts = aligned(len(self._factors) * OUTER_SIZE + bias_count)
+        self._parts = aligned_zeros(len(self._factors) * OUTER_SIZE + bias_count)
         self._step = 0
 
     def _views(self, flat: Vector) -> list[tuple[Vector, Vector]]:

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Array, Components, namespace
-from nacre.brdf import Brdf, Sampler
+from nacre.brdf import Sampler
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
     input_count,
-    network_inputs,
-    turns_half_vector,
+    rotates_half_vector,
 )
-from nacre.numerics.layer import Layer
+from nacre.neural.network import NetworkBrdf
+from nacre.numerics.direction_samples import loss_scale
+from nacre.numerics.mlp import Layer
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
@@ -33,9 +34,9 @@ PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.d
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
     """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""
     kind = PRECISIONS[precision]
-    most = np.finfo(kind).max
+    largest = np.finfo(kind).max
     return [
-        Layer(*(np.clip(a, -most, most).astype(kind) for a in (layer.weights, layer.biases)))
+        Layer(*(np.clip(a, -largest, largest).astype(kind) for a in (layer.weights, layer.biases)))
         for layer in layers
     ]
 
@@ -60,7 +61,7 @@ def check_weights(layers: Sequence[Layer]) -> None:
                 raise ValueError("weights are so large that sums of them overflow")
 
 
-class NeuralBrdf(Brdf):
+class NeuralBrdf(NetworkBrdf):
     """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
 
     Parameters
@@ -68,7 +69,7 @@ class NeuralBrdf(Brdf):
     layers
         Dense layers from the inputs (see :func:`nacre.neural.inputs.network_inputs`) to 3 outputs.
     isotropic
-        Whether h is turned to phi_h = 0.
+        Whether h is rotated to phi_h = 0.
     name, source, sampler
         See :class:`nacre.brdf.Brdf`.
     metadata
@@ -114,7 +115,7 @@ class NeuralBrdf(Brdf):
                 for a, b in ((layer.weights, stored.weights), (layer.biases, stored.biases))
             ):
                 raise ValueError(f"{self.precision} precision does not hold these weights")
-        if self.isotropic and not turns_half_vector(self.inputs, True):
+        if self.isotropic and not rotates_half_vector(self.inputs, True):
             raise ValueError(f"a network with {self.inputs} inputs is not isotropic")
         count = input_count(self.inputs, self.isotropic)
         if sizes[0] != count or sizes[-1] != OUTPUTS:
@@ -142,6 +143,19 @@ class NeuralBrdf(Brdf):
         sizes = "-".join(map(str, self.sizes))
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
+    def loss_text(self) -> str:
+        """The loss of a fit with its scale: "held-out loss 0.00312 (log(1 + 32 f cos))".
+
+        Empty where the network was not fitted here.
+        """
+        loss = self.metadata.get("quality", {}).get("held_out_loss")
+        if not isinstance(loss, float):
+            return ""
+        return f"held-out loss {loss:.5f} ({self._loss_scale()})"
+
+    def _loss_scale(self) -> str:
+        return loss_scale(self.metadata.get("fit", {}).get("gain"))
+
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
         return NeuralBrdf(
@@ -155,14 +169,9 @@ class NeuralBrdf(Brdf):
             precision=self.precision,
         )
 
-    def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        xp = namespace(*wi, *wo)
-        values: Sequence[Array] = network_inputs(wi, wo, self.isotropic, self.inputs)
-        for index, layer in enumerate(self.layers):
-            if index:
-                values = [xp.maximum(v, 0.0) for v in values]
-            values = xp.dense(values, layer.weights, layer.biases)
+    def from_outputs(self, values: Sequence[Array]) -> Components:
+        """See :class:`nacre.neural.network.NetworkBrdf`."""
+        xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
@@ -176,6 +185,7 @@ class NeuralBrdf(Brdf):
             "sampler": str(self.sampler),
             "fitted to": source.get("file"),
             "fitted to sha256": source.get("sha256"),
+            "loss": self._loss_scale() if self.loss_text() else None,
             **self.metadata.get("quality", {}),
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }

@@ -21,7 +21,7 @@ from nacre.io.npy import MAGIC, parse_npy
 from nacre.neural.hdf5_strings import count_strings
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import NeuralBrdf, check_weights
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26

@@ -19,7 +19,7 @@ from nacre.errors import require
 from nacre.neural.device import SampleStack
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.runtime.device import open_device
 
 torch: Any = require("torch", "torch")

@@ -1,7 +1,8 @@
-"""Rendering: Mitsuba plugins for any reflectance. Mitsuba loads on first use."""
+"""Rendering: Mitsuba plugins for any material. Mitsuba loads on first use."""
 
 from nacre.render.engine import LLVMError, mitsuba
 from nacre.render.plugins import bsdf, register
-from nacre.render.textures.plugins import texture_bsdf
+from nacre.render.preview import render_preview
+from nacre.render.scene_file import render_file
 
-__all__ = ["LLVMError", "bsdf", "mitsuba", "register", "texture_bsdf"]
+__all__ = ["LLVMError", "bsdf", "mitsuba", "register", "render_file", "render_preview"]

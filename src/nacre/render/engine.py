@@ -48,8 +48,9 @@ def check_llvm() -> None:
     Raises
     ------
     LLVMError
-        If Dr.Jit found no LLVM of release 17 or newer.
+        If Dr.Jit found no LLVM of release 17 or newer, or it does not load.
     """
     drjit = require("drjit", "render")
-    if reason := llvm.refusal(drjit.detail.llvm_version()):
-        raise LLVMError(reason)
+    found = drjit.detail.llvm_version()
+    if refused := llvm.refusal(found):
+        raise LLVMError(llvm.failure() or refused)

@@ -7,6 +7,7 @@ file by path before anything is installed: it prints the library, or what to ins
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import sys
@@ -153,6 +154,21 @@ def refusal(found: tuple[int, ...] | None) -> str | None:
         f"rendering needs LLVM {MINIMUM} or newer, {state}: {instruction()}; "
         f"or set {VARIABLE} to the path of its library"
     )
+
+
+def failure() -> str | None:
+    """Why the library that :data:`VARIABLE` names does not load, in one line; None if it does."""
+    library = os.environ.get(VARIABLE, "")
+    if not Path(library).is_file():
+        return None
+    try:
+        ctypes.CDLL(library)
+    except OSError as error:
+        message = str(error)
+        if "map segment" in message or "allocate memory" in message:
+            return f"not enough memory to load {library}: free some, or raise ulimit -v"
+        return f"LLVM does not load: {message}; or set {VARIABLE} to another library"
+    return None
 
 
 if __name__ == "__main__":

@@ -2,31 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import NacreError, require
+from nacre.errors import NacreError, is_shortage, require
 from nacre.render.engine import mitsuba
 from nacre.runtime.interrupts import uninterrupted
+from nacre.runtime.memory import available_memory
 
 PASS = 16
-"""Most samples per pixel that are rendered at a time: memory grows with them."""
-_WAVEFRONT, _WIDEST = 1 << 21, 1 << 23
-"""Samples of all pixels in a wavefront, unless one of each is more; and the most that it has."""
-_SAMPLE_BYTES = 600
-"""Of a sample in a wavefront, about."""
+"""Samples per pixel that are rendered at a time, at most."""
+_MAX_SAMPLES, _MAX_WAVEFRONT = 1 << 24, 1 << 21
+"""Samples of all pixels that are rendered at a time: by one kernel, and in a wavefront."""
+_SAMPLE_BYTES, _WAVEFRONT_BYTES = 32, 600
+"""Memory of each of them, about."""
+_PIXEL_BYTES = 128
+"""Memory of a pixel of the picture, its sums, and what writes it, about."""
 
 
-def pass_sizes(counts: Sequence[int], most: int = PASS) -> list[int]:
-    """Samples per pixel of passes, of `most` or fewer, that stop at each of increasing counts."""
+def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
+    """Samples per pixel of passes, at most `largest`, that stop at each of increasing counts."""
     sizes: list[int] = []
     for before, count in zip((0, *counts), counts, strict=False):
-        whole, rest = divmod(count - before, most)
-        sizes += [most] * whole + [rest] * (rest > 0)
+        whole, rest = divmod(count - before, largest)
+        sizes += [largest] * whole + [rest] * (rest > 0)
     return sizes
 
 
@@ -35,23 +40,53 @@ def needs_wavefronts(scene: Any) -> bool:
     return any(getattr(shape.bsdf(), "wavefront", False) for shape in scene.shapes())
 
 
-def wavefront_pass(scene: Any) -> int:
-    """Samples per pixel of a scene that memory is enough for in one wavefront.
+@dataclass(frozen=True)
+class Plan:
+    """How a picture is rendered a part at a time, so that memory stays bounded.
+
+    Parameters
+    ----------
+    samples
+        Samples per pixel of a pass, at most.
+    rows
+        Rows of pixels that are rendered at a time.
+    """
+
+    samples: int
+    rows: int
+
+
+def plan_passes(width: int, height: int, spp: int, wavefront: bool = False) -> Plan:
+    """The passes of a picture.
+
+    Parameters
+    ----------
+    width, height
+        In pixels.
+    spp
+        Samples per pixel.
+    wavefront
+        Whether paths are traced one bounce at a time; see :func:`wavefronts`.
 
     Raises
     ------
     NacreError
-        If it is not enough for one.
+        If there is not memory enough for the picture.
     """
-    width, height = scene.sensors()[0].film().crop_size()
-    pixels = int(width * height)
-    if pixels > _WIDEST:
+    limit = _MAX_WAVEFRONT if wavefront else _MAX_SAMPLES
+    samples = max(1, min(PASS, spp, limit // (width * height)))
+    rows = max(1, min(height, limit // (width * samples)))
+    bytes_each = _WAVEFRONT_BYTES if wavefront else _SAMPLE_BYTES
+    needed = width * height * _PIXEL_BYTES + width * rows * samples * bytes_each
+    available = available_memory()
+    if available is not None and needed > available:
+        fitting = math.sqrt(available / needed)
         raise NacreError(
-            f"{width} x {height} pixels take {pixels * _SAMPLE_BYTES / 2**30:.1f} GiB where "
-            f"networks are evaluated at hits, which is done up to {_WIDEST:,} pixels; render "
-            "fewer, or functions in a table"
+            f"a picture of {width} x {height} pixels takes about {needed / 2**30:.1f} GiB of "
+            f"memory, and {available / 2**30:.1f} GiB are left: render {int(width * fitting)} x "
+            f"{int(height * fitting)} pixels or fewer"
         )
-    return min(PASS, max(1, _WAVEFRONT // pixels))
+    return Plan(samples, rows)
 
 
 @contextmanager
@@ -68,7 +103,12 @@ def wavefronts() -> Iterator[None]:
 
 
 def accumulate(
-    scene: Any, sizes: Sequence[int], seed: int
+    scene: Any,
+    sizes: Sequence[int],
+    seed: int,
+    rows: int | None = None,
+    integrator: Any = None,
+    channels: int = 3,
 ) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
     """Render a scene pass by pass.
 
@@ -81,21 +121,71 @@ def accumulate(
     seed
         Of the samples: the same seed gives the same pictures, but for the rounding of sums whose
         order the renderer's threads decide.
+    rows
+        Rows of pixels to render at a time; all where None.
+    integrator
+        What to render with in place of the scene's integrator.
+    channels
+        How many it gives.
 
     Yields
     ------
     count
         Samples per pixel so far.
     picture
-        Their mean: linear RGB, shape (height, width, 3).
+        Their mean: linear RGB, or what the integrator gives; shape (height, width, channels).
+
+    Raises
+    ------
+    NacreError
+        If memory runs out.
     """
     mi = mitsuba()
-    seeds = np.random.SeedSequence(seed).generate_state(len(sizes))
-    total: npt.NDArray[np.float64] | float = 0.0
+    width, height = (int(v) for v in scene.sensors()[0].film().crop_size())
+    starts = range(0, height, rows or height)
+    seeds = np.random.SeedSequence(seed).generate_state(len(sizes) * len(starts))
+    total = np.zeros((height, width, channels))
     done = 0
-    for samples, pass_seed in zip(sizes, seeds, strict=True):
-        with uninterrupted():  # Mitsuba makes an error of its own of what ends it
-            picture = np.array(mi.render(scene, spp=samples, seed=int(pass_seed)), np.float64)
-        total = total + samples * picture
+    for index, samples in enumerate(sizes):
+        for start, part_seed in zip(starts, seeds[index * len(starts) :], strict=False):
+            part = slice(start, min(start + starts.step, height))
+            with _cropped(mi, scene, part, height), uninterrupted(), _shortages():
+                # Mitsuba makes an error of its own of what ends it.
+                picture = mi.render(scene, integrator=integrator, spp=samples, seed=int(part_seed))
+                total[part] += samples * np.array(picture, np.float64)
         done += samples
         yield done, total / done
+
+
+@contextmanager
+def _cropped(mi: Any, scene: Any, part: slice, height: int) -> Iterator[None]:
+    """A block in which the scene's first film shows some of its rows only."""
+    if part.stop - part.start == height:
+        yield
+        return
+    sensor = scene.sensors()[0]
+    width, _ = sensor.film().crop_size()
+    left, top = sensor.film().crop_offset()
+    parameters = mi.traverse(sensor)
+
+    def crop(offset: int, rows: int) -> None:
+        parameters["film.crop_size"] = mi.ScalarVector2u(width, rows)
+        parameters["film.crop_offset"] = mi.ScalarPoint2u(left, offset)
+        parameters.update()
+
+    crop(top + part.start, part.stop - part.start)
+    try:
+        yield
+    finally:
+        crop(top, height)
+
+
+@contextmanager
+def _shortages() -> Iterator[None]:
+    """A block whose want of memory is told in a line."""
+    try:
+        yield
+    except (RuntimeError, MemoryError) as error:
+        if is_shortage(error):
+            raise NacreError("memory ran out while rendering: render fewer pixels") from error
+        raise

@@ -10,25 +10,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Image
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.errors import FormatError, NacreError, require
 from nacre.io.files import PathLike, atomic_path
 from nacre.io.image_file import bitmaps
+from nacre.render.denoise import can_denoise
+from nacre.render.denoise import denoise as remove_noise
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
-from nacre.render.passes import (
-    PASS,
-    accumulate,
-    needs_wavefronts,
-    pass_sizes,
-    wavefront_pass,
-    wavefronts,
-)
+from nacre.render.passes import accumulate, needs_wavefronts, pass_sizes, plan_passes, wavefronts
 from nacre.render.plugins import bsdf
 from nacre.render.scene import describe_scene
-
-Image = npt.NDArray[np.float32]
 
 DISPLAY_IMAGES = (".png", ".jpg", ".jpeg")
 """Endings of the files that :func:`write_bytes` writes."""
@@ -40,15 +35,22 @@ MAX_SIZE = 8192
 """Longest edge of a picture in pixels."""
 
 
+DENOISED_SPP, PLAIN_SPP = 32, 48
+"""Default samples per pixel of previews: with the denoiser, and without it as many as take about
+10 seconds on two cores."""
+_AUXILIARY_SPP = 8
+
+
 def render_preview(
     material: Any,
     shape: str = "ball",
     light: str = "environment",
     size: int | tuple[int, int] = 512,
-    spp: int = 256,
+    spp: int | None = None,
     seed: int = 0,
     environment: Environment | None = None,
     progress: Callable[[float], None] | None = None,
+    denoise: bool = True,
 ) -> Image:
     """Render a material on an object by path tracing.
 
@@ -65,14 +67,17 @@ def render_preview(
     size
         Edge, or width and height, in pixels; at most :data:`MAX_SIZE`.
     spp
-        Samples per pixel, at least 1; rendered a few at a time.
+        Samples per pixel, at least 1; :func:`default_spp` where None. They are rendered a few at a
+        time.
     seed
         Of the samples: the same seed gives the same picture, but for the rounding of sums whose
         order the renderer's threads decide.
     environment
         The map, exposed here; the package's own where None.
     progress
-        Called with the part that is done, in (0, 1], after each pass.
+        Called with the fraction that is done, in (0, 1], after each pass.
+    denoise
+        Whether to remove noise, where the denoiser is installed.
 
     Returns
     -------
@@ -82,7 +87,8 @@ def render_preview(
     Raises
     ------
     NacreError
-        If there is no such shape or light, or a number is out of range.
+        If there is no such shape or light, a number is out of range, or the picture does not fit
+        into memory.
     MissingExtraError
         If Mitsuba is not installed.
     LLVMError
@@ -91,12 +97,19 @@ def render_preview(
     width, height = (size, size) if isinstance(size, int) else size
     if not (1 <= width <= MAX_SIZE and 1 <= height <= MAX_SIZE):
         raise NacreError(f"a picture has 1 to {MAX_SIZE} pixels an edge, not {width} x {height}")
+    if spp is None:
+        spp = default_spp(denoise)
     if spp < 1:
         raise NacreError(f"a picture needs at least 1 sample per pixel, not {spp}")
     mitsuba()
-    shown = bsdf(material) if isinstance(material, Brdf) else material
+    shown = bsdf(material) if isinstance(material, Brdf | Btf) else material
     scene = describe_scene(shown, shape, light, (width, height), environment)
-    return render_scene(scene, spp, seed, progress)
+    return render_scene(scene, spp, seed, progress, denoise)
+
+
+def default_spp(denoise: bool = True) -> int:
+    """Samples per pixel that a preview has unless told otherwise."""
+    return DENOISED_SPP if denoise and can_denoise() else PLAIN_SPP
 
 
 def render_scene(
@@ -104,17 +117,42 @@ def render_scene(
     spp: int,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    denoise: bool = False,
 ) -> Image:
-    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest."""
-    loaded = mitsuba().load_dict(scene) if isinstance(scene, dict) else scene
+    """Render a scene, or the dictionary of one; see :func:`render_preview` for the rest.
+
+    A scene that is loaded already is never denoised: its film may share samples between pixels.
+
+    Raises
+    ------
+    NacreError
+        If the picture does not fit into memory, or the film is not of three colors.
+    """
+    mi = mitsuba()
+    clean = denoise and isinstance(scene, dict) and can_denoise()
+    if clean:
+        film = scene["sensor"]["film"] | {"rfilter": {"type": "box"}}
+        scene = scene | {"sensor": scene["sensor"] | {"film": film}}
+    loaded = mi.load_dict(scene) if isinstance(scene, dict) else scene
     wavefront = needs_wavefronts(loaded)
-    sizes = pass_sizes([spp], wavefront_pass(loaded) if wavefront else PASS)
+    width, height = (int(v) for v in loaded.sensors()[0].film().crop_size())
+    plan = plan_passes(width, height, spp, wavefront)
+    sizes = pass_sizes([spp], plan.samples)
     picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
     with wavefronts() if wavefront else nullcontext():
-        for done, picture in accumulate(loaded, sizes, seed):  # noqa: B007 - the last one
+        for done, picture in accumulate(loaded, sizes, seed, plan.rows):  # noqa: B007 - the last
             if progress is not None:
                 progress(done / spp)
+        if clean:
+            return _denoised(mi, loaded, picture, seed, plan.rows)
     return picture.astype(np.float32)
+
+
+def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int) -> Image:
+    auxiliary = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
+    sizes = [_AUXILIARY_SPP]
+    ((_, seen),) = accumulate(scene, sizes, seed + 1, rows, auxiliary, 6)
+    return remove_noise(picture, seen[..., :3], seen[..., 3:])
 
 
 def check_image_path(path: PathLike, endings: Sequence[str] = IMAGES) -> Path:

@@ -7,12 +7,14 @@ each pixel; and one directional light 45 degrees off the view, from the upper le
 pi. No shadows, no interreflection, nothing random: two reflectances see the very same pairs of
 directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1] and a gamma of
 2.2 applied (:func:`nacre.color.tone_map`).
+
+Pictures for people have smooth edges: :func:`smooth_edges` evaluates more points where the rim or
+the shadow of a light runs through a pixel, which no metric sees.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -25,11 +27,6 @@ from nacre.runtime.parallel import thread_map
 
 SIZE = 128
 """Pixels along an edge of the picture."""
-
-PICTURE_SIZE = 64
-"""Pixels along an edge of the pictures that an autoencoder is trained on (NBRDF paper, 3.2)."""
-PICTURE_LIGHTS = (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)
-"""Degrees off the view of the lights in these: one alone would show one angle theta_d only."""
 
 MARGIN = 0.03
 """Part of the half frame that stays free around the sphere."""
@@ -61,8 +58,15 @@ def standard_lights(
     return {light.name: light for light in lights}
 
 
-def sphere_normals(size: int = SIZE) -> tuple[Floats, Mask]:
+def sphere_normals(size: int = SIZE, offset: Floats | None = None) -> tuple[Floats, Mask]:
     """Normals of the sphere at the pixel centers.
+
+    Parameters
+    ----------
+    size
+        Pixels along an edge.
+    offset
+        Where in the pixels, (x, y) in pixels from the center.
 
     Returns
     -------
@@ -72,8 +76,12 @@ def sphere_normals(size: int = SIZE) -> tuple[Floats, Mask]:
     mask
         Which pixels the sphere covers, shape (size, size).
     """
-    axis = ((np.arange(size) + 0.5) * 2.0 / size - 1.0) / (1.0 - MARGIN)
-    x, y = np.meshgrid(axis, -axis)
+    across, down = (0.0, 0.0) if offset is None else offset
+    columns, rows = (
+        ((np.arange(size) + 0.5 + shift) * 2.0 / size - 1.0) / (1.0 - MARGIN)
+        for shift in (across, down)
+    )
+    x, y = np.meshgrid(columns, -rows)
     squared = 1.0 - x * x - y * y
     mask = squared > 0.0
     z = np.sqrt(np.maximum(squared, 0.0))
@@ -100,37 +108,6 @@ def frames(normals: Floats) -> Floats:
     x, _, z = normals.T
     tangent = np.stack([z, np.zeros_like(x), -x], axis=-1) / np.hypot(x, z)[:, None]
     return np.stack([tangent, np.cross(normals, tangent), normals], axis=1)
-
-
-def lit_pixels(
-    angles: Sequence[float] = PICTURE_LIGHTS, size: int = PICTURE_SIZE
-) -> tuple[Floats, Floats]:
-    """Directions at the pixels of spheres that are lit by one light each.
-
-    The defaults are the pictures that an autoencoder is trained on.
-
-    Parameters
-    ----------
-    angles
-        Of the lights off the view in degrees, to the upper left.
-    size
-        Pixels along an edge.
-
-    Returns
-    -------
-    wi, wo
-        Local directions to the light and to the viewer at each pixel that sees both, one picture
-        after the other, shapes (n, 3).
-    """
-    normals, mask = sphere_normals(size)
-    local = frames(normals[mask])
-    wi = []
-    for angle in np.deg2rad(angles):
-        aside = math.sqrt(0.5) * math.sin(angle)
-        wi.append(local @ np.array([-aside, aside, math.cos(angle)], np.float32))
-    lights = np.concatenate(wi)
-    lit = lights[:, 2] > 0.0
-    return lights[lit], np.tile(local[:, :, 2], (len(wi), 1))[lit]
 
 
 def render_sphere(
@@ -160,18 +137,56 @@ def render_sphere(
         Which pixels the sphere covers, shape (size, size).
     """
     normals, mask = sphere_normals(size)
-    local = frames(normals[mask])
+    image = np.zeros((size, size, 3), np.float32)
+    image[mask] = _shade_all(brdf, light, frames(normals[mask]), progress)
+    return image, mask
+
+
+def smooth_edges(
+    image: Image, brdf: Brdf, light: Light, points: int = 4
+) -> tuple[Image, npt.NDArray[np.float32]]:
+    """A picture of :func:`render_sphere` with smooth edges, for people to look at.
+
+    Pixels that the rim runs through show the mean over `points` x `points` points of them; so do
+    all pixels where a light comes from one direction, whose shadow has an edge.
+
+    Parameters
+    ----------
+    image, brdf, light
+        The picture, and what it was rendered of.
+    points
+        Along an edge of a pixel.
+
+    Returns
+    -------
+    image
+        Linear RGB, black outside the sphere, shape (size, size, 3).
+    coverage
+        Fraction of each pixel that the sphere covers, shape (size, size).
+    """
+    size = len(image)
+    shifts = (np.arange(points) + 0.5) / points - 0.5
+    grid = [sphere_normals(size, np.array([x, y])) for y in shifts for x in shifts]
+    coverage = np.mean([mask for _, mask in grid], axis=0, dtype=np.float32)
+    rendered = coverage > 0.0 if light.count == 1 else (coverage > 0.0) & (coverage < 1.0)
+    smooth = np.where(rendered[..., None], np.float32(0.0), image)
+    for normals, mask in grid:
+        chosen = mask & rendered
+        shaded = _shade_all(brdf, light, frames(normals[chosen]))
+        smooth[chosen] += np.asarray(shaded / len(grid), np.float32)
+    return smooth, coverage
+
+
+def _shade_all(brdf: Brdf, light: Light, local: Floats, progress: Progress | None = None) -> Floats:
+    """Radiance toward +z at points with given frames, from one thread a core, shape (n, 3)."""
     step = max(1, _PAIRS // light.count)
     parts = [local[start : start + step] for start in range(0, len(local), step)]
-
-    image = np.zeros((size, size, 3), np.float32)
     shaded = []
     for radiance in thread_map(lambda part: _shade(brdf, part, light), parts):
         shaded.append(radiance)
         if progress is not None:
             progress(len(shaded) / len(parts))
-    image[mask] = np.concatenate(shaded)
-    return image, mask
+    return np.concatenate(shaded) if shaded else np.zeros((0, 3))
 
 
 def _shade(brdf: Brdf, local: Floats, light: Light) -> Floats:

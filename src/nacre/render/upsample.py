@@ -5,7 +5,7 @@ to 1 at every wavelength and reproduce linear Rec. 709 RGB under D65 and the CIE
 observer to 1e-4 (Mallett and Yuksel 2019, "Spectral Primary Decomposition for Rendering with sRGB
 Reflectance"). Being linear it holds for values above 1, which a reflectance in 1/sr has.
 
-The table is made by `experiments/spectral_primaries.py`.
+The table is made by `studies/ablations/spectral_primaries.py`.
 """
 
 from __future__ import annotations

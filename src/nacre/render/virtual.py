@@ -35,8 +35,14 @@ class MitsubaBrdf(LobeSampledBrdf):
         If Mitsuba is not installed.
     LLVMError
         If there is no LLVM that Mitsuba can use.
+
+    Attributes
+    ----------
+    bsdf
+        The BSDF, which is what :func:`nacre.render.bsdf` gives of this.
     """
 
+    traceable = False
     isotropy_known = True
 
     def __init__(self, bsdf: Mapping[str, Any] | Any, name: str = "") -> None:
@@ -46,9 +52,10 @@ class MitsubaBrdf(LobeSampledBrdf):
             raise NacreError(
                 f"needs Mitsuba's llvm_ad_rgb or cuda_ad_rgb, not {self._mi.variant()}"
             )
-        self._bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
+        self.bsdf = self._mi.load_dict(dict(bsdf)) if isinstance(bsdf, Mapping) else bsdf
+        self.name = name
         # Flags do not tell of normals that a texture tilts.
-        anisotropic = self._bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
+        anisotropic = self.bsdf.flags() & int(self._mi.BSDFFlags.Anisotropic)
         self.isotropic = not anisotropic and unchanged_by_quarter_turn(self)
 
     def left_out(self) -> list[str]:
@@ -58,7 +65,7 @@ class MitsubaBrdf(LobeSampledBrdf):
             "mirror reflection": int(flags.DeltaReflection),
             "transmission": int(flags.Transmission) | int(flags.Null),
         }
-        return [name for name, bits in parts.items() if self._bsdf.flags() & bits]
+        return [name for name, bits in parts.items() if self.bsdf.flags() & bits]
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; NumPy arrays only."""
@@ -68,7 +75,7 @@ class MitsubaBrdf(LobeSampledBrdf):
         interaction = self._interaction(np.size(wo[2]))
         interaction.wi = view
         try:
-            value = np.array(self._bsdf.eval(mi.BSDFContext(), interaction, light))
+            value = np.array(self.bsdf.eval(mi.BSDFContext(), interaction, light))
         except RuntimeError as error:  # a texture that needs the shape it lies on
             message = f"Mitsuba cannot evaluate it at a point; try a bitmap: {reason(error)}"
             raise NacreError(message) from error

@@ -1,13 +1,27 @@
-"""The NBRDF paper's tables and figures, made again from any materials.
+"""The tables and figures of both papers, made again from any materials and textures.
 
 Every pair of a material and a method is tried once (:mod:`nacre.reproduce.trial`) and kept in a
-folder (:mod:`nacre.reproduce.cache`); each experiment (:mod:`nacre.reproduce.experiments`) is a
-view of what was kept.
+folder (:mod:`nacre.reproduce.cache`), and so is what codecs make of textures
+(:mod:`nacre.reproduce.textures`); each experiment is a view of what was kept.
 """
 
-from nacre.reproduce.experiments import EXPERIMENTS, Experiment
-from nacre.reproduce.methods import Method, methods
-from nacre.reproduce.study import Study, run
-from nacre.reproduce.trial import Settings
+from nacre.registry import Registry
+from nacre.reproduce.experiment import Experiment
 
-__all__ = ["EXPERIMENTS", "Experiment", "Method", "Settings", "Study", "methods", "run"]
+_MODULES = {
+    "representations": "table1 table2 table3 fig6 fig7 fig8 fig9 fig10 fig17",
+    "code_figures": "fig11 fig12",
+    "noise_figures": "fig13 fig14 fig15 fig16",
+    "textures.experiments": "btf-table1 btf-fig4 btf-fig5 btf-fig6 btf-fig7 btf-fig8 btf-tsne",
+}
+
+EXPERIMENTS: Registry[Experiment] = Registry(
+    "nacre.experiments",
+    "experiment",
+    {
+        name: f"nacre.reproduce.{module}:{name.upper().replace('-', '_')}"
+        for module, names in _MODULES.items()
+        for name in names.split()
+    },
+)
+"""Every table and figure by name; those of the paper on textures begin with `btf-`."""

@@ -1,8 +1,7 @@
-"""Finished trials in a folder, so that an experiment that was stopped goes on where it was.
+"""Results in a folder, so that an experiment that was stopped goes on where it was.
 
-A trial is up to three files under one key: the figures as JSON, written last; the pictures as
-`.npz`; and the representation, where nacre has a format for it. The key is a SHA-256 of the
-material's file, its name, the method and its settings, the protocol, and nacre's own code.
+What is kept is named by its kind and a fingerprint of all that decides it: the contents of the
+material's file, the method and its settings, the protocol, and the modules of nacre that matter.
 """
 
 from __future__ import annotations
@@ -10,79 +9,63 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
-from collections.abc import Iterable
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 import nacre
-from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.formats import load_brdf, save
 from nacre.io.files import atomic_path
-from nacre.reproduce.methods import TRUTH, Method
-from nacre.reproduce.trial import FIGURES, LIGHTS, Picture, Settings, Trial
 
-DAMAGED = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile)
-"""What reading a file that is not there or not whole raises."""
 SOURCES = Path(nacre.__file__).parent
 """Where nacre's modules are."""
-_ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".bsdf"}
-"""Of files that hold a class of reflectance exactly."""
-_IGNORED = ("cli", "download", "reproduce")
+_DAMAGED = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile)
+"""What reading a file that is not there or not whole raises."""
+_IGNORED = ("cli", "download", "figures", "reproduce")
 """Parts of nacre that do not change what a trial finds; within the last, see `_COUNTED`."""
 _COUNTED = [
     SOURCES / "reproduce" / name for name in ("codes.py", "methods.py", "noise.py", "trial.py")
 ]
 
+Arrays = Mapping[str, Any]
+_Kept = TypeVar("_Kept")
+
 
 class Cache:
-    """Trials in a folder, which is made when the first one is kept.
+    """Results in a folder, which is made when the first one is kept.
 
     Parameters
     ----------
     folder
         Where they are.
+    fresh
+        Whether what other runs kept counts as absent.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, *, fresh: bool = False) -> None:
+        self.folder, self.fresh = folder, fresh
+        self._made: set[Path] = set()
 
-    def find(self, key: str) -> Trial | None:
-        """A finished trial; None where there is none, or where its files are damaged."""
+    def path(self, key: str, ending: str = ".npz") -> Path:
+        """The file of a result."""
+        return self.folder / f"{key}{ending}"
+
+    def find(self, key: str, names: Sequence[str]) -> dict[str, Any] | None:
+        """Arrays that were kept; None where there are none, or a damaged file."""
+        path = self.path(key)
+        if self._absent(path):
+            return None
         try:
-            content = json.loads(self._path(key, ".json").read_text(encoding="utf-8"))
-            trial = Trial(**content)
-            whole = set(trial.figures) == set(FIGURES) and all(self.pictures(key))
-            return trial if whole else None
-        except DAMAGED:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                return {name: arrays[name] for name in names}
+        except _DAMAGED:
             return None
 
-    def pictures(self, key: str) -> dict[str, Picture]:
-        """The pictures of a finished trial by the name of their light."""
-        path = self._path(key, ".npz")
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            return {
-                light: Picture(*(arrays[f"{light} {part}"] for part in Picture.__annotations__))
-                for light in LIGHTS
-            }
-
-    def fitted(self, key: str) -> Brdf | None:
-        """The representation of a finished trial, where it was kept."""
-        for ending in _ENDINGS.values():
-            path = self._path(key, f".fitted{ending}")
-            if path.is_file():
-                try:
-                    return load_brdf(path)
-                except NacreError:
-                    return None
-        return None
-
-    def keep(self, key: str, trial: Trial, pictures: dict[str, Picture], fitted: Brdf) -> None:
-        """Write a trial, each file whole or not at all, the one that says it is finished last.
+    def keep(self, key: str, arrays: Arrays) -> None:
+        """Write arrays, whole or not at all.
 
         Raises
         ------
@@ -90,47 +73,64 @@ class Cache:
             If the folder cannot be written.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
-        kinds = [kind.__name__ for kind in type(fitted).__mro__]
-        endings = [ending for kind, ending in _ENDINGS.items() if kind in kinds]
-        if endings and trial.method != TRUTH:  # the material itself need not be kept
-            save(fitted, self._path(key, f".fitted{endings[0]}"))
-        arrays = {f"{n} {part}": a for n, p in pictures.items() for part, a in asdict(p).items()}
-        with atomic_path(self._path(key, ".npz"), internal=True) as temporary:
+        with atomic_path(self.path(key), internal=True) as temporary:
             np.savez_compressed(temporary, **arrays)
-        with atomic_path(self._path(key, ".json"), internal=True) as temporary:
-            temporary.write_text(json.dumps(asdict(trial)), encoding="utf-8")
+        self._made.add(self.path(key))
 
-    def _path(self, key: str, ending: str) -> Path:
-        return self.folder / f"{key}{ending}"
+    def arrays(self, key: str, names: Sequence[str], make: Callable[[], Arrays]) -> Arrays:
+        """Arrays that were kept, or that are made and kept now."""
+        found = self.find(key, names)
+        if found is None:
+            found = dict(make())
+            self.keep(key, found)
+        return found
+
+    def file(
+        self,
+        key: str,
+        load: Callable[[Path], _Kept],
+        make: Callable[[Path], _Kept],
+        save: Callable[[_Kept, Path], object],
+    ) -> _Kept:
+        """What is in a `.safetensors` file, or is made and saved now.
+
+        Parameters
+        ----------
+        key
+            Of the file.
+        load, save
+            Read and write it.
+        make
+            Given what names of files start with for the state of work that is stopped, from which
+            it goes on. These files are removed once the result is saved.
+        """
+        path = self.path(key, ".safetensors")
+        if not self._absent(path):
+            try:
+                return load(path)
+            except NacreError:
+                pass  # damaged
+        self.folder.mkdir(parents=True, exist_ok=True)
+        state = path.with_suffix(".state")
+        if self.fresh:
+            self._remove(state)
+        found = make(state)
+        save(found, path)
+        self._made.add(path)
+        self._remove(state)
+        return found
+
+    def _absent(self, path: Path) -> bool:
+        return not path.is_file() or (self.fresh and path not in self._made)
+
+    def _remove(self, state: Path) -> None:
+        for path in self.folder.glob(f"{state.name}*"):
+            path.unlink()
 
 
-def key(material: str, sha256: str, name: str, method: Method, settings: Settings) -> str:
-    """Under what a trial is kept: all that matters for it.
-
-    Parameters
-    ----------
-    material
-        Its name, by which published networks are found.
-    sha256
-        Of its file.
-    name, method
-        How it is represented.
-    settings
-        Of the trials.
-    """
-    facts: dict[str, Any] = {
-        "material": [material, sha256],
-        "method": name,
-        "settings": dict(method.settings),
-        "protocol": settings.facts,
-        "code": code_digest(),
-    }
-    return facts_digest(facts)
-
-
-def facts_digest(facts: object) -> str:
-    """32 hexadecimal digits of the SHA-256 of JSON-able facts, which results are kept under."""
-    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
+def cache_key(kind: str, facts: object) -> str:
+    """The key of a result: its kind, and half of the SHA-256 of JSON-able facts."""
+    return f"{kind}-{hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]}"
 
 
 @cache
@@ -142,6 +142,23 @@ def code_digest() -> str:
         if folder not in _IGNORED or path in _COUNTED:
             counted.append(path)
     return sources_digest(counted)
+
+
+def module_digest(*patterns: str) -> str:
+    """SHA-256 of nacre's version and of the modules that some patterns of paths name.
+
+    Raises
+    ------
+    ValueError
+        If a pattern names no module: one was moved, and results would be kept without it.
+    """
+    found: set[Path] = set()
+    for pattern in patterns:
+        modules = set(SOURCES.glob(pattern))
+        if not modules:
+            raise ValueError(f"no module is called {pattern}")
+        found |= modules
+    return sources_digest(found)
 
 
 def sources_digest(paths: Iterable[Path]) -> str:

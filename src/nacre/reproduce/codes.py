@@ -2,61 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nacre import latent
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.io.files import digest
-from nacre.latent import (
-    Autoencoder,
-    AutoencoderRecipe,
-    Basis,
-    BasisRecipe,
-    HypernetworkRecipe,
-    encode,
-)
-from nacre.latent.file import AnyBasis, fingerprint, load_basis, save_basis
-from nacre.render.sphere import lit_pixels
-from nacre.reproduce.cache import code_digest, facts_digest
-from nacre.reproduce.methods import Method
-from nacre.reproduce.trial import Settings
+from nacre.latent.basis import LatentBasis
+from nacre.latent.file import BASES, load_basis, save_basis
+from nacre.latent.recipes import AutoencoderRecipe
+from nacre.reproduce.cache import Cache, cache_key, code_digest
+from nacre.reproduce.trial import Method, Settings
 from nacre.runtime.progress import Progress, named
 
-SHARE = 0.2
-"""Of the materials that is held out."""
-FEWEST = 5
-"""Materials of which one can be held out."""
+HELD_OUT = 0.2
+"""Fraction of the materials that is held out."""
+MIN_MATERIALS = 5
+"""Number of materials of which one can be held out."""
 
 
 class Code(NamedTuple):
-    """One way to give a material a code: in words, the model of its basis, whether optimized."""
+    """One way to give a material a code: in words, the kind of its basis, whether refined."""
 
     about: str
-    model: str
-    optimised: bool = True
+    kind: str
+    refined: bool = True
+    family: str = "network"
 
 
 CODES: Mapping[str, Code] = {
-    "pca-projected": Code("principal components, projected", "pca", False),
-    "pca-optimised": Code("principal components, optimized for pictures", "pca"),
+    "pca-projected": Code("principal components, projected", "pca", False, "table"),
+    "pca-refined": Code("principal components, refined for pictures", "pca", True, "table"),
     "autoencoder-projected": Code("the paper's autoencoder, encoder only", "autoencoder", False),
-    "autoencoder-optimised": Code("the paper's autoencoder, optimized for pictures", "autoencoder"),
-    "hypernetwork": Code("weights of a network, optimized for pictures", "hypernetwork"),
-    "neural": Code("functions that a network gives, optimized for pictures", "neural"),
+    "autoencoder-refined": Code("the paper's autoencoder, refined for pictures", "autoencoder"),
+    "hypernetwork": Code("weights of a network, refined for pictures", "hypernetwork"),
+    "neural": Code("functions that a network gives, refined for pictures", "neural"),
 }
 """What Table 2 compares, by name."""
-
-_MODELS = ("pca", "autoencoder", "neural", "hypernetwork")
-"""Of bases, in an order in which each can be made."""
-_Recipe = TypeVar("_Recipe", BasisRecipe, HypernetworkRecipe, AutoencoderRecipe)
 
 
 @dataclass(frozen=True)
@@ -65,17 +53,17 @@ class CodeSettings(Settings):
 
     Parameters
     ----------
-    values
-        Of a code.
+    code_dim
+        Numbers in a code.
     steps
         Of a training, at most.
     mixtures
-        Of two materials, that the autoencoder is trained on besides.
+        Mixtures of two materials that the autoencoder is trained on as well.
     trained
         Number of materials that the bases are trained on.
     """
 
-    values: int = 32
+    code_dim: int = 32
     steps: int = 8000
     mixtures: int = AutoencoderRecipe.mixtures
     trained: int = 0
@@ -83,20 +71,27 @@ class CodeSettings(Settings):
     def summary(self) -> str:
         """The settings in one line, for people."""
         return (
-            f"{self.pictures()}; codes of {self.values} values; bases of {self.trained} materials "
-            f"other than those below, trained for {self.steps:,} steps at most; seed {self.seed}"
+            f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
+            "materials other than those below, trained for "
+            f"{self.steps:,} steps at most; seed {self.seed}"
         )
 
-    def recipe(self, kind: type[_Recipe], **options: int) -> _Recipe:
+    def recipe(self, kind: str) -> Any:
         """The recommended settings of a training, with these in place of its own."""
-        return kind(seed=self.seed, steps=min(self.steps, kind.steps), **options)
+        basis = BASES[kind]
+        own = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
+        settings = {**own, "steps": self.steps, "predictors": False}
+        known: dict[str, Any] = {field.name: field.default for field in fields(basis.Recipe)}
+        if "steps" in known:
+            settings["steps"] = min(self.steps, known["steps"])
+        return basis.recipe({name: v for name, v in settings.items() if name in known})
 
 
 def split(files: Sequence[Path], seed: int) -> tuple[list[Path], list[Path]]:
     """Materials to train on, and held-out ones, whatever order they are given in."""
     files = sorted(files)
     order = np.random.default_rng(seed).permutation(len(files))
-    held = round(SHARE * len(files))
+    held = round(HELD_OUT * len(files))
     return [files[i] for i in sorted(order[held:])], [files[i] for i in sorted(order[:held])]
 
 
@@ -104,12 +99,10 @@ def code_methods(
     files: Sequence[Path],
     names: Sequence[str],
     settings: CodeSettings,
-    folder: Path,
+    cache: Cache,
     progress: Progress,
-    *,
-    fresh: bool = False,
 ) -> tuple[list[Path], dict[str, Method], CodeSettings]:
-    """Train the bases that are not in the folder yet, or all.
+    """Train the bases that are not in the cache yet.
 
     Parameters
     ----------
@@ -119,12 +112,10 @@ def code_methods(
         Of :data:`CODES`.
     settings
         Of the trainings.
-    folder
-        Where bases are kept, and the state of trainings that were stopped; made if need be.
+    cache
+        Where bases are kept, and the state of trainings that were stopped.
     progress
         Called as it goes on.
-    fresh
-        Whether to train again what is in the folder.
 
     Returns
     -------
@@ -143,79 +134,68 @@ def code_methods(
     """
     if len({path.stem for path in files}) < len(files):
         raise NacreError("two materials have the same file name without its ending; rename one")
-    if len(files) < FEWEST:
-        raise NacreError(f"table2 takes {FEWEST} materials at least, got {len(files)}")
+    if len(files) < MIN_MATERIALS:
+        raise NacreError(f"table2 takes at least {MIN_MATERIALS} materials, got {len(files)}")
     training, held_out = split(files, settings.seed)
     settings = replace(settings, trained=len(training))
+    found = bases(training, {CODES[name].kind for name in names}, settings, cache, progress)
+    codes = {name: CODES[name] for name in names}
+    return held_out, {k: _method(code, found[code.kind]) for k, code in codes.items()}, settings
+
+
+def bases(
+    training: Sequence[Path],
+    kinds: Collection[str],
+    settings: CodeSettings,
+    cache: Cache,
+    progress: Progress,
+) -> dict[str, LatentBasis]:
+    """Bases of some materials by kind: those that are kept, and those that are trained now.
+
+    Parameters
+    ----------
+    training
+        Isotropic materials.
+    kinds
+        Of :data:`nacre.latent.BASES`.
+    settings, cache, progress
+        See :func:`code_methods`.
+
+    Raises
+    ------
+    NacreError
+        If a material cannot be read or is anisotropic, or a training fails.
+    """
     hashes = [digest(path) for path in training]
     materials = [partial(load_brdf, path) for path in training]
-    bases: dict[str, AnyBasis] = {}
-    wanted = {CODES[name].model for name in names}
-    for model in _MODELS:
-        if model not in wanted and not (model == "neural" and "hypernetwork" in wanted):
-            continue
-        chosen = settings.values, settings.steps, settings.mixtures, settings.seed
-        facts = [model, hashes, chosen, code_digest()]
-        path = folder / f"basis-{facts_digest(facts)}.safetensors"
-        found = None if fresh else _kept(path)
-        if found is None:
-            state = path.with_suffix(".state")
-            if fresh:
-                state.unlink(missing_ok=True)
-            folder.mkdir(parents=True, exist_ok=True)
-            report = named(progress, model)
-            found = _trained(model, materials, bases.get("neural"), settings, state, report)
-            save_basis(found, path)
-            state.unlink(missing_ok=True)
-        bases[model] = found
-    codes = {name: CODES[name] for name in names}
-    return held_out, {k: _method(code, bases[code.model]) for k, code in codes.items()}, settings
+    found: dict[str, LatentBasis] = {}
+
+    def basis(kind: str) -> LatentBasis:
+        if kind in found:
+            return found[kind]
+        base = BASES[kind].builds_on
+        built_on = basis(base) if base else None
+
+        def make(state: Path) -> LatentBasis:
+            return BASES[kind].train(
+                materials,
+                settings.recipe(kind),
+                base=built_on,
+                checkpoint=state,
+                progress=named(progress, kind),
+            )
+
+        chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
+        key = cache_key("basis", [kind, hashes, chosen, code_digest()])
+        found[kind] = cache.file(key, load_basis, make, save_basis)
+        return found[kind]
+
+    return {kind: basis(kind) for kind in kinds}
 
 
-def _kept(path: Path) -> AnyBasis | None:
-    """A basis that was trained before; None where there is none, or a damaged one."""
-    try:
-        return load_basis(path)
-    except NacreError:
-        return None
-
-
-def _trained(
-    model: str,
-    materials: Sequence[Callable[[], Brdf]],
-    neural: AnyBasis | None,
-    settings: CodeSettings,
-    state: Path,
-    report: Progress,
-) -> AnyBasis:
-    """A new basis; a hypernetwork is made of the neural one."""
-    values = settings.values
-    recipe: Any
-    basis: AnyBasis
-    options: dict[str, Any] = {"checkpoint": state, "progress": report}
-    if model == "pca":
-        basis = latent.train(materials, values, progress=report)
-    elif model == "autoencoder":
-        recipe = settings.recipe(AutoencoderRecipe, values=values, mixtures=settings.mixtures)
-        basis = latent.train_autoencoder(materials, lit_pixels(), recipe, **options)
-    elif model == "neural":
-        recipe = settings.recipe(BasisRecipe, values=values)
-        basis = latent.train_neural(materials, recipe, **options)
-    else:
-        recipe = settings.recipe(HypernetworkRecipe)
-        basis = latent.train_hypernetwork(neural, recipe, **options)
-    return basis
-
-
-def _method(code: Code, basis: AnyBasis) -> Method:
+def _method(code: Code, basis: LatentBasis) -> Method:
     def represent(brdf: Brdf) -> Brdf:
-        if isinstance(basis, Basis | Autoencoder) and not code.optimised:
-            values = basis.project(brdf)
-        else:
-            values = encode(basis, brdf)
-        decoded: Brdf = basis.decode(values, brdf.name)
-        return decoded
+        return basis.decode(basis.encode(brdf, refine=code.refined), brdf.name)
 
-    facts = {"basis": fingerprint(basis), "optimised": code.optimised}
-    family = "table" if code.model == "pca" else "network"
-    return Method(code.about, represent, family, facts)
+    facts = {"basis": basis.fingerprint(), "refined": code.refined}
+    return Method(code.about, represent, code.family, facts)

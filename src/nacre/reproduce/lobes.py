@@ -13,8 +13,8 @@ from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.figures.plot import lobe_figure
 from nacre.geometry import from_spherical, join, split
-from nacre.reproduce.methods import TRUTH
 from nacre.reproduce.study import Study
+from nacre.reproduce.trial import TRUTH
 from nacre.runtime.progress import Progress
 
 INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0, 80.0))
@@ -42,9 +42,9 @@ def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
     """
     pages = {}
     for material in study.materials:
-        shown = [m for m in methods if (material, m) in study.trials]
+        found = [m for m in methods if (material, m) in study.trials]
         lobes = {material: study.fitted(material, TRUTH)}
-        lobes |= {method: study.fitted(material, method) for method in shown}
+        lobes |= {method: study.fitted(material, method) for method in found}
         pages[material] = lobe_figure(lobes, INCIDENCE)
     return pages
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import asdict, astuple, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,16 +14,12 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.io.files import digest
-from nacre.latent import Basis, PcaBrdf, optimised
-from nacre.latent.file import fingerprint, load_basis
+from nacre.latent.file import load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
 from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
-from nacre.reproduce.trial import Settings
-
-TRUTH = "truth"
-"""Name of the method that keeps a material as it is."""
+from nacre.reproduce.trial import TRUTH, Method, Settings
 
 GAIN = 16.0
 """Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
@@ -57,28 +53,6 @@ class UnavailableError(NacreError):
     """A method that has nothing for this material."""
 
 
-@dataclass(frozen=True)
-class Method:
-    """One way to represent a material.
-
-    Parameters
-    ----------
-    about
-        What it is, for people, in a few words.
-    fit
-        From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
-    family
-        "network", "analytic" or "table"; figures group by it.
-    settings
-        JSON-able settings: results are kept apart by them.
-    """
-
-    about: str
-    fit: Callable[[Brdf], Brdf]
-    family: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-
 def methods(
     settings: Settings, published: Iterable[Path] = (), basis: Path | None = None
 ) -> dict[str, Method]:
@@ -91,7 +65,7 @@ def methods(
     published
         Folders of networks that others fitted, each under the name of its material.
     basis
-        Principal components, as :func:`nacre.latent.train` makes them of other materials.
+        Principal components, of other materials, see :class:`nacre.latent.PcaBasis`.
 
     Raises
     ------
@@ -188,14 +162,14 @@ def _published(folders: tuple[Path, ...]) -> Method:
 def _codes(path: Path | None) -> Method:
     basis = load_basis(path) if path else None
 
-    def encode(brdf: Brdf) -> PcaBrdf:
-        if not isinstance(basis, Basis):
+    def encode(brdf: Brdf) -> Brdf:
+        if basis is None or basis.kind != "pca":
             raise UnavailableError("needs --basis, principal components of other materials")
-        return basis.decode(optimised(basis, brdf), brdf.name)
+        return basis.decode(basis.encode(brdf), brdf.name)
 
-    values = f"{len(basis)} values" if basis else "values"
-    about = f"code of {values} in a basis of principal components, optimized for pictures"
-    return Method(about, encode, "table", {"basis": fingerprint(basis) if basis else None})
+    values = f"{basis.code_dim} values" if basis else "values"
+    about = f"code of {values} in a basis of principal components, refined for pictures"
+    return Method(about, encode, "table", {"basis": basis.fingerprint() if basis else None})
 
 
 def _table(brdf: Brdf) -> RglBrdf:

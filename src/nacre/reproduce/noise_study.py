@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
 from nacre.brdf import Brdf, Sampler
-from nacre.io.files import atomic_path
-from nacre.reproduce.cache import DAMAGED, code_digest, facts_digest
+from nacre.reproduce.cache import Cache, cache_key, code_digest
 from nacre.reproduce.noise import (
     MEASURES,
     Convergence,
@@ -62,13 +59,12 @@ def run_noise(
     groups: Mapping[str, Sequence[Brdf]],
     samplers: Samplers,
     settings: NoiseSettings,
-    folder: Path,
+    cache: Cache,
     progress: Progress,
     *,
-    marks: Mapping[str, str] | None = None,
-    fresh: bool = False,
+    fingerprints: Mapping[str, str] | None = None,
 ) -> NoiseStudy:
-    """Render what is not in the folder yet.
+    """Render what is not in the cache yet.
 
     Parameters
     ----------
@@ -80,16 +76,13 @@ def run_noise(
         What gives a material its sampler, by name. References use the material's own.
     settings
         Of the pictures.
-    folder
-        Where finished pictures are kept; made if it is not there.
+    cache
+        Where finished pictures are kept.
     progress
         Called as the work goes on.
-    marks
+    fingerprints
         By the name of a sampler, what else than the material and the code decides it.
-    fresh
-        Whether to render again what is in the folder.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     study = NoiseStudy(settings)
     total, done = len(groups) * (len(samplers) + 1), 0
 
@@ -105,57 +98,35 @@ def run_noise(
             asdict(settings),
             code_digest(),
         ]
-        path = _path(folder, [*facts, "reference"])
-        kept = None if fresh else _arrays(path, "picture")
-        if kept:
-            (truth,) = kept
-        else:
-            truth = reference(describe, brdfs, settings, step(f"{name}, reference"))
-            with atomic_path(path, internal=True) as temporary:
-                np.savez_compressed(temporary, picture=truth)
+        key = cache_key("noise", [*facts, "reference"])
+        kept = cache.find(key, ["picture"])
+        if kept is None:
+            kept = {"picture": reference(describe, brdfs, settings, step(f"{name}, reference"))}
+            cache.keep(key, kept)
+        truth = kept["picture"]
         study.references[name] = truth
         done += 1
         for sampler, make in samplers.items():
-            mark = (marks or {}).get(sampler)
-            path = _path(folder, [*facts, sampler, *([mark] if mark else [])])
-            found = None if fresh else _read(path, len(settings.counts))
+            other = (fingerprints or {}).get(sampler)
+            key = cache_key("noise", [*facts, sampler, *([other] if other else [])])
+            found = _find(cache, key, len(settings.counts))
             if found is None:
                 sampled = [resampled(brdf, make(brdf)) for brdf in brdfs]
                 found = converge(describe, sampled, truth, settings, step(f"{name}, {sampler}"))
-                _write(path, found)
+                errors = {measure: np.asarray(v) for measure, v in found.errors.items()}
+                cache.keep(key, {"picture": found.picture, "seconds": found.seconds, **errors})
             study.found[name, sampler] = found
             done += 1
     return study
 
 
-def _path(folder: Path, facts: Sequence[object]) -> Path:
-    return folder / f"noise-{facts_digest(facts)}.npz"
-
-
-def _arrays(path: Path, *names: str) -> list[Any] | None:
-    """Arrays that were kept; None where there is no file, or a damaged one."""
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return [arrays[name] for name in names]
-    except DAMAGED:
-        return None
-
-
-def _read(path: Path, counts: int) -> Convergence | None:
+def _find(cache: Cache, key: str, counts: int) -> Convergence | None:
     """What was kept; None where there is nothing whole."""
-    arrays = _arrays(path, "picture", "seconds", *MEASURES)
+    arrays = cache.find(key, ["picture", "seconds", *MEASURES])
     if arrays is None:
         return None
-    picture, *figures = arrays
+    picture, *figures = arrays.values()
     if any(len(values) != counts for values in figures):
         return None
     seconds, *errors = (values.tolist() for values in figures)
     return Convergence(seconds, dict(zip(MEASURES, errors, strict=True)), picture)
-
-
-def _write(path: Path, found: Convergence) -> None:
-    arrays: dict[str, Any] = {name: np.asarray(v) for name, v in found.errors.items()}
-    with atomic_path(path, internal=True) as temporary:
-        np.savez_compressed(
-            temporary, picture=found.picture, seconds=np.asarray(found.seconds), **arrays
-        )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
-from nacre.latent import NeuralBasis, encode_neural
+from nacre.latent.basis import LatentBasis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.sampling import UniformSampler, fit_blinn_phong, fit_lobes
@@ -21,7 +21,7 @@ FITTED: Mapping[str, Callable[[Brdf], Sampler]] = {
     "own": lambda brdf: brdf.sampler,
 }
 """What needs the reflectance only. "rgl" is the warp of its table, of one made of it where it is
-none; "own" is what it brings along."""
+none; "own" is the sampler that the reflectance has."""
 
 PREDICTED: Mapping[str, str] = {
     "blinn-phong-predicted": "blinn-phong",
@@ -36,7 +36,7 @@ SAMPLERS = tuple(dict.fromkeys((*DEFAULT, *FITTED)))
 """All names."""
 
 
-def sampler(name: str, basis: NeuralBasis | None = None) -> Callable[[Brdf], Sampler]:
+def find_sampler(name: str, basis: LatentBasis | None = None) -> Callable[[Brdf], Sampler]:
     """What gives a reflectance its sampler.
 
     Parameters
@@ -56,4 +56,4 @@ def sampler(name: str, basis: NeuralBasis | None = None) -> Callable[[Brdf], Sam
     predict = basis.predictors.get(PREDICTED[name]) if basis is not None else None
     if basis is None or predict is None:
         raise NacreError(f"{name}: needs --basis with predictors, from nacre latent train")
-    return lambda brdf: predict(encode_neural(basis, brdf))
+    return lambda brdf: predict(basis.encode(brdf))

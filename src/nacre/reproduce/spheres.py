@@ -6,17 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.figures.drawing import magma
-from nacre.figures.page import Page, broken
-from nacre.figures.polar import FAINT
-from nacre.reproduce.methods import TRUTH
+from nacre.array import Floats
+from nacre.figures.page import FAINT, Page, broken, magma
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import readable, summarize
-from nacre.reproduce.trial import Picture
-
-Floats = npt.NDArray[np.floating]
+from nacre.reproduce.trial import TRUTH
 
 ROWS = 8
 """Materials on one page of :func:`sphere_pages`."""
@@ -25,7 +20,7 @@ _SIDE, _STRIP, _GAP = 1.1, 0.42, 0.08
 """Inches: edge of a sphere, height of what is below it, and between cells."""
 _NAMES, _HEAD, _FOOT = 1.35, 0.5, 0.5
 """Inches: width of the materials' names, height of the methods' names and of the color scale."""
-_LEAST = -4.0
+_DARKEST = -4.0
 """Decimal logarithm of 1 - SSIM at the dark end of the color scale."""
 
 
@@ -37,7 +32,7 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
     Parameters
     ----------
     study
-        With trials of :data:`nacre.reproduce.methods.TRUTH` and of the methods.
+        With trials of :data:`nacre.reproduce.trial.TRUTH` and of the methods.
     methods
         Columns; those without any trial are left out.
     light
@@ -62,13 +57,13 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
 def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light: str) -> Any:
     cell = _SIDE + _GAP, _SIDE + _STRIP + _GAP
     size = _NAMES + len(columns) * cell[0], _HEAD + len(materials) * cell[1] + _FOOT
-    page = Page(size)
+    page = Page(*size)
     for i, method in enumerate(columns):
         x = _NAMES + i * cell[0] + 0.5 * _SIDE
-        page.text(x, _HEAD - 0.1, broken(method), ha="center", va="bottom", fontsize=8)
+        page.text(x, _HEAD - 0.1, broken(method), ha="center", va="bottom", size=8.0)
     for j, material in enumerate(materials):
         y = _HEAD + j * cell[1]
-        page.text(0.05, y + 0.5 * _SIDE, broken(material), va="center", fontsize=8)
+        page.text(0.05, y + 0.5 * _SIDE, broken(material), va="center", size=8.0)
         trials = {m: study.trials[material, m] for m in columns if (material, m) in study.trials}
         figure = f"{light} SSIM"
         best = max((t.figures[figure] for m, t in trials.items() if m != TRUTH), default=1.0)
@@ -78,10 +73,10 @@ def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light:
                 page.text(x + 0.5 * _SIDE, y + 0.5 * _SIDE, "none", ha="center", color=FAINT)
                 continue
             picture = study.pictures(material, method)[light]
-            page.image(x, y, _SIDE, _disc(picture.shown / 255.0, picture.mask))
+            page.sphere(x, y, _SIDE, picture.shown / 255.0)
             if method == TRUTH:
                 continue
-            page.image(x + 0.08, y + _SIDE, _STRIP, _disc(_error_colors(picture), picture.mask))
+            page.sphere(x + 0.08, y + _SIDE, _STRIP, _error_colors(picture.similarity))
             value = trials[method].figures[figure]
             weight = "bold" if value == best else "normal"
             where = x + _STRIP + 0.14, y + _SIDE + 0.5 * _STRIP
@@ -116,14 +111,13 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
     columns = min(columns, len(order))
     cell = _SIDE + 3 * _GAP, _SIDE + 0.85
     rows = -(-len(order) // columns)
-    page = Page((columns * cell[0] + 2 * _GAP, rows * cell[1] + _FOOT))
+    page = Page(columns * cell[0] + 2 * _GAP, rows * cell[1] + _FOOT)
     for k, method in enumerate(order):
         x, y = (k % columns) * cell[0] + 2 * _GAP, (k // columns) * cell[1] + 0.4
         pictures = [study.pictures(t.material, method)[light] for t in study.of(method)]
         mean = np.mean([p.similarity.astype(np.float32) for p in pictures], axis=0)
-        mapped = Picture(pictures[0].shown, mean, pictures[0].mask)
-        page.image(x, y, _SIDE, _disc(_error_colors(mapped), mapped.mask))
-        page.text(x + 0.5 * _SIDE, y - 0.05, broken(method), ha="center", va="bottom", fontsize=8)
+        page.sphere(x, y, _SIDE, _error_colors(mean))
+        page.text(x + 0.5 * _SIDE, y - 0.05, broken(method), ha="center", va="bottom", size=8.0)
         item = found[method]
         text = f"{readable(item.mean, figure)} ± {readable(item.deviation, figure)}"
         page.text(x + 0.5 * _SIDE, y + _SIDE + 0.05, text, ha="center", va="top")
@@ -135,21 +129,15 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
 
 def _scale(page: Page, x: float, y: float) -> None:
     """The color scale of 1 - SSIM."""
-    axes = page.axes(x, y, 1.6, 0.1)
-    axes.imshow(magma(np.linspace(0.0, 1.0, 256))[None], aspect="auto")
-    exponents = range(round(_LEAST), 1)
+    page.image(x, y, 1.6, 0.1, magma(np.linspace(0.0, 1.0, 256))[None])
+    exponents = range(round(_DARKEST), 1)
     for exponent in exponents:
-        place = x + 1.6 * (exponent - _LEAST) / -_LEAST
+        place = x + 1.6 * (exponent - _DARKEST) / -_DARKEST
         page.text(place, y + 0.13, f"{10.0**exponent:g}", ha="center", va="top", color=FAINT)
     page.text(x + 1.75, y + 0.05, "1 − SSIM", va="center", color=FAINT)
 
 
-def _disc(colors: Floats, mask: npt.NDArray[np.bool_]) -> Floats:
-    """Colors and an opacity that leaves the frame about the sphere free."""
-    return np.concatenate([colors, mask[..., None].astype(colors.dtype)], axis=-1)
-
-
-def _error_colors(picture: Picture) -> Floats:
+def _error_colors(similarity: Floats) -> Floats:
     """Colors of 1 - SSIM on the logarithmic scale."""
-    error = 1.0 - picture.similarity.astype(np.float32)
-    return magma(1.0 - np.log10(np.clip(error, 10.0**_LEAST, 1.0)) / _LEAST)
+    error = 1.0 - similarity.astype(np.float32)
+    return magma(1.0 - np.log10(np.clip(error, 10.0**_DARKEST, 1.0)) / _DARKEST)

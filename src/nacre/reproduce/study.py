@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+
+import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError, require
-from nacre.formats import load_brdf
+from nacre.formats import load_brdf, save
 from nacre.io.files import digest
-from nacre.reproduce.cache import Cache, key
-from nacre.reproduce.methods import TRUTH, Method
-from nacre.reproduce.trial import Picture, Reference, Settings, Trial, attempt
+from nacre.reproduce.cache import Cache, cache_key, code_digest
+from nacre.reproduce.trial import (
+    FIGURES,
+    LIGHTS,
+    TRUTH,
+    Method,
+    Picture,
+    Reference,
+    Settings,
+    Trial,
+    attempt,
+)
 from nacre.runtime.parallel import core_count, one_blas_thread
 from nacre.runtime.progress import Progress, silent
+
+_ENDINGS = {"NeuralBrdf": ".safetensors", "AnalyticBrdf": ".json", "RglBrdf": ".bsdf"}
+"""Of files that hold a class of reflectance exactly."""
+_PARTS = [f"{light} {part}" for light in LIGHTS for part in Picture.__annotations__]
 
 
 @dataclass(frozen=True)
@@ -65,15 +81,31 @@ class Study:
         return sum(trial.size for trial in trials) / len(trials)
 
     def pictures(self, material: str, method: str) -> dict[str, Picture]:
-        """Pictures of a trial by the name of their light."""
-        return self._cache.pictures(self.keys[material, method])
+        """Pictures of a trial by the name of their light.
+
+        Raises
+        ------
+        NacreError
+            If they are gone from the cache since the run.
+        """
+        arrays = self._cache.find(self.keys[material, method], _PARTS)
+        if arrays is None:
+            raise NacreError(f"{self._cache.folder}: files are gone while they are read; run again")
+        parts = Picture.__annotations__
+        return {light: Picture(*(arrays[f"{light} {part}"] for part in parts)) for light in LIGHTS}
 
     def fitted(self, material: str, method: str) -> Brdf:
         """The representation of a trial; it is fitted again where it was not kept."""
-        if method == TRUTH:
-            return load_brdf(self.materials[material])
-        kept = self._cache.fitted(self.keys[material, method])
-        return kept or self.methods[method].fit(load_brdf(self.materials[material]))
+        if method != TRUTH:
+            for ending in _ENDINGS.values():
+                path = self._cache.path(self.keys[material, method], ending)
+                if path.is_file():
+                    try:
+                        return load_brdf(path)
+                    except NacreError:
+                        break  # damaged
+        brdf = load_brdf(self.materials[material])
+        return brdf if method == TRUTH else self.methods[method].fit(brdf)
 
 
 def run(
@@ -83,7 +115,6 @@ def run(
     cache: Cache,
     *,
     jobs: int | None = None,
-    fresh: bool = False,
     progress: Progress | None = None,
 ) -> Study:
     """Make every trial that is not in the cache.
@@ -93,15 +124,13 @@ def run(
     files
         Materials that :func:`nacre.load` reads; each is in memory only while it is tried.
     methods
-        By name; :data:`nacre.reproduce.methods.TRUTH` must be one of them.
+        By name; :data:`nacre.reproduce.trial.TRUTH` must be one of them.
     settings
         Of the trials.
     cache
         Where trials are kept.
     jobs
         Materials at a time; one a core where None.
-    fresh
-        Whether trials that are in the cache are made again.
     progress
         Called as trials are finished.
 
@@ -131,8 +160,8 @@ def run(
             if stopped.is_set():
                 return
             pair = name, method_name
-            where = key(name, sha256, method_name, method, settings)
-            trial = None if fresh else cache.find(where)
+            where = _key(name, sha256, method_name, method, settings)
+            trial = _find(cache, where)
             problem = ""
             if trial is None:
                 reference = reference or Reference(name, load_brdf(path), settings)
@@ -141,7 +170,7 @@ def run(
                 except NacreError as error:
                     problem = str(error)
                 else:
-                    cache.keep(where, trial, pictures, fitted)
+                    _keep(cache, where, trial, pictures, fitted)
             with lock:
                 keys[pair] = where
                 if trial is None:
@@ -160,3 +189,43 @@ def run(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return Study(trials, skipped, materials, methods, settings, keys, cache)
+
+
+def _key(material: str, sha256: str, name: str, method: Method, settings: Settings) -> str:
+    """Under what a trial is kept: all that matters for it.
+
+    Among it is the material's name, by which published networks are found.
+    """
+    facts = {
+        "material": [material, sha256],
+        "method": name,
+        "settings": dict(method.settings),
+        "protocol": settings.facts,
+        "code": code_digest(),
+    }
+    return cache_key("trial", facts)
+
+
+def _find(cache: Cache, key: str) -> Trial | None:
+    """A finished trial; None where there is none, or where its file is damaged."""
+    arrays = cache.find(key, ["trial", *_PARTS])
+    if arrays is None:
+        return None
+    try:
+        trial = Trial(**json.loads(str(arrays["trial"])))
+        return trial if set(trial.figures) == set(FIGURES) else None
+    except (ValueError, TypeError):
+        return None
+
+
+def _keep(
+    cache: Cache, key: str, trial: Trial, pictures: Mapping[str, Picture], fitted: Brdf
+) -> None:
+    """Keep a trial, last what says that it is finished; the material itself need not be kept."""
+    classes = [c.__name__ for c in type(fitted).__mro__]
+    ending = next((ending for name, ending in _ENDINGS.items() if name in classes), "")
+    if ending and trial.method != TRUTH:
+        cache.folder.mkdir(parents=True, exist_ok=True)
+        save(fitted, cache.path(key, ending))
+    arrays = {f"{n} {part}": a for n, p in pictures.items() for part, a in asdict(p).items()}
+    cache.keep(key, {"trial": np.array(json.dumps(asdict(trial))), **arrays})

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from nacre.io.text_file import write_rows
 from nacre.reproduce.study import Study
+from nacre.reproduce.tables import markdown_table
 from nacre.reproduce.trial import HIGHER_IS_BETTER, Trial
 
 _DECIMALS = {"SSIM": 4, "PSNR": 1}
@@ -54,18 +53,13 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
     """
     heads = (figure.removeprefix(f"{title} ") for figure in figures)
     columns = ("method", "bytes", "materials", *heads)
-    lines = [table_row(columns), "|---" + "|---:" * (len(columns) - 1) + "|"]
+    lines = []
     found = [(study.mean_size(method), method) for method in methods if study.of(method)]
     for size, method in sorted(found, key=lambda item: item[0]):
         trials = study.of(method)
         cells = (_cell(summarize(trials, figure), figure) for figure in figures)
-        lines.append(table_row((method, f"{size:,.0f}", str(len(trials)), *cells)))
-    return "\n".join(lines) + "\n"
-
-
-def table_row(cells: Iterable[str]) -> str:
-    """A line of a table in Markdown."""
-    return "| " + " | ".join(cells) + " |"
+        lines.append((method, f"{size:,.0f}", str(len(trials)), *cells))
+    return markdown_table(columns, lines)
 
 
 def readable(value: float, figure: str) -> str:
@@ -75,22 +69,15 @@ def readable(value: float, figure: str) -> str:
     return f"{value:.{_DECIMALS.get(figure.rpartition(' ')[2], 4)}f}"
 
 
-def write_csv(study: Study, methods: Iterable[str], path: Path) -> None:
-    """Every trial of the methods, a line each: sizes, seconds, and all figures.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
-    """
+def all_trials(study: Study, methods: Iterable[str]) -> tuple[list[str], list[Sequence[object]]]:
+    """Columns and rows with every trial of the methods: sizes, seconds, and all figures."""
     trials = [trial for method in methods for trial in study.of(method)]
     figures = list(trials[0].figures) if trials else []
-    rows: list[Sequence[object]] = [("material", "method", "bytes", "seconds", *figures)]
-    rows += [
+    rows: list[Sequence[object]] = [
         (t.material, t.method, t.size, round(t.seconds, 3), *(t.figures[f] for f in figures))
         for t in trials
     ]
-    write_rows(rows, path)
+    return ["material", "method", "bytes", "seconds", *figures], rows
 
 
 def _cell(summary: Summary, figure: str) -> str:

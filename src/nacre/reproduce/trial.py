@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,6 @@ from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights
 
-if TYPE_CHECKING:
-    from nacre.reproduce.methods import Method
-
 Figures = Mapping[str, float]
 """Values by name, such as "environment SSIM"; :data:`FIGURES` has the names."""
 
@@ -30,6 +27,32 @@ MEASURES = ("SSIM", "PSNR", "MAE", "RMSE", "FLIP")
 ANGLES = ("angular relative error", "log-cosine error")
 FIGURES = (*(f"{light} {measure}" for light in LIGHTS for measure in MEASURES), *ANGLES)
 HIGHER_IS_BETTER = ("SSIM", "PSNR")
+
+
+TRUTH = "truth"
+"""Name of the method that keeps a material as it is."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to represent a material.
+
+    Parameters
+    ----------
+    about
+        What it is, for people, in a few words.
+    fit
+        From a material to its representation. Raises :class:`nacre.NacreError` where there is none.
+    family
+        "network", "analytic" or "table"; figures group by it.
+    settings
+        JSON-able settings: results are kept apart by them.
+    """
+
+    about: str
+    fit: Callable[[Brdf], Brdf]
+    family: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -64,7 +87,7 @@ class Settings:
 
     @cached_property
     def facts(self) -> dict[str, int | str | None]:
-        """What identifies the protocol: all of the above, the map by its hash."""
+        """What decides the pictures, JSON-able: the map by its hash."""
         pixels = b"" if self.environment is None else self.environment.pixels.tobytes()
         facts = asdict(self) | {"environment": hashlib.sha256(pixels).hexdigest()}
         return {k: v for k, v in facts.items() if k not in ("epochs", "samples")}

@@ -9,6 +9,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "latent_file": ["load_latent_map", "save_latent_map"],
         "latent_map": ["LatentMap", "NeuralBtf"],
         "mipmap": ["LatentPyramid"],
-        "uniform": ["TexelBrdf", "average", "spread"],
+        "uniform": ["TexelBrdf", "average", "tile"],
     },
 )

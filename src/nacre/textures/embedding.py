@@ -1,64 +1,32 @@
-"""Distances between texels as they look: of what codes decode to, not of the codes themselves."""
+"""Texels of many textures by how they look: the nearest ones, and maps of them in the plane."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.io.files import PathLike, write_encoded
+from nacre.io.tensors import check_header, check_numbers, format_errors, from_file, to_bytes
+from nacre.latent.map import embed, embed_into
 from nacre.measured.textures.domes import BONN
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.basis.codec import BasisCodec
-from nacre.textures.codecs.basis.posterior import Observation
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
+from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 
-_PAIRS = 512
-"""Pairs of directions that texels of other codecs than the default one are decoded at."""
 _BLOCK = 1 << 13
 """Texels at a time."""
 
 
-def appearance(codec: TexelCodec, directions: tuple[Floats, Floats] | None = None) -> TexelMap:
-    """A function from codes (b, values) to coordinates (b, k) whose distances are those of looks.
-
-    The distance of two texels is the root of the mean squared difference of their square roots of
-    reflectance, over the channels of all pairs of directions. Of the default codec it is found from
-    coefficients, before what is below black is cut off; of others from some of the pairs at random.
-
-    Parameters
-    ----------
-    codec
-        What decodes the codes.
-    directions
-        The pairs, shape (n, 3) each; those of :data:`nacre.measured.textures.BONN` where None.
-
-    Raises
-    ------
-    NacreError
-        If the codec decodes at other directions only.
-    """
-    wi, wo = directions or BONN.pairs()
-    if isinstance(codec, BasisCodec):
-        gram = Observation(codec.functions(wi, wo), codec.prior).gram / (3 * len(wi))
-        variances, vectors = np.linalg.eigh(gram)
-        factor = (vectors * np.sqrt(np.maximum(variances, 0.0))).astype(np.float32)
-        return lambda codes: codec.decode(codes) @ factor
-    chosen = np.random.default_rng(0).choice(len(wi), min(_PAIRS, len(wi)), replace=False)
-    decode = on_all_cores(codec, codec.decoder(wi[chosen], wo[chosen]))
-    scale = np.float32((3 * len(chosen)) ** -0.5)
-
-    def roots(codes: Floats) -> Floats:
-        found: Floats = np.sqrt(np.maximum(decode(codes), 0.0)).reshape(len(codes), -1)
-        return scale * found
-
-    return roots
-
-
 @dataclass(frozen=True)
-class Neighbour:
+class Neighbor:
     """A texel near another.
 
     Parameters
@@ -68,7 +36,7 @@ class Neighbour:
     texel
         Its number there.
     distance
-        See :func:`appearance`.
+        See :meth:`nacre.textures.codecs.TexelCodec.embedding`.
     """
 
     texture: int
@@ -84,13 +52,13 @@ def nearest_texels(
     one_each: bool = False,
     leave_out: tuple[int, int] | None = None,
     progress: Progress = silent,
-) -> list[Neighbour]:
-    """The texels that look most like one, the closest first.
+) -> list[Neighbor]:
+    """The texels that resemble one most, the closest first.
 
     Parameters
     ----------
     code
-        Of that one, shape (values,).
+        Of that one, shape (code_dim,).
     textures
         Where to search; all of the codec that the code is of.
     count
@@ -105,11 +73,11 @@ def nearest_texels(
     Raises
     ------
     NacreError
-        See :func:`appearance`.
+        See :meth:`nacre.textures.codecs.TexelCodec.embedding`.
     """
-    place = appearance(textures[0].codec)
+    place = textures[0].codec.embedding(*BONN.pairs())
     (wanted,) = place(np.asarray(code, np.float32)[None])
-    found: list[Neighbour] = []
+    found: list[Neighbor] = []
     for index, texture in enumerate(textures):
         codes = texture.codes.reshape(-1, texture.codes.shape[2])
         distances = np.concatenate(
@@ -122,10 +90,209 @@ def nearest_texels(
             distances[leave_out[1]] = np.inf
         closest = np.argsort(distances, kind="stable")[: 1 if one_each else count]
         found += [
-            Neighbour(index, int(texel), float(distances[texel]))
+            Neighbor(index, int(texel), float(distances[texel]))
             for texel in closest
             if np.isfinite(distances[texel])
         ]
         found = sorted(found, key=lambda neighbor: neighbor.distance)[:count]
         progress("searching", index + 1, len(textures), "")
     return found
+
+
+VERSION = 1
+KEY = "nacre map of texels"
+_LIMIT = 1 << 28
+_LARGEST = 1e9
+_COLOR_PAIRS = 64
+"""Pairs of directions whose mean reflectance is the color of a texel."""
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddingMap:
+    """Texels of several textures in the plane.
+
+    Parameters
+    ----------
+    names
+        Of the textures.
+    texture
+        Of each texel, which texture it is of, shape (n,).
+    xy
+        Column and row of each texel there, shape (n, 2).
+    codes
+        Shape (n, code_dim).
+    places
+        In the plane, shape (n, 2).
+    colors
+        Mean reflectance factors of some pairs of directions, linear RGB, shape (n, 3).
+    fingerprint
+        Of the codec, see :func:`nacre.textures.codecs.codec_file.codec_fingerprint`.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit.
+    """
+
+    names: tuple[str, ...]
+    texture: npt.NDArray[np.int64]
+    xy: npt.NDArray[np.int64]
+    codes: Floats
+    places: npt.NDArray[np.float64]
+    colors: Floats
+    fingerprint: str
+
+    def __post_init__(self) -> None:
+        count = len(self.texture)
+        shapes = [self.texture.shape, self.xy.shape, self.places.shape, self.colors.shape]
+        if shapes != [(count,), (count, 2), (count, 2), (count, 3)] or not count:
+            raise ValueError(f"texels are of shapes {shapes}")
+        if self.codes.ndim != 2 or len(self.codes) != count:
+            raise ValueError(f"codes are {self.codes.shape} for {count} texels")
+        if self.texture.min() < 0 or self.texture.max() >= len(self.names):
+            raise ValueError(f"texels are of more than {len(self.names)} textures")
+
+    @property
+    def labels(self) -> list[str]:
+        """The name of the texture of every texel."""
+        return [self.names[k] for k in self.texture]
+
+
+def embed_texels(
+    textures: Sequence[LatentMap],
+    names: Sequence[str],
+    count: int,
+    seed: int = 0,
+    onto: EmbeddingMap | None = None,
+) -> EmbeddingMap:
+    """A map of random texels by t-SNE, or an earlier one with further texels on it.
+
+    Distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`.
+
+    Parameters
+    ----------
+    textures
+        All of one codec, see :func:`nacre.textures.latent_file.load_latent_maps`.
+    names
+        Of them, each once.
+    count
+        Texels of each, or all that it has.
+    seed
+        Of the choice and of the map: the same seed gives the same map.
+    onto
+        The earlier map, whose texels stay where they are.
+
+    Raises
+    ------
+    NacreError
+        If a name appears twice, there are too few texels, or the codec is not that of the map, or
+        decodes at its own directions only.
+    MissingExtraError
+        If openTSNE is not installed.
+    """
+    known = () if onto is None else onto.names
+    for index, name in enumerate(names):
+        if name in (*known, *names[:index]):
+            raise NacreError(f"{name}: appears twice on the map; rename one of the files")
+    fingerprint = codec_fingerprint(textures[0].codec)
+    if onto is not None and fingerprint != onto.fingerprint:
+        raise NacreError(
+            f"{names[0]}: was encoded by another model than the textures on the map; encode it anew"
+        )
+    random = np.random.default_rng(seed)
+    codes, which, xy = [], [], []
+    for index, texture in enumerate(textures):
+        height, width, values = texture.codes.shape
+        chosen = np.sort(random.choice(height * width, min(count, height * width), replace=False))
+        codes.append(texture.codes.reshape(-1, values)[chosen].astype(np.float32))
+        which.append(np.full(len(chosen), len(known) + index))
+        xy.append(np.stack([chosen % width, chosen // width], axis=1))
+    codec = textures[0].codec
+    new = np.concatenate(codes)
+    coordinates = codec.embedding(*BONN.pairs())
+    if onto is None:
+        places = embed(coordinates(new), seed, "texels")
+    else:
+        places = embed_into(coordinates(onto.codes), onto.places, coordinates(new), seed)
+    made = EmbeddingMap(
+        (*known, *names),
+        np.concatenate(which),
+        np.concatenate(xy),
+        new,
+        places,
+        _colors(codec, new),
+        fingerprint,
+    )
+    return made if onto is None else _joined(onto, made)
+
+
+def _joined(old: EmbeddingMap, new: EmbeddingMap) -> EmbeddingMap:
+    arrays = ("texture", "xy", "codes", "places", "colors")
+    both = {name: np.concatenate([getattr(old, name), getattr(new, name)]) for name in arrays}
+    return EmbeddingMap(new.names, **both, fingerprint=new.fingerprint)
+
+
+def _colors(codec: TexelCodec, codes: Floats) -> Floats:
+    wi, wo = BONN.pairs()
+    chosen = np.random.default_rng(0).choice(len(wi), _COLOR_PAIRS, replace=False)
+    decode = on_all_cores(codec, codec.decoder(wi[chosen], wo[chosen]))
+    means: Floats = decode(codes).mean(axis=1)
+    return means
+
+
+def save_embedding_map(places: EmbeddingMap, path: PathLike) -> None:
+    """Write a map; the same map gives the same bytes.
+
+    Raises
+    ------
+    FormatError
+        If a number is not finite or the path cannot be written.
+    """
+    write_encoded(path, _encode, places)
+
+
+def _encode(places: EmbeddingMap) -> bytes:
+    names = ("texture", "xy", "codes", "places", "colors")
+    tensors = {name: np.ascontiguousarray(getattr(places, name)) for name in names}
+    header = {
+        "version": VERSION,
+        "names": list(places.names),
+        "model": places.fingerprint,
+        "metadata": {},
+    }
+    return to_bytes(KEY, header, tensors, _LIMIT)
+
+
+def load_embedding_map(path: PathLike) -> EmbeddingMap:
+    """Read a map.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a whole map of a version we know.
+    """
+    path = Path(path)
+    header, tensors = from_file(
+        path, KEY, _LIMIT, "a map of texels; nacre btf map --save makes one"
+    )
+    with format_errors(path):
+        check_header(header, VERSION)
+        return _decode(header, tensors)
+
+
+def _decode(header: dict[str, Any], tensors: dict[str, npt.NDArray[Any]]) -> EmbeddingMap:
+    names, fingerprint = header["names"], header["model"]
+    if not isinstance(fingerprint, str) or not isinstance(names, list):
+        raise ValueError("model is no text, or names are no list")
+    if not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise ValueError("names are no texts, each once")
+    types = {"texture": "i8", "xy": "i8", "codes": "f4", "places": "f8", "colors": "f4"}
+    for name, kind in types.items():
+        if tensors[name].dtype != np.dtype(kind):
+            raise ValueError(f"{name} is of type {tensors[name].dtype}, expected {np.dtype(kind)}")
+    check_numbers({name: tensors[name] for name in ("codes", "places", "colors")}, _LARGEST)
+    if (tensors["xy"] < 0).any():
+        raise ValueError("xy has numbers below 0")
+    return EmbeddingMap(
+        tuple(names), fingerprint=fingerprint, **{name: tensors[name] for name in types}
+    )

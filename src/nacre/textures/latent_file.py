@@ -29,9 +29,13 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import codec_fingerprint, load_codec, pack_codec, unpack_codec
+from nacre.textures.codecs.codec_file import (
+    PUBLISHED,
+    codec_fingerprint,
+    load_codec,
+    unpack_codec,
+)
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
-from nacre.textures.pretrained import PUBLISHED
 from nacre.textures.uniform import TexelBrdf, material_of
 
 VERSION = 1
@@ -60,7 +64,7 @@ def check_latent_path(path: PathLike) -> Path:
 def save_latent_map(latent: LatentMap, path: PathLike) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the least precision that changes none of its weights.
+    An embedded codec is written in the lowest precision that changes none of its weights.
 
     Raises
     ------
@@ -101,9 +105,9 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     first = ""
     for path in paths:
         latent = load_latent_map(path)
-        mark = codec_fingerprint(latent.codec)
-        first = first or mark
-        if mark != first:
+        fingerprint = codec_fingerprint(latent.codec)
+        first = first or fingerprint
+        if fingerprint != first:
             raise FormatError(
                 f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
                 "nacre btf encode --model"
@@ -119,7 +123,7 @@ def _encode(latent: LatentMap) -> bytes:
         raise FormatError(str(error)) from error
     tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
     if latent.reference is None:
-        model, weights = pack_codec(latent.codec, None)
+        model, weights = latent.codec.pack(None)
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}

@@ -41,7 +41,7 @@ class LatentMap:
     Parameters
     ----------
     codes
-        Shape (height, width, values), float16 or float32.
+        Shape (height, width, code_dim), float16 or float32.
     codec
         What decodes them.
     wi, wo
@@ -68,9 +68,13 @@ class LatentMap:
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.codes.ndim != 3 or self.codes.shape[2] != self.codec.values or not self.codes.size:
+        if (
+            self.codes.ndim != 3
+            or self.codes.shape[2] != self.codec.code_dim
+            or not self.codes.size
+        ):
             raise ValueError(
-                f"codes are {self.codes.shape}, expected (height, width, {self.codec.values})"
+                f"codes are {self.codes.shape}, expected (height, width, {self.codec.code_dim})"
             )
         if self.codes.dtype not in (np.float16, np.float32):
             raise ValueError(f"codes are {self.codes.dtype}, expected float16 or float32")
@@ -91,6 +95,8 @@ class NeuralBtf(Btf):
         What error messages start with: a file's path.
     """
 
+    decodable = True
+
     def __init__(
         self,
         latent: LatentMap,
@@ -102,8 +108,8 @@ class NeuralBtf(Btf):
         super().__init__(width, height, wi, wo, name=latent.name)
         self.latent, self._where = latent, where or latent.name
 
-    def decoded(self, wi: Floats, wo: Floats) -> NeuralBtf:
-        """The same texture at other pairs of unit directions, shapes (n, 3)."""
+    def at_directions(self, wi: Floats, wo: Floats) -> NeuralBtf:
+        """See :meth:`Btf.at_directions`."""
         return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)), self._where)
 
     def describe(self) -> dict[str, Any]:
@@ -111,7 +117,7 @@ class NeuralBtf(Btf):
         latent = self.latent
         reference = latent.reference
         facts = super().describe() | {
-            "values a code": latent.codec.values,
+            "latent size": latent.codec.code_dim,
             "codes": str(latent.codes.dtype),
             "model": f"in {reference.name}" if reference else "embedded",
         }
@@ -146,7 +152,8 @@ class NeuralBtf(Btf):
 
     @property
     def _codes(self) -> npt.NDArray[Any]:
-        return self.latent.codes.reshape(self.texel_count, -1)
+        codes: npt.NDArray[Any] = self.latent.codes.reshape(self.texel_count, -1)
+        return codes
 
     @cached_property
     def _decode(self) -> TexelMap:

@@ -14,9 +14,69 @@ from nacre.array import Floats
 from nacre.errors import FormatError
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.box_filter import halved_rows, level_shapes
 from nacre.textures.codecs.codec import TexelMap, on_all_cores
 from nacre.textures.latent_map import LatentMap
+
+
+def halved(size: int) -> int:
+    """Texels along an edge of the next level: half, rounded down, at least 1."""
+    return max(1, size // 2)
+
+
+def level_shapes(height: int, width: int) -> list[tuple[int, int]]:
+    """Heights and widths of all levels, from the map itself to a single texel."""
+    shapes = [(height, width)]
+    while shapes[-1] != (1, 1):
+        shapes.append((halved(shapes[-1][0]), halved(shapes[-1][1])))
+    return shapes
+
+
+def box_weights(size: int) -> Floats:
+    """Weights of texels along an edge in those of the next level, shape (halved(size), size).
+
+    Each texel of the next level covers as much of the edge as any other. Where the size is odd that
+    is a little more than two texels, and those at the ends of it count by what is covered.
+    """
+    count = halved(size)
+    ends = np.arange(count + 1) * (size / count)
+    first = np.arange(size)
+    covered = np.minimum(ends[1:, None], first + 1.0) - np.maximum(ends[:-1, None], first)
+    return np.asarray(np.maximum(covered, 0.0) * (count / size), np.float32)
+
+
+def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
+    """Rows of the next level, in order, of those of a map, which are used one by one.
+
+    Parameters
+    ----------
+    rows
+        Of any values, shape (width, ...).
+    height
+        How many there are.
+
+    Yields
+    ------
+    array
+        Shape (halved(width), ...).
+    """
+    down = box_weights(height)
+    across: Floats | None = None
+    sums: list[Floats | None] = [None] * (len(down) + 1)
+    done = 0
+    for y, row in enumerate(rows):
+        if across is None:
+            across = box_weights(len(row))
+        narrow = np.tensordot(across, row, 1)
+        for target in np.flatnonzero(down[:, y]):
+            part, sum_ = down[target, y] * narrow, sums[target]
+            sums[target] = part if sum_ is None else sum_ + part
+        while done < len(down) and not down[done, y + 1 :].any():
+            found = sums[done]
+            assert found is not None
+            sums[done] = None
+            done += 1
+            yield found
+
 
 Filter: TypeAlias = Literal["reflectance", "codes"]
 FILTERS: tuple[Filter, ...] = ("reflectance", "codes")
@@ -71,7 +131,7 @@ class LatentPyramid:
         by
             What is averaged over boxes. "reflectance": every level is encoded from means of what
             the map decodes to, which is what is seen from afar. "codes": codes, which is faster
-            (Rainer et al. 2020, figure 9), and errs where texels of unlike highlights meet.
+            (Rainer et al. 2020, figure 9), with errors where texels of unlike highlights meet.
         pairs
             How many of the map's pairs of directions reflectance is averaged at, drawn at random.
         seed
@@ -88,7 +148,7 @@ class LatentPyramid:
             raise ValueError(f"by is one of {', '.join(FILTERS)}, not {by!r}")
         height, width = latent.codes.shape[:2]
         shapes = level_shapes(height, width)
-        levels = [np.empty((*shape, latent.codec.values), np.float32) for shape in shapes]
+        levels = [np.empty((*shape, latent.codec.code_dim), np.float32) for shape in shapes]
         levels[0][:] = latent.codes
         if by == "codes":
             rows: Iterable[Floats] = levels[0]
@@ -124,13 +184,13 @@ class LatentPyramid:
         last = len(self.levels) - 1
         level = np.clip(np.asarray(level, np.float64), 0.0, last)
         lower = np.minimum(level.astype(np.intp), max(last - 1, 0))
-        share = (level - lower)[:, None]
+        fraction = (level - lower)[:, None]
         codes = np.empty((len(uv), self.levels[0].shape[2]), np.float32)
         for index in np.unique(lower):
             rows = lower == index
             fine = _bilinear(self.levels[index], uv[rows])
             coarse = _bilinear(self.levels[min(index + 1, last)], uv[rows])
-            codes[rows] = fine + share[rows] * (coarse - fine)
+            codes[rows] = fine + fraction[rows] * (coarse - fine)
         return codes
 
 

@@ -1,4 +1,4 @@
-"""Which directions to photograph: those that tell most about texels of the training's kind."""
+"""Which directions to photograph: the most informative about texels like those of the training."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from nacre.io.text_file import write_rows
 from nacre.measured.textures.directions import from_degrees
 from nacre.measured.textures.domes import BONN
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.codec import LinearBlock, TexelCodec
 
-STEEPEST = 75.0
+MAX_POLAR_ANGLE = 75.0
 """Largest polar angle in degrees unless another is asked for: that of the training."""
 CANDIDATES = 4096
 """Pairs of directions, or a few times as many as are asked for, that plans are chosen from."""
@@ -24,12 +24,12 @@ CANDIDATES = 4096
 def candidate_pairs(
     count: int,
     *,
-    lights: float = STEEPEST,
-    views: float = STEEPEST,
+    lights: float = MAX_POLAR_ANGLE,
+    views: float = MAX_POLAR_ANGLE,
     flash: bool = False,
     seed: int = 0,
 ) -> tuple[Floats, Floats]:
-    """Pairs of directions spread evenly over a cap of lights and one of views (Sobol 1967).
+    """Pairs of directions that cover evenly a cap of lights and one of views (Sobol 1967).
 
     Parameters
     ----------
@@ -56,15 +56,15 @@ def candidate_pairs(
     return wi, wo
 
 
-def _on_cap(points: npt.NDArray[np.float64], steepest: float) -> Floats:
-    cosine = 1.0 - points[:, 0] * (1.0 - np.cos(np.radians(steepest)))
+def _on_cap(points: npt.NDArray[np.float64], max_polar_angle: float) -> Floats:
+    cosine = 1.0 - points[:, 0] * (1.0 - np.cos(np.radians(max_polar_angle)))
     return from_degrees(np.degrees(np.arccos(cosine)), 360.0 * points[:, 1]).astype(np.float32)
 
 
 def informative(
-    codec: BasisCodec, wi: Floats, wo: Floats, count: int, progress: Progress = silent
+    codec: TexelCodec, wi: Floats, wo: Floats, count: int, progress: Progress = silent
 ) -> npt.NDArray[np.intp]:
-    """Pairs of directions that leave least unknown, the most telling first.
+    """Pairs of directions that leave the least unknown, the most informative first.
 
     One after the other, each is the pair that lowers most the variance that coefficients still
     have, given all before, as the reflectance at Bonn's directions shows it: Bayesian A-optimal
@@ -86,25 +86,18 @@ def informative(
     -------
     array of shape (count,)
         Their numbers.
+
+    Raises
+    ------
+    NacreError
+        If the codec has no linear model, see :meth:`TexelCodec.linear_blocks`.
     """
-    here, target = codec.functions(wi, wo), codec.functions(*BONN.pairs())
-    greys = codec.functions.greys
-    variances = codec.prior.deviations.astype(np.float64) ** 2
-    # Both values of a pair of colors have the same functions, hence the same variances.
-    parts = [
-        _Unknown(here.grey, target.grey, variances[:greys], codec.prior.noise, 1.0),
-        _Unknown(
-            here.chroma,
-            target.chroma,
-            variances[greys : greys + codec.functions.chromas],
-            codec.prior.noise,
-            2.0,
-        ),
-    ]
+    blocks = zip(codec.linear_blocks(wi, wo), codec.linear_blocks(*BONN.pairs()), strict=True)
+    parts = [_Unknown(here, target.functions) for here, target in blocks]
     chosen = np.empty(count, np.intp)
     open_ = np.ones(len(wi), bool)
     for index in range(count):
-        gain = np.where(open_, parts[0].gain() + parts[1].gain(), -1.0)
+        gain = np.where(open_, sum(part.gain() for part in parts), -1.0)
         best = int(gain.argmax())
         chosen[index], open_[best] = best, False
         for part in parts:
@@ -116,36 +109,31 @@ def informative(
 class _Unknown:
     """Covariance of some coefficients, and what each of many measurements would take off it."""
 
-    def __init__(
-        self,
-        functions: Floats,
-        target: Floats,
-        variances: npt.NDArray[np.float64],
-        noise: float,
-        times: float,
-    ) -> None:
-        self._functions, self._noise, self._times = functions.astype(np.float32), noise, times
+    def __init__(self, block: LinearBlock, target: Floats) -> None:
+        functions = block.functions
+        self._functions, self._block = functions.astype(np.float32), block
         values, vectors = np.linalg.eigh(target.astype(np.float64).T @ target)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
-        covariance = np.diag(variances)
+        covariance = np.diag(block.variances)
         # Of each measurement with the coefficients, and with the reflectance at the target.
         self._cross = (functions @ covariance).astype(np.float32)
         self._seen = (functions @ covariance @ root).astype(np.float32)
 
     def gain(self) -> Floats:
         """What variance of the target each measurement would take off."""
-        spread = np.einsum("nk,nk->n", self._cross, self._functions)
-        shown = np.einsum("nk,nk->n", self._seen, self._seen)
-        gains: Floats = self._times * shown / (self._noise + np.maximum(spread, 0.0))
+        variances = np.einsum("nk,nk->n", self._cross, self._functions)
+        explained = np.einsum("nk,nk->n", self._seen, self._seen)
+        scaled = self._block.channels * explained
+        gains: Floats = scaled / (self._block.noise + np.maximum(variances, 0.0))
         return gains
 
     def observe(self, index: int) -> None:
         """Know the outcome of a measurement."""
         known = self._functions @ self._cross[index]
-        share = known / np.float32(self._noise + max(known[index], 0.0))
+        fraction = known / np.float32(self._block.noise + max(known[index], 0.0))
         cross, seen = self._cross[index].copy(), self._seen[index].copy()
-        self._cross -= share[:, None] * cross
-        self._seen -= share[:, None] * seen
+        self._cross -= fraction[:, None] * cross
+        self._seen -= fraction[:, None] * seen
 
 
 def write_plan(wi: Floats, wo: Floats, path: PathLike) -> None:

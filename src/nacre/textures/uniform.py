@@ -19,7 +19,7 @@ _BLOCK = 1 << 25
 
 
 def average(texture: Btf, progress: Progress = silent) -> TableBtf:
-    """The mean apparent BRDF of a texture, as a texture of one texel: what it looks like from afar.
+    """The mean apparent BRDF of a texture, as a texture of one texel: as it is seen from afar.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def average(texture: Btf, progress: Progress = silent) -> TableBtf:
     return TableBtf(values, texture.wi, texture.wo, texture.name)
 
 
-def spread(material: Brdf, wi: Floats, wo: Floats, width: int = 1, height: int = 1) -> TableBtf:
+def tile(material: Brdf, wi: Floats, wo: Floats, width: int = 1, height: int = 1) -> TableBtf:
     """A texture that has one material everywhere; it takes the memory of one texel.
 
     Parameters
@@ -72,7 +72,7 @@ class TexelBrdf(Brdf):
     """The apparent BRDF of a single code, wherever its codec can decode.
 
     Unlike the BRDF of a surface, that of a texel knows of shadows and of what parallax brings into
-    view: it need not be reciprocal, and it differs when it is turned about the normal.
+    view: it need not be reciprocal, and it differs when it is rotated about the normal.
 
     Parameters
     ----------

@@ -15,20 +15,26 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, reason
-from nacre.io.files import write_encoded
-from nacre.io.tensors import Tensors, check_numbers, from_file, to_bytes
+from nacre.formats import load_btf
+from nacre.io.files import PathLike, digest
+from nacre.io.tensors import check_numbers
+from nacre.measured.textures.image_folder import Quantity
+from nacre.measured.textures.transposition import transposed
 from nacre.metrics.texture_errors import Errors, ErrorSums
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
+from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+from nacre.textures.latent_file import check_latent_path, save_latent_map
+from nacre.textures.latent_map import CodecFile, LatentMap
+from nacre.workflows.identity import source_files, source_fingerprint
 
 BLOCK = 1 << 28
 """Bytes of values that are read at a time; two such blocks are in memory."""
 _COMPARED = 1 << 23
 """Values of pairs of directions that are decoded to tell the error, about."""
 _SAVE_EVERY = 45.0
-_KEY = "nacre encoding"
-_LIMIT = 1 << 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +44,7 @@ class Encoding:
     Parameters
     ----------
     codes
-        Shape (height, width, values).
+        Shape (height, width, code_dim).
     errors
         Of what the codes decode to.
     compared
@@ -57,7 +63,7 @@ def encode(
     half: bool = False,
     texels_per_block: int | None = None,
     state: Path | None = None,
-    mark: str = "",
+    fingerprint: str = "",
     save_every: float = _SAVE_EVERY,
     progress: Progress = silent,
 ) -> Encoding:
@@ -79,7 +85,7 @@ def encode(
     state
         File that keeps what is done, for a later call to go on from. It stays, for the caller to
         remove once the codes are saved.
-    mark
+    fingerprint
         What must be the same for that, besides what this function sees.
     save_every
         Seconds between times that it is written: no more is lost when the process is killed, and
@@ -92,78 +98,192 @@ def encode(
     FormatError
         If the texture cannot be read, or the state not be written.
     NacreError
-        If the codec is for other directions, a code is no number, or the state is of another
+        If the codec is for other directions, a code is not finite, or the state is of another
         encoding or damaged.
     """
     total = btf.texel_count
     step = texels_per_block or max(1, BLOCK // (12 * btf.pair_count))
     compared = min(btf.pair_count, max(1, _COMPARED // total))
     dtype = np.dtype(np.float16 if half else np.float32)
-    run = _Run(np.empty((total, codec.values), dtype), ErrorSums(), 0)
-    mark = f"{mark} {btf.width} {btf.height} {btf.pair_count} {step} {codec.values} {dtype}"
-    if state is not None and state.exists():
-        run.restore(state, mark)
-    if run.done < total:
+    sizes = f"{btf.width} {btf.height} {btf.pair_count} {step} {codec.code_dim} {dtype}"
+    store = Store(state, f"{fingerprint} {sizes}")
+    codes = np.empty((total, codec.code_dim), dtype)
+    errors, done = _restored(store, codes)
+    if done < total:
         encoder = on_all_cores(codec, codec.encoder(btf.wi, btf.wo))
-    saved = time.monotonic()
     try:
-        for block, texels in _read_ahead(btf, run.done, step):
+        for block, texels in _read_ahead(btf, done, step):
             with np.errstate(over="ignore"):
-                codes = encoder(texels).astype(dtype)
-            if not np.isfinite(codes).all():
-                raise NacreError(f"{btf.name}: some texels have codes that are no numbers")
+                found = encoder(texels).astype(dtype)
+            if not np.isfinite(found).all():
+                raise NacreError(f"{btf.name}: some texels have codes that are not finite")
             chosen = _pairs(btf.pair_count, compared, block.start)
             wi, wo = btf.wi[chosen], btf.wo[chosen]
             decode = on_all_cores(codec, codec.decoder(wi, wo))
-            found = decode(codes.astype(np.float32))
+            decoded = decode(found.astype(np.float32))
             with uninterrupted():
-                run.errors.add(texels[:, chosen], found, wo)
-                run.codes[block], run.done = codes, block.stop
-            if state is not None and time.monotonic() - saved > save_every:
-                run.save(state, mark)
-                saved = time.monotonic()
-            mse = 1e4 * run.errors.result().mse
-            progress("encoding", run.done, total, f"MSE x 1e4 {mse:.3g}")
+                errors.add(texels[:, chosen], decoded, wo)
+                codes[block], done = found, block.stop
+            if store.due(save_every):
+                store.save({"codes": codes[:done], "errors": errors.sums})
+            mse = 1e4 * errors.result().mse
+            progress("encoding", done, total, f"MSE x 1e4 {mse:.3g}")
     except KeyboardInterrupt:
-        if state is not None:
-            with uninterrupted():
-                run.save(state, mark)
+        with uninterrupted():
+            store.save({"codes": codes[:done], "errors": errors.sums})
         raise
-    codes = run.codes.reshape(btf.height, btf.width, codec.values)
-    return Encoding(codes, run.errors.result(), compared)
+    shape = btf.height, btf.width, codec.code_dim
+    return Encoding(codes.reshape(shape), errors.result(), compared)
 
 
-class _Run:
-    """Codes so far, their errors, and how many texels are done."""
+def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
+    """Errors, and how many texels are done, of an encoding that was stopped; fills in its codes."""
+    kept = store.load()
+    if kept is None:
+        return ErrorSums(), 0
+    try:
+        found = kept["codes"]
+        if found.dtype != codes.dtype or found.shape[1:] != codes.shape[1:]:
+            raise ValueError(f"codes are {found.dtype} {found.shape}")
+        check_numbers(kept, np.inf)
+        codes[: len(found)] = found
+        return ErrorSums(kept["errors"]), len(found)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise NacreError(
+            f"{store.file()}: cannot be read, remove it to begin anew: {reason(error)}"
+        ) from error
 
-    def __init__(self, codes: npt.NDArray[Any], errors: ErrorSums, done: int) -> None:
-        self.codes, self.errors, self.done = codes, errors, done
 
-    def save(self, path: Path, mark: str) -> None:
-        """Write it to a file, whole or not at all."""
-        tensors: Tensors = {"codes": self.codes[: self.done], "errors": self.errors.sums}
-        write_encoded(
-            path,
-            lambda header: to_bytes(_KEY, header, tensors, _LIMIT),
-            {"mark": mark},
-            internal=True,
+@dataclass(frozen=True, eq=False)
+class EncodedTexture:
+    """What :func:`encode_texture` wrote.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    latent
+        What is in it.
+    errors, compared
+        See :class:`Encoding`.
+    seconds
+        That reading and encoding took.
+    source_nbytes, nbytes
+        Sizes of all files of the source, and of the file written.
+    beside
+        The codec's file, if it must stay beside the file written; else None.
+    """
+
+    path: Path
+    latent: LatentMap
+    errors: Errors
+    compared: int
+    seconds: float
+    source_nbytes: int
+    nbytes: int
+    beside: Path | None
+
+
+def encode_texture(
+    source: PathLike,
+    output: PathLike,
+    *,
+    model: PathLike | None = None,
+    directions: PathLike | None = None,
+    pixels: Quantity | None = None,
+    reference: bool = False,
+    half: bool = False,
+    texels_per_block: int | None = None,
+    resume: bool = False,
+    progress: Progress = silent,
+) -> EncodedTexture:
+    """Encode a texture into a file, in little memory.
+
+    Until all is done, a state beside the output keeps the codes: nothing is lost after Ctrl-C, and
+    a minute at most when the process is killed.
+
+    Parameters
+    ----------
+    source
+        A file, a folder of images, or a list of photographs.
+    output
+        File (`.safetensors`) to write.
+    model
+        File of the codec; the pretrained one where None.
+    directions
+        List of directions (`.csv`) of the images in the folder `source`, where it is not there.
+    pixels
+        What the pixels of a folder of images hold, see :func:`nacre.textures.load`.
+    reference
+        Whether the file names the codec's file, which must then stay beside it unless it is the
+        pretrained one; else the codec is written into it.
+    half
+        Whether codes are of half precision.
+    texels_per_block
+        Texels that are read at a time; as many as :data:`BLOCK` holds where None.
+    resume
+        Whether to go on where an earlier call was stopped.
+    progress
+        Called with pictures read, then texels done.
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be read or written, or is of another kind.
+    NacreError
+        If an earlier call was stopped and `resume` is not given, the state is of another encoding,
+        or the codec is for other directions.
+    """
+    source, output, model = Path(source), check_latent_path(output), Path(model or PUBLISHED)
+    if reference and model != PUBLISHED and model.resolve().parent != output.resolve().parent:
+        raise FormatError(
+            f"{model}: is not in the folder of {output}, as a model that is only named must be; "
+            "copy it there, or embed it"
         )
-
-    def restore(self, path: Path, mark: str) -> None:
-        """Take up what a file has."""
-        advice = "remove it to begin anew"
-        try:
-            header, tensors = from_file(path, _KEY, _LIMIT, "the state of an encoding")
-            if header["mark"] != mark:
-                raise NacreError(f"{path}: is of another encoding; {advice}")
-            codes = tensors["codes"]
-            if codes.dtype != self.codes.dtype or codes.shape[1:] != self.codes.shape[1:]:
-                raise ValueError(f"codes are {codes.dtype} {codes.shape}")
-            check_numbers(tensors, np.inf)
-            self.codes[: len(codes)] = codes
-            self.errors, self.done = ErrorSums(tensors["errors"]), len(codes)
-        except (FormatError, KeyError, TypeError, ValueError) as error:
-            raise NacreError(f"{path}: cannot be read, {advice}: {reason(error)}") from error
+    state = output.with_name(f"{output.name}.state")
+    if state.exists() and not resume:
+        raise NacreError(
+            f"{state}: an encoding or a training was stopped here; add --resume to go on with the "
+            "same command, or remove the file"
+        )
+    codec = load_codec(model)
+    if directions is not None and not source.is_dir():
+        raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
+    btf = load_btf(source, quantity=pixels, directions=directions)
+    files, model_digest = source_files(source, btf), digest(model)
+    listed = "" if directions is None else digest(Path(directions))
+    fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
+    began = time.monotonic()
+    with transposed(btf, output.parent, progress=progress) as texels:
+        found = encode(
+            texels,
+            codec,
+            half=half,
+            texels_per_block=texels_per_block,
+            state=state,
+            fingerprint=fingerprint.rstrip(),
+            progress=progress,
+        )
+    seconds = time.monotonic() - began
+    facts = {
+        "source": {"file": source.resolve().name, "sha256": (btf.source or {}).get("sha256")},
+        "model": model.name,
+        "errors": found.errors.facts() | {"pairs compared a texel": found.compared},
+    }
+    named = CodecFile(model.name, model_digest) if reference else None
+    latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, named, facts)
+    save_latent_map(latent, output)
+    state.unlink(missing_ok=True)
+    return EncodedTexture(
+        output,
+        latent,
+        found.errors,
+        found.compared,
+        seconds,
+        sum(path.stat().st_size for path in files),
+        output.stat().st_size,
+        model if reference and model != PUBLISHED else None,
+    )
 
 
 def _read_ahead(btf: Btf, start: int, step: int) -> Iterator[tuple[slice, Floats]]:

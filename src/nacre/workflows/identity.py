@@ -1,15 +1,15 @@
-"""What tells whether the files of a texture are those of an earlier time, without reading them."""
+"""Whether the files of a texture are those of an earlier time, without reading them."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 from nacre.btf import Btf
 from nacre.errors import FormatError
 from nacre.formats import identify, load_btf
 from nacre.io.files import PathLike
-from nacre.measured.textures.image_folder import ImageFolderBtf
 from nacre.measured.textures.photographs import LIST
 
 
@@ -21,7 +21,7 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     path
         As :func:`nacre.load` takes it.
     texture
-        What that gave, where it was called before: images are looked at once.
+        What that gave, where it was called before: headers of images are read once.
 
     Raises
     ------
@@ -32,21 +32,23 @@ def source_files(path: PathLike, texture: Btf | None = None) -> list[Path]:
     path = Path(path)
     if texture is None and identify(path).claims_folder:
         texture = load_btf(path)
-    if not isinstance(texture, ImageFolderBtf):
+    if texture is None or not texture.files:
         return [path]
     listed = path / LIST if path.is_dir() else path
     return [*([listed] if listed.is_file() else []), *texture.files]
 
 
-def source_mark(path: PathLike, texture: Btf | None = None) -> str:
+def source_fingerprint(path: PathLike, files: Sequence[Path] | None = None) -> str:
     """SHA-256, in hexadecimal, of names, sizes and times of change of all files of a texture.
 
-    A folder keeps its mark when it is moved, not when it is renamed or copied without its times.
+    A folder keeps it when it is moved, not when it is renamed or copied without its times.
 
     Parameters
     ----------
-    path, texture
-        As :func:`source_files` takes them.
+    path
+        As :func:`source_files` takes it.
+    files
+        What that gave, if it was called before.
 
     Raises
     ------
@@ -56,7 +58,7 @@ def source_mark(path: PathLike, texture: Btf | None = None) -> str:
     path = Path(path)
     folder = path if path.is_dir() else path.parent
     total = hashlib.sha256(path.resolve().name.encode(errors="surrogateescape"))
-    for file in source_files(path, texture):
+    for file in source_files(path) if files is None else files:
         try:
             facts = file.stat()
         except OSError as error:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.render.textures.aligned_buffers import Packets, aligned_zeros
+from nacre.array import aligned_zeros
+from nacre.render.textures.aligned_buffers import Packets
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.int32])

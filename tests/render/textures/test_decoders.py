@@ -9,7 +9,7 @@ import pytest
 
 import nacre
 from nacre.array import Floats
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.textures import LatentMap
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.uniform import material_of
@@ -47,7 +47,7 @@ def papers_network() -> UnifiedNetwork:
 def test_networks_at_hits_are_the_codec(rgb: Any, kind: str, options: dict[str, str]) -> None:
     codec = basis_codec(1) if kind == "basis" else papers_network()
     random = np.random.default_rng(8)
-    source = latent(random.normal(size=(3, 5, codec.values)), codec)
+    source = latent(random.normal(size=(3, 5, codec.code_dim)), codec)
     bsdf = texture_bsdf(source, decoder="network", **options)
     texels, wi, wo = random.integers(0, 15, COUNT), hemisphere(COUNT, 1), hemisphere(COUNT, 2)
     found = factors_at(rgb, bsdf, centres(texels, 3, 5), wi, wo)
@@ -61,7 +61,7 @@ def test_networks_at_hits_are_the_codec(rgb: Any, kind: str, options: dict[str, 
 def test_tables_are_near_the_codec(rgb: Any, kind: str) -> None:
     codec = basis_codec(1) if kind == "basis" else papers_network()
     random = np.random.default_rng(9)
-    source = latent(0.5 * random.normal(size=(3, 5, codec.values)), codec)
+    source = latent(0.5 * random.normal(size=(3, 5, codec.code_dim)), codec)
     bsdf = texture_bsdf(source, interpolation="linear", resolution=12)
     texels, wi, wo = (
         random.integers(0, 15, COUNT),
@@ -78,7 +78,7 @@ def test_tables_are_near_the_codec(rgb: Any, kind: str) -> None:
 @pytest.mark.parametrize("decoder", ["table", "network"])
 def test_between_texels_is_the_mean_of_reflectance(rgb: Any, decoder: str) -> None:
     codec = basis_codec(1)
-    source = latent(3.0 * np.random.default_rng(4).normal(size=(1, 2, codec.values)), codec)
+    source = latent(3.0 * np.random.default_rng(4).normal(size=(1, 2, codec.code_dim)), codec)
     wi, wo = hemisphere(COUNT, 1, 0.3), hemisphere(COUNT, 2, 0.3)
     options = {"interpolation": "linear", "decoder": decoder, "coefficients": "texture"}
     bsdf = texture_bsdf(source, **options)
@@ -107,7 +107,7 @@ def test_a_pair_by_chance_is_as_the_linear_table_in_the_mean(rgb: Any) -> None:
 
 def test_a_texel_is_rendered_as_the_material_that_it_is(rgb: Any) -> None:
     codec = basis_codec(1)
-    one = latent(np.random.default_rng(4).normal(size=(1, 1, codec.values)), codec)
+    one = latent(np.random.default_rng(4).normal(size=(1, 1, codec.code_dim)), codec)
     material = material_of(one)
     wi, wo = hemisphere(COUNT, 1, 0.3), hemisphere(COUNT, 2, 0.3)
     anywhere = np.random.default_rng(1).random((COUNT, 2))

@@ -9,7 +9,7 @@ import pytest
 
 from nacre.btf import TableBtf
 from nacre.measured.textures import BONN
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 
 from .made import FLIP, factors_at, hemisphere, hits, picture, surface
 

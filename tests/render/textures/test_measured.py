@@ -10,8 +10,8 @@ import pytest
 from nacre.btf import TableBtf
 from nacre.errors import NacreError
 from nacre.measured.textures import BONN
-from nacre.render import texture_bsdf
 from nacre.render.textures.hemisphere import Hemisphere
+from nacre.render.textures.plugins import texture_bsdf
 
 from .made import factors_at, hemisphere
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.relief import Relief
 
 from .made import factors_at, hemisphere, picture

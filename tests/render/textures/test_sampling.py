@@ -10,13 +10,13 @@ import pytest
 
 from nacre.measured.textures import BONN
 from nacre.measured.textures.domes import pairs
-from nacre.render import texture_bsdf
+from nacre.render.textures.plugins import texture_bsdf
 from nacre.sampling.tilted import TiltedMixture, fit_tilted
 from nacre.textures import LatentMap
 from nacre.textures.capture import capture
 from nacre.textures.capture.recipe import find
 from nacre.textures.codecs import load_codec
-from nacre.textures.pretrained import PUBLISHED
+from nacre.textures.codecs.codec_file import PUBLISHED
 from tests.render.chi_square import chi_square
 
 from .made import centres, hemisphere, hits

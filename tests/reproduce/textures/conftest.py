@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
 
+from nacre.reproduce.cache import Cache
 from nacre.reproduce.textures.materials import collect, separate
 from nacre.reproduce.textures.methods import TrainingSettings
 from nacre.reproduce.textures.study import Study
@@ -21,9 +22,9 @@ __all__ = ["one_thread"]
 
 BASIS = replace(
     BasisRecipe(),
-    values=8,
-    greys=12,
-    chromas=4,
+    code_dim=8,
+    luma_count=12,
+    chroma_count=4,
     width=16,
     wide=24,
     hidden=8,
@@ -52,7 +53,7 @@ def study(folder, tmp_path_factory):
         training,
         unseen,
         SETTINGS,
-        folder / "cache",
+        Cache(folder / "cache"),
         others=collect([folder / "utia"]),
         progress=lambda *call: calls.append(call),
     )

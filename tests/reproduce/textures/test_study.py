@@ -12,11 +12,18 @@ from nacre.btf import TableBtf
 from nacre.errors import NacreError
 from nacre.measured.textures import BONN
 from nacre.measured.textures.domes import below, pairs
-from nacre.reproduce.cache import SOURCES
+from nacre.reproduce.cache import SOURCES, Cache, module_digest
 from nacre.reproduce.textures import trial
 from nacre.reproduce.textures.materials import Material, collect, separate
 from nacre.reproduce.textures.methods import KINDS, find
-from nacre.reproduce.textures.sampling import ALL, APART, AT_HELD_OUT, LOW_VIEWS, SHARES, Sampling
+from nacre.reproduce.textures.sampling import (
+    ALL,
+    APART,
+    AT_HELD_OUT,
+    FRACTIONS,
+    LOW_VIEWS,
+    Sampling,
+)
 from nacre.reproduce.textures.texture_figures import ANGLES
 from nacre.textures.codecs import TexelCodec
 from nacre.textures.selection import nearest_pair
@@ -28,7 +35,7 @@ from tests.textures.codecs.networks.made import COARSE, texture
 class Means(TexelCodec):
     """Codes are the mean color of what is seen; decoded the same everywhere."""
 
-    values = 3
+    code_dim = 3
 
     def encoder(self, wi, wo):
         return lambda texels: texels.mean(axis=1)
@@ -38,7 +45,7 @@ class Means(TexelCodec):
 
 
 def test_errors_are_those_written_out():
-    made, sampling = texture(3), Sampling("some", share=0.1, held_out=0.2)
+    made, sampling = texture(3), Sampling("some", fraction=0.1, held_out=0.2)
     found = trial.errors(made, Means(), sampling, None, 5)
     seen, compared = sampling.pairs(*COARSE, 5)
     for row in (0, 17, 35):
@@ -98,9 +105,9 @@ def test_half_the_difference_of_two_measurements_is_their_noise():
 
 def test_samplings_choose_what_they_say():
     wi, wo = BONN.pairs()
-    for sampling in SHARES:
+    for sampling in FRACTIONS:
         seen, compared = sampling.pairs(wi, wo)
-        assert len(seen) == round(sampling.share * len(wi))
+        assert len(seen) == round(sampling.fraction * len(wi))
         assert (np.diff(seen) > 0).all()
         assert len(compared) == len(wi)
     seen, _ = LOW_VIEWS.pairs(wi, wo)
@@ -113,8 +120,8 @@ def test_samplings_choose_what_they_say():
     out = {tuple(w) for w in BONN.directions} - {tuple(w) for w in wi[seen]}
     assert len(out) == 15
     assert not out & {tuple(w) for w in wo[seen]}
-    other, _ = SHARES[0].pairs(wi, wo, 1)
-    assert set(other) != set(SHARES[0].pairs(wi, wo, 0)[0])
+    other, _ = FRACTIONS[0].pairs(wi, wo, 1)
+    assert set(other) != set(FRACTIONS[0].pairs(wi, wo, 0)[0])
 
 
 @pytest.mark.parametrize(
@@ -179,7 +186,7 @@ def test_codecs_and_results_are_kept(study, name):
     method, material = find(name), study.unseen[0]
     first = study.errors(method, material)
     assert first.squares.shape == (36,)
-    files = {path: path.stat().st_mtime_ns for path in study.folder.iterdir()}
+    files = {path: path.stat().st_mtime_ns for path in study.cache.folder.iterdir()}
     assert not [path for path in files if path.suffix == ".state"]
     study._codecs.clear()
     study.calls.clear()
@@ -194,7 +201,9 @@ def test_codecs_and_results_are_kept(study, name):
 @pytest.mark.parametrize("name", ["basis-4", "unified-4"])
 def test_what_was_trained_is_not_lost_before_the_codec_is_saved(study, tmp_path, monkeypatch, name):
     calls: list[tuple[object, ...]] = []
-    study = replace(study, folder=tmp_path, _codecs={}, progress=lambda *call: calls.append(call))
+    study = replace(
+        study, cache=Cache(tmp_path), _codecs={}, progress=lambda *call: calls.append(call)
+    )
     method, material = find(name), study.unseen[0]
 
     def interrupted(*_):
@@ -213,7 +222,7 @@ def test_what_was_trained_is_not_lost_before_the_codec_is_saved(study, tmp_path,
 
 def test_the_seed_is_that_of_the_settings(study):
     method, material = find("pca-own-4"), study.unseen[0]
-    some = Sampling("some", share=0.1)
+    some = Sampling("some", fraction=0.1)
     found = []
     for seed in (0, 1):
         other = replace(study, settings=replace(SETTINGS, seed=seed), _codecs={})
@@ -233,31 +242,35 @@ def sources(monkeypatch, tmp_path):
     """A copy of nacre's modules that keys are made of."""
     copy = tmp_path / "nacre"
     shutil.copytree(SOURCES, copy, ignore=shutil.ignore_patterns("*.safetensors", "*.pyc"))
-    for module in ("cache", "btf.methods", "btf.study"):
-        monkeypatch.setattr(f"nacre.reproduce.{module}.SOURCES", copy)
+    monkeypatch.setattr("nacre.reproduce.cache.SOURCES", copy)
     return copy
 
 
 @pytest.mark.parametrize(
     ("module", "names"),
     [
-        ("channels.py", {"pca-4", "pca-own-4", "basis-4"}),
-        ("btf/domes.py", {"basis-4"}),
-        ("btf/networks/unified.py", {"unified-4", "custom-4", "custom-all-4"}),
-        ("btf/basis/symmetry.py", {"pca-4", "pca-own-4", "basis-4"}),
+        ("numerics/channels.py", {"pca-4", "pca-own-4", "basis-4"}),
+        ("measured/textures/domes.py", {"pca-4", "pca-own-4", "basis-4"}),
+        ("textures/codecs/networks/unified.py", {"unified-4", "custom-4", "custom-all-4"}),
+        ("textures/codecs/basis/symmetry.py", {"pca-4", "pca-own-4", "basis-4"}),
     ],
 )
 def test_codecs_are_made_again_when_a_module_that_decides_them_changes(
     study, sources, module, names
 ):
-    def marks():
+    def fingerprints():
         methods = (find(f"{kind}-4") for kind in KINDS)
         return {m.name: m.facts(study.training, study.settings)["code"] for m in methods}
 
-    before = marks()
+    before = fingerprints()
     (sources / module).write_text("changed")
-    after = marks()
-    assert {name for name, mark in after.items() if mark != before[name]} == names
+    after = fingerprints()
+    assert {name for name, digest in after.items() if digest != before[name]} == names
+
+
+def test_a_module_that_is_gone_does_not_count_in_silence():
+    with pytest.raises(ValueError, match="no module is called textures/none"):
+        module_digest("textures/none.py")
 
 
 def test_results_are_made_again_when_the_domes_change(study, sources):
@@ -266,7 +279,7 @@ def test_results_are_made_again_when_the_domes_change(study, sources):
     study.calls.clear()
     study.errors(method, material, LOW_VIEWS)
     assert study.calls == []
-    (sources / "btf" / "domes.py").write_text("changed")
+    (sources / "measured" / "textures" / "domes.py").write_text("changed")
     study.errors(method, material, LOW_VIEWS)
     assert study.calls
 
@@ -274,8 +287,8 @@ def test_results_are_made_again_when_the_domes_change(study, sources):
 def test_fresh_makes_what_is_kept_again_once(study):
     method, material = find("pca-4"), study.unseen[0]
     study.errors(method, material)
-    study.fresh = True
-    study._made.clear()  # as in the next run
+    study.cache = Cache(study.cache.folder, fresh=True)  # as in the next run
+    study._codecs.clear()
     study.calls.clear()
     study.errors(method, material)
     assert study.calls
@@ -287,7 +300,7 @@ def test_fresh_makes_what_is_kept_again_once(study):
 def test_damaged_files_are_made_again(study):
     method, material = find("pca-own-3"), study.unseen[1]
     first = study.errors(method, material)
-    for path in study.folder.iterdir():
+    for path in study.cache.folder.iterdir():
         path.write_bytes(path.read_bytes()[:-10])
     study._codecs.clear()
     np.testing.assert_allclose(study.errors(method, material).squares, first.squares)

@@ -86,6 +86,14 @@ def test_other_settings_need_another_folder(tmp_path: Path, change: dict, field:
     assert list(contents(tmp_path)) == list(before)
 
 
+def test_a_folder_goes_on_that_has_an_earlier_name_of_a_parameter(tmp_path: Path) -> None:
+    capture_all(tmp_path, SETTINGS)
+    manifest = tmp_path / MANIFEST
+    manifest.write_text(manifest.read_text().replace("vein_color", "vein_colour"))
+    assert "vein_colour" in manifest.read_text()
+    capture_all(tmp_path, SETTINGS)
+
+
 @pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"texels": NaN}', "[" * 5000])
 def test_a_damaged_manifest_is_named(tmp_path: Path, content: str) -> None:
     (tmp_path / MANIFEST).write_text(content)

@@ -13,18 +13,18 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.textures.capture import Recipe, built_in, find
-from nacre.textures.capture.generators import FAMILIES
+from nacre.textures.capture.generators import GENERATORS
 from nacre.textures.capture.patterns import cells, fractal, lay_fibres, scattered
 
 
 def test_twelve_of_each_family_and_the_last_is_unseen() -> None:
     recipes = built_in()
-    assert Counter(r.family.name for r in recipes) == dict.fromkeys(
+    assert Counter(r.generator.name for r in recipes) == dict.fromkeys(
         ("fabric", "leather", "wood", "stone", "felt", "carpet", "wallpaper"), 12
     )
     unseen = [r.name for r in recipes if r.unseen]
     assert unseen == [r.name for r in recipes if r.name.endswith("12")]
-    assert len({json.dumps([r.seed, str(r.family)]) for r in recipes}) == 84
+    assert len({json.dumps([r.seed, str(r.generator)]) for r in recipes}) == 84
 
 
 @pytest.mark.parametrize("name", [r.name for r in built_in()])
@@ -69,10 +69,10 @@ def test_a_fibre_is_a_cylinder_over_the_seam() -> None:
     assert (owner[4:-3] == -1).all()
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", GENERATORS)
 def test_every_parameter_may_be_at_its_bounds(name: str) -> None:
     """Each alone at its least, and all together; a surface checks itself."""
-    family = FAMILIES[name]
+    family = GENERATORS[name]
     bounds = {f.name: f.metadata for f in fields(family) if "low" in f.metadata}
     given = [{key: m["low"]} for key, m in bounds.items()]
     given += [{key: m[end] for key, m in bounds.items()} for end in ("low", "high")]
@@ -83,7 +83,7 @@ def test_every_parameter_may_be_at_its_bounds(name: str) -> None:
 def test_planks_may_touch() -> None:
     """Without a gap, as with one that is too narrow for any cell's corner but those in it."""
     wide, none = ({"planks": 3, "gap": gap} for gap in (1e-9, 0.0))
-    surfaces = [Recipe("x", FAMILIES["wood"].from_json(p)).build(32) for p in (wide, none)]
+    surfaces = [Recipe("x", GENERATORS["wood"].from_json(p)).build(32) for p in (wide, none)]
     inside = abs(np.arange(32) * 3 / 32 % 1.0 - 0.5) < 0.49
     first, second = (s.albedo[:, inside] for s in surfaces)
     assert np.array_equal(first, second)
@@ -100,6 +100,8 @@ def test_a_file_is_a_recipe(tmp_path: Path) -> None:
     recipe = find(path)
     assert (recipe.name, recipe.seed, recipe.unseen) == ("mine", 0, False)
     assert recipe.build(32).size == 32
+    before = {"family": "stone", "parameters": {"vein_colour": ["#123456"]}}
+    assert find(write(tmp_path / "old.json", before)).generator.vein_color == ("#123456",)
     copied = {"family": "stone", "seed": 12, "parameters": {}}
     assert not find(write(tmp_path / "stone12.json", copied)).unseen
 
@@ -152,12 +154,13 @@ def test_an_unknown_name_is_no_file(tmp_path: Path) -> None:
 
 def test_the_docs_have_every_parameter(tmp_path: Path) -> None:
     """Names, defaults and ranges of the tables, in the order of the code."""
-    text = (Path(__file__).parents[3] / "docs" / "surfaces.md").read_text("utf-8")
+    page = Path(__file__).parents[3] / "docs" / "reference" / "surface-recipes.md"
+    text = page.read_text("utf-8")
     head, *parts = text.split("\n## ")
     (tmp_path / "x.json").write_text(head.split("```")[1])
     assert find(tmp_path / "x.json").seed == 7
-    assert [part.split()[0] for part in parts] == list(FAMILIES)
-    for part, family in zip(parts, FAMILIES.values(), strict=True):
+    assert [part.split()[0] for part in parts] == list(GENERATORS)
+    for part, family in zip(parts, GENERATORS.values(), strict=True):
         rows = [line.split(" | ") for line in part.splitlines() if line.startswith("| `")]
         for row, field in zip(rows, fields(family), strict=True):
             name, default, allowed, _ = (cell.strip("| ") for cell in row)

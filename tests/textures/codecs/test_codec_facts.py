@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
-from nacre.textures.codecs import save_codec
-from nacre.textures.codecs.codec_facts import codec_facts
+from nacre.textures.codecs import PUBLISHED, load_codec, save_codec
+from nacre.textures.codecs.codec_file import codec_facts, codec_fingerprint
 from nacre.textures.codecs.principal import PcaCodec
 from tests.textures.codec_files import header_and_tensors, rewrite_field
 from tests.textures.codecs.basis.made import codec
@@ -31,10 +31,10 @@ def test_the_default_codec(path):
     weights = sum(array.size for array in header_and_tensors(path)[1].values())
     assert facts == {
         "model": "basis",
-        "values a code": 2,
+        "latent size": 2,
         "directions": "any",
-        "functions of gray values": 3,
-        "functions of colors": 2,
+        "luma functions": 3,
+        "chroma functions": 2,
         "layers, functions": [12, 6, 6, 8, 6],
         "layers, completion": [14, 7, 7, 7],
         "layers, encoder": [7, 5, 5, 2],
@@ -56,7 +56,7 @@ def test_principal_components(path):
     ones = np.ones((2, 4, 3), np.float32)
     save_codec(PcaCodec(up, up, ones[0], ones, ones[:, 0, 0], 0.1, {"texels": 9}), path)
     facts = codec_facts(path)
-    assert (facts["model"], facts["values a code"]) == ("principal components", 2)
+    assert (facts["model"], facts["latent size"]) == ("principal components", 2)
     assert facts["directions"] == "4 pairs"
     assert facts["weights"] == 4 * 3 + 2 * 4 * 3 + 2
     assert facts["texels"] == 9
@@ -70,7 +70,7 @@ def test_networks(path):
     network = UnifiedNetwork(UnifiedSettings(latent=4, **sizes), Whitening(-1.0, 0.5))
     save_codec(network, path)
     facts = codec_facts(path)
-    assert (facts["model"], facts["values a code"], facts["directions"]) == ("unified", 4, "any")
+    assert (facts["model"], facts["latent size"], facts["directions"]) == ("unified", 4, "any")
     assert (facts["angular"], facts["decoder hidden"]) == ([8, 9], [7, 7])
     assert facts["weights"] == sum(array.size for array in network.arrays().values())
 
@@ -78,6 +78,11 @@ def test_networks(path):
 def test_damage_is_an_error_that_names_the_field(path):
     save_codec(codec(), path)
     rewrite_field(path, ("numbers", "functions.greys"), 0)
-    with pytest.raises(FormatError, match="functions: 0 of 5 functions are gray") as caught:
+    with pytest.raises(FormatError, match="functions: 0 of 5 functions are of luma") as caught:
         codec_facts(path)
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_the_pretrained_codec_has_the_fingerprint_that_maps_of_texels_have_of_it():
+    expected = "13113e67cbe34df17f43a0e64962546a4fa80bb2ffb051721a1efe54b8d5ce94"
+    assert codec_fingerprint(load_codec(PUBLISHED)) == expected

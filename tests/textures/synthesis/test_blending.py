@@ -9,8 +9,7 @@ import pytest
 
 from nacre.errors import FormatError, NacreError
 from nacre.textures.synthesis import blend
-from nacre.textures.synthesis.blending import same_codec
-from nacre.textures.synthesis.masks import named_mask, read_mask
+from nacre.textures.synthesis.blending import named_mask, read_mask, same_codec
 from tests.textures.codecs.basis.made import codec
 from tests.textures.synthesis.test_quilting import latent
 

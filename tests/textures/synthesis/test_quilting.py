@@ -11,14 +11,11 @@ import pytest
 from nacre.errors import FormatError, NacreError
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
-from nacre.textures.embedding import appearance
 from nacre.textures.synthesis import synthesize
-from nacre.textures.synthesis.cuts import inside_cuts, minimum_error_cut
-from nacre.textures.synthesis.features import texel_features
-from nacre.textures.synthesis.patch_search import PatchSearch
+from nacre.textures.synthesis.patches import PatchSearch, inside_cuts, minimum_error_cut
+from nacre.textures.synthesis.quilted_map import texel_features
 from nacre.textures.synthesis.quilting import Quilting, quilt
-from nacre.textures.synthesis.scale import overlap_of, patch_size, tiles
-from nacre.textures.synthesis.seams import seam_contrast, seams
+from nacre.textures.synthesis.seams import overlap_of, patch_size, seam_contrast, seams, tiles
 from tests.textures.codecs.basis.made import codec
 
 
@@ -82,14 +79,14 @@ def test_the_search_is_the_sum_of_squares_at_every_position(periodic):
 def test_distances_of_appearance_are_those_of_roots_of_reflectance():
     made = latent(8, 8)
     found = texel_features(made).reshape(64, -1)
-    roots = appearance(made.codec, (made.wi, made.wo))(made.codes.reshape(64, 2))
+    roots = made.codec.embedding(made.wi, made.wo)(made.codes.reshape(64, 2))
     assert np.abs(found.mean(0)).max() < 1e-5
     a, b = np.triu_indices(64, 1)
     expected = np.square(roots[a] - roots[b]).sum(1)
     distances = np.square(found[a] - found[b]).sum(1)
     assert (distances <= expected * (1.0 + 1e-4)).all()
     assert distances.sum() >= 0.985 * expected.sum()
-    assert texel_features(made, most=1).shape == (8, 8, 1)
+    assert texel_features(made, max_count=1).shape == (8, 8, 1)
 
 
 @pytest.mark.parametrize("tile", [False, True])
@@ -131,7 +128,7 @@ def test_contrast_is_a_ratio_of_root_mean_squares():
     across[:, 2] = True
     found = seam_contrast(values, (across, down), tile=False)
     assert found.ratio == pytest.approx(3.0 / np.sqrt(16.0 / 34.0))
-    assert found.share == pytest.approx(4 / 38)
+    assert found.fraction == pytest.approx(4 / 38)
     assert seam_contrast(values, (down, down), tile=False).ratio is None
 
 
@@ -193,8 +190,8 @@ def test_codes_are_copied_bit_by_bit():
     [
         ((0, 10), {}, r"has 2 x 2 to 16,777,216 texels, not 10 x 0"),
         ((1 << 13, 1 << 13), {}, "not 8,192 x 8,192"),
-        ((40, 40), {"patch": 25}, r"larger than the input \(28 x 24\) .* 24 is most"),
-        ((10, 40), {"patch": 12}, r"the output \(40 x 10\); 10 is most"),
+        ((40, 40), {"patch": 25}, r"larger than the input \(28 x 24\) .* 24 at most"),
+        ((10, 40), {"patch": 12}, r"the output \(40 x 10\); 10 at most"),
         ((40, 40), {"patch": 8, "overlap": 5}, "patches of 8 overlap by 1 to 4 texels, not 5"),
         ((40, 40), {"patch": 1}, "at least 2 texels an edge, not 1"),
         ((40, 40), {"overlap": 13}, "patches of 24 overlap by 1 to 12 texels, not 13"),
@@ -207,7 +204,7 @@ def test_what_cannot_be_is_named(size, options, message):
 
 
 def test_bad_maps_are_named():
-    with pytest.raises(NacreError, match="28 x 1 texels are too few to lay patches of"):
+    with pytest.raises(NacreError, match="28 x 1 texels are too few for patches"):
         synthesize(latent(1), 8, 8)
     made = latent()
     made.codes[3, 4] = np.nan

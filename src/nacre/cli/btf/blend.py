@@ -53,7 +53,7 @@ def command(
     """
     from nacre.textures.latent_file import check_latent_path, load_latent_map, save_latent_map
     from nacre.textures.synthesis import blend
-    from nacre.textures.synthesis.masks import NAMED, named_mask
+    from nacre.textures.synthesis.blending import NAMED, named_mask
 
     check_latent_path(output)
     check_outputs([output], [first, second, *([] if mask in NAMED else [Path(mask)])])

@@ -87,7 +87,7 @@ def _one(
     recipe: str, output: Path, settings: Settings, picture: Path | None, stages: Stages
 ) -> None:
     """Capture one recipe into a file."""
-    from nacre.figures.capture_sheet import sheet
+    from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
     from nacre.render.preview import check_image_path, write_image
     from nacre.textures.capture.recipe import find
@@ -101,5 +101,5 @@ def _one(
     btf = settings.take(found, line)
     loss = save(btf, output, progress=line)
     if picture:
-        write_image(sheet(btf), picture)
+        write_image(capture_sheet(btf), picture)
     print_written(output, btf, loss)

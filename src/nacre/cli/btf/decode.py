@@ -35,7 +35,7 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     expect(source, "an encoded texture")
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
-        btf = btf.decoded(*_pairs(directions))
+        btf = btf.at_directions(*_pairs(directions))
     with Stages() as stages:
         loss = save(btf, output, progress=stages.add(output.stem))
     print_written(output, btf, loss)

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.btf.written import source_of
 from nacre.cli.console import Stages, check_outputs, console, counted, file_path, print_facts
-from nacre.errors import FormatError, NacreError
-from nacre.io.files import digest
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
-    from nacre.textures.latent_map import CodecFile
 
 
 @click.command("encode")
@@ -67,79 +62,42 @@ def command(
     Ctrl-C nothing is lost, and a minute at most when it is killed. Images are read first, into a
     temporary file; that much is done again.
     """
-    from nacre.formats import load_btf
-    from nacre.measured.textures.transposition import transposed
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import load_codec
-    from nacre.textures.latent_file import check_latent_path, save_latent_map
-    from nacre.textures.latent_map import LatentMap
-    from nacre.textures.pretrained import PUBLISHED
-    from nacre.workflows.encoding import encode
-    from nacre.workflows.identity import source_files, source_mark
+    from nacre.textures.codecs.codec_file import PUBLISHED
+    from nacre.workflows.encoding import encode_texture
 
-    model = model or PUBLISHED
-    check_latent_path(output)
-    reference = None if embed else _reference(model, output)
-    state = output.with_name(f"{output.name}.state")
-    if state.exists() and not resume:
-        raise NacreError(
-            f"{state}: an encoding or a training was stopped here; add --resume to go on with the "
-            "same command, or remove the file"
-        )
     listed = [directions] if directions is not None else []
-    check_outputs([output, state], [source, model, *listed])
+    state = output.with_name(f"{output.name}.state")
+    check_outputs([output, state], [source, model or PUBLISHED, *listed])
     if not listed:
         expect(source, "a texture", "an encoded texture")
-    elif not source.is_dir():
-        raise FormatError(f"{source}: --directions is for a folder of images; leave it out")
-    expect(model, "a model of textures")
-    codec = load_codec(model)
-    btf = load_btf(source, quantity=pixels, directions=directions)
-    marks = [source_mark(source, btf), str(pixels), *map(digest, [model, *listed])]
-    began = time.monotonic()
+    if model is not None:
+        expect(model, "a model of textures")
     with Stages() as stages:
-        progress = stages.add(output.stem)
-        with transposed(btf, output.parent, progress=progress) as texels:
-            found = encode(
-                texels,
-                codec,
-                half=half,
-                texels_per_block=texels_per_block,
-                state=state,
-                mark=" ".join(marks),
-                progress=progress,
-            )
-    seconds = time.monotonic() - began
-    compared = {"pairs compared a texel": found.compared}
-    errors = found.errors.facts() | compared
-    facts: dict[str, Any] = {"source": source_of(source), "model": model.name, "errors": errors}
-    latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, reference, facts)
-    save_latent_map(latent, output)
-    state.unlink(missing_ok=True)
-    before = sum(path.stat().st_size for path in source_files(source, btf))
-    after = output.stat().st_size
+        found = encode_texture(
+            source,
+            output,
+            model=model,
+            directions=directions,
+            pixels=pixels,
+            reference=not embed,
+            half=half,
+            texels_per_block=texels_per_block,
+            resume=resume,
+            progress=stages.add(output.stem),
+        )
+    height, width, code_dim = found.latent.codes.shape
     shown, by_view = found.errors.shown()
     rows = [
-        ("texels", f"{btf.width} x {btf.height}, {counted(codec.values, 'value', 'values')} each"),
-        *(shown | compared).items(),
+        ("texels", f"{width} x {height}, {counted(code_dim, 'value', 'values')} each"),
+        *(shown | {"pairs compared a texel": found.compared}).items(),
         *((f"MSE x 1e4, views {name}", mse) for name, mse in by_view.items()),
-        ("seconds", seconds),
-        ("bytes of codes", found.codes.nbytes),
-        ("bytes", after),
-        ("bytes of the source", before),
-        ("ratio", before / after),
+        ("seconds", found.seconds),
+        ("bytes of codes", found.latent.codes.nbytes),
+        ("bytes", found.nbytes),
+        ("bytes of the source", found.source_nbytes),
+        ("ratio", found.source_nbytes / found.nbytes),
     ]
     print_facts(output.name, rows, UNITS)
-    if not embed and model != PUBLISHED:
-        console.print(f"{output}: keep {model.name} beside it", markup=False)
-
-
-def _reference(model: Path, output: Path) -> CodecFile:
-    from nacre.textures.latent_map import CodecFile
-    from nacre.textures.pretrained import PUBLISHED
-
-    if model != PUBLISHED and model.resolve().parent != output.resolve().parent:
-        raise FormatError(
-            f"{model}: --reference names a model in the folder of {output}; copy it there, or embed"
-        )
-    return CodecFile(model.name, digest(model))
+    if found.beside is not None:
+        console.print(f"{output}: keep {found.beside.name} beside it", markup=False)

@@ -36,8 +36,7 @@ def command(path: Path, pixels: Quantity | None, as_json: bool) -> None:
     trained.
     """
     from nacre.io.tensors import has_header
-    from nacre.textures.codecs.codec_facts import codec_facts
-    from nacre.textures.codecs.codec_file import KEY
+    from nacre.textures.codecs.codec_file import KEY, codec_facts
 
     if not has_header(path, KEY):
         facts = _texture_facts(path, pixels)

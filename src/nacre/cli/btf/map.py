@@ -43,7 +43,7 @@ def command(
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_map import texel_map_figure, write_table
-    from nacre.textures.embedding_map import embed_texels, load_embedding_map, save_embedding_map
+    from nacre.textures.embedding import embed_texels, load_embedding_map, save_embedding_map
     from nacre.textures.latent_file import load_latent_maps
 
     check_plot_path(output)
@@ -57,7 +57,7 @@ def command(
     names = [path.stem for path in codes]
     chart = embed_texels(load_latent_maps(codes), names, texels, seed, onto)
     new = len(codes) if into is not None else 0
-    write_plot(texel_map_figure(chart, new=new, swatches=swatches), output)
+    write_plot(texel_map_figure(chart, new=new, own_colors=swatches), output)
     if table is not None:
         write_table(chart, table)
     if save is not None:

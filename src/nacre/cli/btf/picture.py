@@ -41,8 +41,13 @@ def command(
     pictures have captions, but for .exr, which holds values only. Pictures show reflectance
     factors: 1 is white.
     """
-    from nacre.figures.texture_panels import texture_panels
-    from nacre.figures.texture_views import in_rows, laid_out, nearest_pairs, reduced_pictures
+    from nacre.figures.texture_views import (
+        in_rows,
+        laid_out,
+        nearest_pairs,
+        reduced_pictures,
+        texture_panels,
+    )
     from nacre.formats import load_btf
     from nacre.geometry import split, to_spherical
     from nacre.render.preview import check_image_path, write_bytes, write_image

@@ -9,7 +9,6 @@ import click
 from nacre.cli.btf.kinds import expect
 from nacre.cli.console import Stages, check_outputs, console, file_path
 from nacre.cli.ranges import SEED, FiniteRange
-from nacre.errors import FormatError
 
 _POLAR = FiniteRange(0.0, 89.0, min_open=True)
 
@@ -40,10 +39,8 @@ def command(
     encodes a folder of such files, and nacre btf capture --dome LIST takes them virtually. Angles
     are in degrees.
     """
-    from nacre.textures.codecs.basis.codec import BasisCodec
-    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
     from nacre.textures.plan import CANDIDATES, candidate_pairs, informative, write_plan
-    from nacre.textures.pretrained import PUBLISHED
 
     if output.suffix.lower() != ".csv":
         raise click.BadParameter(f"{output}: a list of directions is a .csv file")
@@ -51,8 +48,6 @@ def command(
     check_outputs([output], [model])
     expect(model, "a model of textures")
     codec = load_codec(model)
-    if not isinstance(codec, BasisCodec):
-        raise FormatError(f"{model}: plans are for the default kind of model; see nacre btf train")
     many = max(CANDIDATES, count)
     wi, wo = candidate_pairs(many, lights=lights, views=views, flash=flash, seed=seed)
     with Stages() as stages:

@@ -25,7 +25,7 @@ from nacre.render.textures.texels import INTERPOLATIONS
 
 if TYPE_CHECKING:
     from nacre.array import Floats
-    from nacre.figures.drawing import Bytes
+    from nacre.figures.page import Bytes
     from nacre.metrics.temporal import TemporalErrors
 
 
@@ -119,7 +119,7 @@ def command(
     With --frames, an animation of a light that moves.
     """
     from nacre.color import tone_map
-    from nacre.figures.drawing import display_bytes
+    from nacre.figures.page import display_bytes
     from nacre.figures.rendering_panels import panels_size, rendering_panels
     from nacre.formats import load_btf
     from nacre.metrics.temporal import temporal_errors
@@ -129,7 +129,6 @@ def command(
     from nacre.render.textures.moving_light import light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
-    from nacre.textures.latent_map import NeuralBtf
 
     output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
     inputs = [path for path in (source, reference, height_field) if path is not None]
@@ -151,13 +150,12 @@ def command(
 
     def pictures(path: Path, stages: Stages) -> Iterator[Floats]:
         btf = load_btf(path)
-        neural = isinstance(btf, NeuralBtf)
         report = stages.add(path.stem)
         bsdf = texture_bsdf(
-            btf.latent if isinstance(btf, NeuralBtf) else btf,
+            btf.latent or btf,
             report,
             **options,
-            **(own if neural else {}),
+            **(own if btf.latent else {}),
             to_uv=texture_scale(geometry, repeat, btf.width / btf.height),
         )
         total = frames or spp

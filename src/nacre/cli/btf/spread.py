@@ -35,9 +35,9 @@ def command(
     """Make a texture that has the material at SOURCE, measured or neural, everywhere."""
     from nacre.formats import load_brdf
     from nacre.measured.textures.direction_list import named_directions
-    from nacre.textures.uniform import spread
+    from nacre.textures.uniform import tile
 
     check_model(output, model)
     check_outputs([output], [source, *([model] if model else [])])
-    texture = spread(load_brdf(source), *named_directions(directions))
+    texture = tile(load_brdf(source), *named_directions(directions))
     write(texture, output, model, size)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import glob
-import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -14,24 +12,9 @@ from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
 from nacre.cli.console import Stages, check_outputs, console, counted, file_path
 from nacre.cli.ranges import SEED, FiniteRange
-from nacre.errors import NacreError
 
-if TYPE_CHECKING:
-    from nacre.btf import Btf
-
-_NETWORKS_ONLY = (
-    "recipe_name",
-    "minutes",
-    "pooling",
-    "decoder",
-    "loss",
-    "batch",
-    "learning_rate",
-    "patience",
-    "bfloat16",
-    "device",
-    "events",
-)
+_OPTIONS = {"recipe_name": "--recipe"}
+"""Options that are not called as their parameters are."""
 
 
 @click.command("train")
@@ -142,162 +125,64 @@ def command(
     It learns from textures of the same pairs of directions, 100 texels of each and four a value of
     a code at least: two textures or more.
 
-    Beside the output it keeps its state (OUTPUT.state, of basis OUTPUT.state.*.stage) until it is
+    Beside the output it keeps its state (OUTPUT.state, of basis OUTPUT.state.*.state) until it is
     done, from which --resume goes on: after Ctrl-C nothing is lost, and a minute at most when it is
     killed. Of unified and custom there is a table of the losses too, OUTPUT.journal.csv, which
     stays, and several processes train together where torchrun starts them:
     torchrun --nproc-per-node 2 -m nacre btf train ...
     """
-    if output.suffix.lower() != ".safetensors":
-        raise click.BadParameter(f"{output}: a model is a .safetensors file")
-    if steps is not None and minutes is not None:
-        raise click.BadParameter("--steps and --minutes: give one of them")
+    from nacre.runtime.progress import silent
+    from nacre.workflows.codec_training import (
+        is_first_process,
+        kinds_with,
+        train_codec,
+        training_files,
+    )
+
     for path in files:
         expect(path, "a texture", "an encoded texture")
-    if model == "basis":
-        for name in _NETWORKS_ONLY:
-            if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-                option = "--recipe" if name == "recipe_name" else f"--{name.replace('_', '-')}"
-                raise click.BadParameter(f"{option} is for --model unified and custom")
-        _train_basis(files, output, pixels, steps, latent, seed, half, resume)
-        return
-    if model == "custom" and pooling is not None:
-        raise click.BadParameter("--pooling is for --model unified")
-    from functools import partial
-
-    from nacre.formats import load_btf
-    from nacre.textures.codecs.codec_file import save_codec
-    from nacre.textures.codecs.networks import CustomSettings, TrainingRecipe, UnifiedSettings
-    from nacre.textures.codecs.networks.distributed import processes
-    from nacre.textures.codecs.networks.training import train_network
-    from nacre.workflows.identity import source_mark
-
-    state, journal = (
-        output.with_name(f"{output.name}.{kind}") for kind in ("state", "journal.csv")
-    )
-    _check_begun(output, [state], resume)
-    check_outputs([output, state, journal], files)
-    sizes = {"latent": latent, "pooling": pooling, "decoder": decoder}
-    given = {key: value for key, value in sizes.items() if value is not None}
-    settings = UnifiedSettings(**given) if model == "unified" else CustomSettings(**given)
-    defaults: dict[str, Any] = {} if model == "unified" else {"loss": "l2", "permute": False}
-    chosen = {
-        "loss": loss,
-        "batch": batch,
-        "learning_rate": learning_rate,
-        "precision": "bfloat16" if bfloat16 else None,
-    }
-    chosen = {key: value for key, value in chosen.items() if value is not None}
-    recipe = TrainingRecipe.named(
-        recipe_name, **{**defaults, **chosen, "patience": patience, "seed": seed}
-    )
-    with processes(device) as (members, own), Stages() as stages:
-        network = train_network(
-            files,
-            partial(load_btf, quantity=pixels),
-            settings,
-            recipe,
-            steps=steps,
-            minutes=minutes,
-            checkpoint=state,
-            mark=f"{[source_mark(path) for path in files]} {pixels}",
-            journal=journal,
-            events=events,
-            device=own,
-            members=members,
-            progress=stages.add(output.stem) if members.rank == 0 else None,
-        )
-    if members.rank:
-        return
-    save_codec(network, output, "half" if half else "single")
-    state.unlink(missing_ok=True)
-    facts = [
-        counted(network.metadata["steps"], "step", "steps"),
-        counted(network.values, "value a code", "values a code"),
-    ]
-    if network.metadata["held out"] is not None:
-        facts.append(f"loss on held-out texels {network.metadata['held out']:.4f}")
-    facts.append(f"{output.stat().st_size:,} bytes")
-    console.print(f"{output}: {', '.join(facts)}", markup=False)
-
-
-def _train_basis(
-    files: tuple[Path, ...],
-    output: Path,
-    pixels: Any,
-    steps: int | None,
-    latent: int | None,
-    seed: int,
-    half: bool,
-    resume: bool,
-) -> None:
-    """Train the default codec."""
-    from dataclasses import asdict, replace
-    from functools import partial
-
-    from nacre.formats import load_btf
-    from nacre.textures.codecs.basis.file import VERSION
-    from nacre.textures.codecs.basis.recipe import BasisRecipe
-    from nacre.textures.codecs.basis.stages import Stages as KeptStages
-    from nacre.textures.codecs.basis.training import train_basis
-    from nacre.textures.codecs.codec_file import save_codec
-    from nacre.workflows.identity import source_mark
-
-    if int(os.environ.get("WORLD_SIZE", "1")) > 1:
-        raise click.UsageError("--model basis is trained by one process; leave out torchrun")
-    recipe = BasisRecipe(seed=seed)
-    if latent is not None:
-        most = recipe.greys + 2 * recipe.chromas
-        if latent > most:
-            raise click.BadParameter(f"--latent: basis has up to {most} values a code")
-        recipe = replace(recipe, values=latent)
-    if steps is not None:
-        share = recipe.function_steps / (recipe.function_steps + recipe.code_steps)
-        first = max(1, round(share * steps))
-        recipe = replace(recipe, function_steps=first, code_steps=max(1, steps - first))
-    sources = [source_mark(path) for path in files]
-    mark = f"{VERSION} {recipe} {sources} {pixels}"
-    kept = KeptStages(output.with_name(f"{output.name}.state"), mark)
-    _check_begun(output, kept.files, resume)
-    check_outputs([output], files)
-
-    def opened(path: Path) -> Btf:
-        """A texture by the name that its errors should have."""
-        return load_btf(path, quantity=pixels).replaced(name=str(path))
-
-    textures = [partial(opened, path) for path in files]
+    settings: dict[str, Any] = {}
+    for option, (name, value) in {
+        "recipe_name": ("preset", recipe_name),
+        "minutes": ("minutes", minutes),
+        "steps": ("steps", steps),
+        "latent": ("code_dim", latent),
+        "pooling": ("pooling", pooling),
+        "decoder": ("decoder", decoder),
+        "loss": ("loss", loss),
+        "batch": ("batch", batch),
+        "learning_rate": ("learning_rate", learning_rate),
+        "patience": ("patience", patience),
+        "bfloat16": ("precision", "bfloat16" if bfloat16 else None),
+        "device": ("device", device),
+        "seed": ("seed", seed),
+    }.items():
+        if context.get_parameter_source(option) is ParameterSource.COMMANDLINE:
+            kinds = kinds_with(name)
+            if model not in kinds:
+                shown = _OPTIONS.get(option, f"--{option.replace('_', '-')}")
+                raise click.BadParameter(f"{shown} is for --model {' and '.join(kinds)}")
+            settings[name] = value
+    if output.suffix.lower() == ".safetensors":
+        check_outputs(training_files(output, model), files)
     with Stages() as stages:
-        try:
-            codec = train_basis(textures, recipe, stages.add(output.stem), kept)
-        except NacreError:
-            if not kept.has("components"):  # no more than some texels, and one may be to blame
-                kept.remove()
-            raise
-    facts = {"materials": [path.stem for path in files], "training": asdict(recipe)}
-    save_codec(replace(codec, metadata=facts), output, "half" if half else "single")
-    kept.remove()
-    console.print(
-        f"{output}: {recipe.function_steps + recipe.code_steps:,} steps, "
-        f"{counted(codec.values, 'value', 'values')} a code, {output.stat().st_size:,} bytes",
-        markup=False,
-    )
-
-
-def _check_begun(output: Path, own: list[Path], resume: bool) -> None:
-    """Refuse to begin where a training was stopped, or to go on with one of another model.
-
-    States of the output begin with its name; `own` are those that this model has, or would have.
-    """
-    begin = f"{output.name}.state"
-    states = sorted(output.parent.glob(f"{glob.escape(begin)}*"))
-    others = [path for path in states if path not in own]
-    if others:
-        raise NacreError(
-            f"{others[0]}: something else was stopped here, an encoding or another model; name "
-            f"another output, or remove {begin}* to begin anew"
+        found = train_codec(
+            files,
+            output,
+            model=model,
+            pixels=pixels,
+            half=half,
+            resume=resume,
+            events=events,
+            progress=stages.add(output.stem) if is_first_process() else silent,
+            **settings,
         )
-    if states and not resume:
-        raise NacreError(
-            f"{states[0]}: a training was stopped here; add --resume to go on, or remove {begin}* "
-            "to begin anew"
-        )
+    if found is None:
+        return
+    codec, facts = found.codec, []
+    if "steps" in codec.metadata:
+        facts.append(counted(codec.metadata["steps"], "step", "steps"))
+    facts.append(counted(codec.code_dim, "value a code", "values a code"))
+    if codec.metadata.get("held out") is not None:
+        facts.append(f"loss on held-out texels {codec.metadata['held out']:.4f}")
+    console.print(f"{output}: {', '.join(facts)}, {found.nbytes:,} bytes", markup=False)

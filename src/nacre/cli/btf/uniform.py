@@ -54,10 +54,9 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
     from nacre.btf import TableBtf
     from nacre.formats import save
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import load_codec
+    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
     from nacre.textures.latent_file import save_latent_map
     from nacre.textures.latent_map import LatentMap
-    from nacre.textures.pretrained import PUBLISHED
     from nacre.workflows.encoding import encode
 
     width, height = size

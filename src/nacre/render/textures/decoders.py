@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
 from nacre.array import Components, Floats
-from nacre.errors import NacreError, require
+from nacre.errors import require
 from nacre.geometry import stereographic
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.render.network import pack_layers
 from nacre.render.textures.angle_grid import AngleGrid
-from nacre.render.textures.factors import CHROMAS, GREYS, Factors
+from nacre.render.textures.factors import CHROMAS, LUMAS, Factors
 from nacre.render.textures.texels import Corners, Records
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import join_components
-from nacre.textures.codecs.basis.functions import direction_components
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.networks import SkipNetwork, direction_components
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
 """Weights of functions, of each texel around a hit, and its share."""
@@ -61,7 +60,7 @@ class TableDecoder:
     def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
         functions = self._grid.interpolated(self._functions, wi, wo)
-        return _joined(texels, functions, GREYS, CHROMAS)
+        return _joined(texels, functions, LUMAS, CHROMAS)
 
 
 class BasisDecoder:
@@ -85,7 +84,7 @@ class BasisDecoder:
         self, mi: Any, codec: BasisCodec, codes: Floats, expanded: bool, half: bool
     ) -> None:
         self._mi, functions = mi, codec.functions
-        self._greys, self._chromas = functions.greys, functions.chromas
+        self._counts = functions.luma_count, functions.chroma_count
         layers = [*functions.hidden, functions.wide, functions.last]
         self._functions = _Chain(mi, layers, half)
         self._expansion = None if expanded else _Expansion(mi, codec.decode, half)
@@ -107,7 +106,7 @@ class BasisDecoder:
             state = state + _silu(chain.layer(index, state))
         state = _silu(chain.layer(wide, state))
         mean, *functions = chain.numbers(chain.layer(last, state))
-        return _joined(texels, functions, self._greys, self._chromas, mean)
+        return _joined(texels, functions, *self._counts, mean)
 
 
 class NetworkDecoder:
@@ -121,6 +120,8 @@ class NetworkDecoder:
         A `nacre.textures.codecs.networks.TexelNetwork`.
     codes
         Shape (texels, values).
+    expanded
+        Without meaning here.
     half
         Whether weights and codes have 16 bits.
 
@@ -130,15 +131,9 @@ class NetworkDecoder:
         If its decoder is another than the papers'.
     """
 
-    def __init__(self, mi: Any, codec: Any, codes: Floats, half: bool) -> None:
-        if codec.settings.decoder != "network":
-            raise NacreError(
-                f"a {codec.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
-            )
-        arrays = codec.arrays()
-        layers: list[Layer] = []
-        while (name := f"decoder.{len(layers)}") + ".weight" in arrays:
-            layers.append(Layer(arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
+    def __init__(self, mi: Any, codec: Any, codes: Floats, expanded: bool, half: bool) -> None:
+        del expanded  # these networks see the code with the directions
+        layers = codec.hit_layers()
         self._mi, self._whitening = mi, codec.whitening
         self._chain, self._codes = _Chain(mi, layers, half), Records(mi, codes, half)
 
@@ -156,6 +151,13 @@ class NetworkDecoder:
             state = chain.layer(index, state)
         red, green, blue = (self._whitening.restore(v) for v in chain.numbers(state))
         return red, green, blue
+
+
+HIT_DECODERS: dict[str, Callable[..., HitDecoder]] = {
+    "functions": BasisDecoder,
+    "network": NetworkDecoder,
+}
+"""By :attr:`nacre.textures.codecs.TexelCodec.hit_form` of a codec."""
 
 
 class _Chain:
@@ -208,9 +210,9 @@ def _silu(state: Any) -> Any:
 
 
 def _joined(
-    texels: Weighed, functions: list[Any], greys: int, chromas: int, mean: Any = 0.0
+    texels: Weighed, functions: list[Any], lumas: int, chromas: int, mean: Any = 0.0
 ) -> Components:
-    """Reflectance between texels, of functions of gray values, then of both values of pairs.
+    """Reflectance between texels, of functions of luma, then of both values of pairs.
 
     Functions stand for roots of it, whose means between unlike texels would be too dark.
     """
@@ -223,9 +225,9 @@ def _joined(
 
     total: list[Any] = [0.0] * 3
     for weights, share in texels:
-        grey = product(weights[:greys], functions[:greys], mean)
-        first, second = weights[greys : greys + chromas], weights[greys + chromas :]
-        pairs = [product(w, functions[greys:], 0.0) for w in (first, second)]
-        rgb = join_components(grey, *pairs)
+        luma = product(weights[:lumas], functions[:lumas], mean)
+        first, second = weights[lumas : lumas + chromas], weights[lumas + chromas :]
+        pairs = [product(w, functions[lumas:], 0.0) for w in (first, second)]
+        rgb = join_components(luma, *pairs)
         total = [dr.fma(value, share, sum_) for value, sum_ in zip(rgb, total, strict=True)]
     return total[0], total[1], total[2]

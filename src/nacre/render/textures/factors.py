@@ -1,7 +1,7 @@
 """A texture as sums of a few functions of light and view that are its own.
 
 What a codec decodes for one texture varies far less than what it can decode for all. So roots of
-values at some pairs of directions, as gray values and pairs of colors
+values at some pairs of directions, as luma and pairs of colors
 (:mod:`nacre.textures.codecs.basis.colors`), are factored into weights a texel and functions
 (singular value decomposition); some texels, decoded at all nodes of a grid of directions, then give
 the functions there by least squares. Any codec that decodes at any directions will do; what a hit
@@ -17,17 +17,16 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
-from nacre.numerics.truncated_svd import leading_directions
+from nacre.numerics.pca import leading_directions
 from nacre.render.textures.angle_grid import node_directions
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.box_filter import level_shapes
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.codec import TexelMap, on_all_cores
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.mipmap import fill_levels, recorded
+from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
-GREYS, CHROMAS = 96, 16
-"""Functions of gray values, and of both values of pairs of colors."""
+LUMAS, CHROMAS = 96, 16
+"""Functions of luma, and of both values of pairs of colors."""
 _PAIRS = 2048
 """Pairs of directions that weights are found from."""
 _TEXELS = 2048
@@ -43,15 +42,15 @@ _RIDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Factors:
-    """Weights and functions; gray value and pair, of roots, are sums of their products.
+    """Weights and functions; luma and pair, of roots, are sums of their products.
 
     Parameters
     ----------
     weights
-        Of texels, row by row, then of those of coarser levels; shape (t, :data:`GRAYS` + 2
-        :data:`CHROMAS`): of the gray value, then of the first and of the second value of the pair.
+        Of texels, row by row, then of those of coarser levels; shape (t, :data:`LUMAS` + 2
+        :data:`CHROMAS`): of the luma, then of the first and of the second value of the pair.
     functions
-        Shape (nodes, :data:`GRAYS` + :data:`CHROMAS`), nodes as
+        Shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), nodes as
         :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
     resolution
         Of the grid.
@@ -75,7 +74,7 @@ def factor(
         Of the grid of directions, at least 2.
     levels
         Of the pyramid of means of reflectance that weights are of, from the map itself; see
-        :func:`nacre.textures.box_filter.level_shapes`.
+        :func:`nacre.textures.mipmap.level_shapes`.
     progress
         Called with the nodes done.
 
@@ -89,39 +88,39 @@ def factor(
     random = np.random.default_rng(0)
     decode = on_all_cores(latent.codec, latent.codec.decoder(*_comparison(random)))
     chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
-    grey, chroma = _split(decode(codes[chosen]))
-    seen = grey, chroma.reshape(-1, _PAIRS)
-    spaces = leading_directions(lambda: [seen], 2, _PAIRS, max(GREYS, CHROMAS), seed=0)
+    luma, chroma = _split(decode(codes[chosen]))
+    seen = luma, chroma.reshape(-1, _PAIRS)
+    spaces = leading_directions(lambda: [seen], 2, _PAIRS, max(LUMAS, CHROMAS), seed=0)
     # Functions have a mean square of 1 over the pairs.
-    grey_space, chroma_space = (
+    luma_space, chroma_space = (
         np.asarray(space[:, :count] / math.sqrt(_PAIRS), np.float32)
-        for space, count in zip(spaces, (GREYS, CHROMAS), strict=True)
+        for space, count in zip(spaces, (LUMAS, CHROMAS), strict=True)
     )
 
     def weighed(values: Floats) -> Floats:
-        grey, chroma = _split(values)
-        return np.concatenate([grey @ grey_space, *(chroma @ chroma_space)], axis=1)
+        luma, chroma = _split(values)
+        return np.concatenate([luma @ luma_space, *(chroma @ chroma_space)], axis=1)
 
     shapes = level_shapes(height, width)[:levels]
-    maps = [np.empty((*shape, GREYS + 2 * CHROMAS), np.float32) for shape in shapes]
+    maps = [np.empty((*shape, LUMAS + 2 * CHROMAS), np.float32) for shape in shapes]
     rows = (decode(row.astype(np.float32)) for row in latent.codes)
     fill_levels(recorded(rows, maps[0], weighed), maps, weighed)
     weights = np.concatenate([one.reshape(-1, one.shape[2]) for one in maps])
 
     several = random.permutation(len(codes))[:_DECODED]
-    grey_solve = _least_squares(weights[several, :GREYS])
-    chroma_weights = weights[several, GREYS:].reshape(-1, 2, CHROMAS).swapaxes(0, 1)
+    luma_solve = _least_squares(weights[several, :LUMAS])
+    chroma_weights = weights[several, LUMAS:].reshape(-1, 2, CHROMAS).swapaxes(0, 1)
     chroma_solve = _least_squares(chroma_weights.reshape(-1, CHROMAS))
     side = node_directions(resolution)
-    functions = np.empty((len(side) ** 2, GREYS + CHROMAS), np.float32)
+    functions = np.empty((len(side) ** 2, LUMAS + CHROMAS), np.float32)
     step = max(1, _BLOCK // len(side))
     for start in range(0, len(side), step):
         lights = side[start : start + step]
         nodes = slice(start * len(side), (start + len(lights)) * len(side))
         decoded = _decoded(latent, np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1)))
-        grey, chroma = _split(decoded(codes[several]))
-        functions[nodes, :GREYS] = (grey_solve @ grey).T
-        functions[nodes, GREYS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
+        luma, chroma = _split(decoded(codes[several]))
+        functions[nodes, :LUMAS] = (luma_solve @ luma).T
+        functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
         progress("functions", nodes.stop, len(functions), "")
     return Factors(weights, functions, resolution)
 

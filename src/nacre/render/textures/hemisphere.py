@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
-from nacre.array import Components, Floats
+from nacre.array import Components, Floats, aligned_zeros
 from nacre.errors import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
-from nacre.render.textures.aligned_buffers import Packets, aligned_zeros
+from nacre.render.textures.aligned_buffers import Packets
 from nacre.render.textures.texels import Corners, jitters
 
 _CELLS = 128

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Components, Floats
+from nacre.array import Components, Floats, aligned_zeros
 from nacre.btf import Btf
 from nacre.errors import NacreError, require
-from nacre.render.textures.aligned_buffers import Packets, aligned_zeros
+from nacre.render.textures.aligned_buffers import Packets
 from nacre.render.textures.hemisphere import Hemisphere
 from nacre.render.textures.texels import Corners
 

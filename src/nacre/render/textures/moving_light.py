@@ -8,10 +8,10 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from nacre.array import Floats
+from nacre.array import Floats, Image
 from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
-from nacre.render.preview import Image, render_scene
+from nacre.render.preview import render_scene
 from nacre.render.textures.scene import facing, light_direction, point_position
 
 PathName = Literal["around", "over"]

@@ -9,10 +9,10 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import Floats, aligned_zeros
 from nacre.errors import require
 from nacre.io.tensors import HALF_LARGEST
-from nacre.render.textures.aligned_buffers import Packets, aligned_zeros
+from nacre.render.textures.aligned_buffers import Packets
 from nacre.render.textures.pixel_footprint import Footprint
 
 Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]

@@ -1,4 +1,4 @@
-"""Figure 7: errors against the share of the pairs of directions that texels are coded from."""
+"""Figure 7: errors against the fraction of the pairs of directions that texels are coded from."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import require
-from nacre.figures.plot import COLORS
-from nacre.figures.polar import FAINT, INK
+from nacre.figures.chart import COLORS, charts, dress
+from nacre.reproduce.experiment import Outcome
+from nacre.reproduce.tables import markdown_table
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.outcome import Outcome, geometric_mean, markdown_table, scaled
-from nacre.reproduce.textures.sampling import APART, AT_HELD_OUT, LOW_VIEWS, SHARES, Sampling
+from nacre.reproduce.textures.numbers import geometric_mean, scaled
+from nacre.reproduce.textures.sampling import APART, AT_HELD_OUT, FRACTIONS, LOW_VIEWS, Sampling
 from nacre.reproduce.textures.study import Study
 
 TEXELS = 64
 """Of each material, at random."""
 _Point: TypeAlias = tuple[npt.NDArray[np.float64], float]
 """Losses of texels, and the geometric mean over materials of mean squared errors."""
-_SAMPLINGS = (*SHARES, LOW_VIEWS, AT_HELD_OUT, APART)
+_SAMPLINGS = (*FRACTIONS, LOW_VIEWS, AT_HELD_OUT, APART)
 
 
 def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -46,15 +46,15 @@ def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
             if sampling.name not in points:
                 continue
             losses, mse = points[sampling.name]
-            other = points.get((AT_HELD_OUT if sampling == APART else SHARES[-1]).name)
+            other = points.get((AT_HELD_OUT if sampling == APART else FRACTIONS[-1]).name)
             ratio = "" if other is None or sampling == AT_HELD_OUT else f"{mse / other[1]:.3f}"
             loss = f"{losses.mean():.4f} ± {losses.std():.4f}"
             lines.append([f"{method.name}, {sampling.name}", loss, scaled(mse), ratio])
-        if all(sampling.name in points for sampling in SHARES):
-            curves[method.name] = [points[sampling.name] for sampling in SHARES]
+        if all(sampling.name in points for sampling in FRACTIONS):
+            curves[method.name] = [points[sampling.name] for sampling in FRACTIONS]
     columns = ("material", "method", "pairs seen", "loss", "deviation of the loss", "mse")
     head = ["method, pairs seen", "loss", "MSE x 10⁴", "over that from all pairs"]
-    return Outcome(columns, rows, markdown_table(head, lines), {"": _plot(curves)})
+    return Outcome({"": _plot(curves)}, columns, rows, markdown_table(head, lines))
 
 
 def _losses(
@@ -77,30 +77,24 @@ def _losses(
 
 
 def _plot(curves: Mapping[str, Sequence[_Point]]) -> Any:
-    """Loss with its deviation, and mean squared error, against the share of pairs."""
-    figure = require("matplotlib.figure", "plot").Figure(
-        (9.0, 3.8), facecolor="white", layout="constrained"
-    )
-    left, right = figure.subplots(1, 2)
+    """Loss with its deviation, and mean squared error, against the fraction of pairs."""
+    figure, (left, right) = charts(2, 9.0, 3.8)
     for index, (name, points) in enumerate(curves.items()):
         color = COLORS[index % len(COLORS)]
-        x = [100.0 * sampling.share for sampling in SHARES]
+        x = [100.0 * sampling.fraction for sampling in FRACTIONS]
         mean = np.array([loss.mean() for loss, _ in points])
         deviation = np.array([loss.std() for loss, _ in points])
         left.fill_between(x, mean - deviation, mean + deviation, color=color, alpha=0.15, lw=0)
         style = {"color": color, "marker": "o", "markersize": 3, "linewidth": 1.2}
         left.plot(x, mean, label=name, **style)
         right.plot(x, [1e4 * mse for _, mse in points], label=name, **style)
-    left.set_title("loss of whitened logarithms, mean ± deviation", fontsize=9, color=INK)
-    right.set_title("mean squared error x 10⁴, geometric mean", fontsize=9, color=INK)
-    right.set_yscale("log")
-    left.set_ylim(bottom=0.0)
-    for axes in (left, right):
-        axes.set_xscale("log")
-        axes.set_xlabel("pairs of directions seen, %", fontsize=8, color=FAINT)
-        axes.tick_params(which="both", labelsize=7, colors=FAINT)
-        axes.grid(True, color="#e6e6e3", linewidth=0.6)
-        ticks = [100.0 * sampling.share for sampling in SHARES]
+    for axes, title, log in (
+        (left, "loss of whitened logarithms, mean ± deviation", "x"),
+        (right, "mean squared error x 10⁴, geometric mean", "xy"),
+    ):
+        dress(axes, title, "pairs of directions seen, %", log=log)
+        ticks = [100.0 * sampling.fraction for sampling in FRACTIONS]
         axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    right.legend(fontsize=7, frameon=False)
+    left.set_ylim(bottom=0.0)
+    right.legend(fontsize=8, frameon=False)
     return figure

@@ -10,13 +10,12 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.figures.page import Page, broken
-from nacre.figures.polar import FAINT
-from nacre.reproduce.textures.outcome import scaled
+from nacre.figures.page import FAINT, Page, broken
+from nacre.reproduce.textures.numbers import scaled
 
 TRUTH = "truth"
 """Title of the column of what was measured."""
-_SIDE, _GAP, _NAMES, _HEAD, _CAPTION = 1.25, 0.08, 1.05, 0.4, 0.2
+_SIDE, _GAP, _NAMES, _HEAD, _CAPTION = 1.35, 0.08, 1.05, 0.4, 0.2
 """Inches: edge of a texture, space between, width of names, height of titles and captions."""
 _BRIGHT, _WHITE = 99.0, 0.9
 """Percentile of the truth that is shown at a brightness."""
@@ -35,7 +34,7 @@ class Cell:
         """The errors."""
         if self.mse is None:
             return ""
-        return f"{scaled(self.mse)} (all angles {scaled(self.whole)})"
+        return f"{scaled(self.mse)} (all {scaled(self.whole)})"
 
 
 def cell_page(
@@ -62,24 +61,22 @@ def cell_page(
         Whether 1 is white; else each row is as bright as shows the truth well.
     """
     across, down = side + _GAP, side + _CAPTION
-    page = Page((_NAMES + len(heads) * across, _HEAD + len(lines) * down + _GAP))
+    page = Page(_NAMES + len(heads) * across, _HEAD + len(lines) * down + _GAP)
     truth = heads.index(TRUTH)
     for column, head in enumerate(heads):
         x = _NAMES + column * across + 0.5 * side
-        page.text(x, _HEAD - 0.08, head, ha="center", va="bottom", fontsize=8)
+        page.text(x, _HEAD - 0.08, head, ha="center", va="bottom", size=8.0)
     for row, (name, line) in enumerate(zip(names, lines, strict=True)):
         y = _HEAD + row * down
-        page.text(0.05, y + 0.5 * side, broken(name, 12), va="center", fontsize=8)
-        shown = line[truth].picture
-        assert shown is not None
-        exposure = 1.0 if exposed else _WHITE / max(float(np.percentile(shown, _BRIGHT)), 1e-6)
+        page.text(0.05, y + 0.5 * side, broken(name, 12), va="center", size=8.0)
+        measured = line[truth].picture
+        assert measured is not None
+        exposure = 1.0 if exposed else _WHITE / max(float(np.percentile(measured, _BRIGHT)), 1e-6)
         for column, cell in enumerate(line):
             x = _NAMES + column * across
             if cell.picture is None:
                 page.text(x + 0.5 * side, y + 0.5 * side, "none", ha="center", color=FAINT)
                 continue
-            axes = page.axes(x, y, side, side)
-            axes.imshow(tone_map(exposure * cell.picture), interpolation="nearest")
-            caption = {"ha": "center", "va": "top", "fontsize": 6}
-            page.text(x + 0.5 * side, y + side + 0.03, cell.caption, **caption)
+            page.image(x, y, side, side, tone_map(exposure * cell.picture), smooth=False)
+            page.text(x, y + side + 0.03, cell.caption, 7.0, va="top", limit=side)
     return page.figure

@@ -9,13 +9,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
-from nacre.errors import NacreError, require
-from nacre.figures.polar import INK
+from nacre.errors import NacreError
+from nacre.figures.chart import charts
+from nacre.figures.page import INK
 from nacre.figures.texel_map import scatter_families
 from nacre.latent.map import embed
+from nacre.reproduce.experiment import Outcome
+from nacre.reproduce.tables import markdown_table
 from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.outcome import Outcome, markdown_table
 from nacre.reproduce.textures.study import Study
 
 TEXELS = 40
@@ -63,17 +65,19 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
         panels[method.name] = of, places
         for material, (x, y) in zip(of, places, strict=True):
             rows.append((method.name, material.name, material.family, float(x), float(y)))
-        shares = [_alike(codes, [getattr(m, what) for m in of]) for what in ("name", "family")]
-        lines.append([method.name, str(len(codes)), *(f"{100.0 * s:.1f} %" for s in shares)])
+        fractions = [_alike(codes, [getattr(m, what) for m in of]) for what in ("name", "family")]
+        lines.append(
+            [method.name, str(len(codes)), *(f"{100.0 * part:.1f} %" for part in fractions)]
+        )
     head = ["codes", "texels", f"of {_NEIGHBORS} nearest, same material", "same family"]
     columns = ("method", "material", "family", "x", "y")
     unseen = {material.name for material in study.unseen}
     pages = {"": _page(panels, unseen)} if panels else {}
-    return Outcome(columns, rows, markdown_table(head, lines), pages)
+    return Outcome(pages, columns, rows, markdown_table(head, lines))
 
 
 def _alike(codes: npt.NDArray[np.float64], labels: Sequence[str]) -> float:
-    """Share of the nearest codes of each code that have its label."""
+    """Fraction of the nearest codes of each code that have its label."""
     count = min(_NEIGHBORS, len(codes) - 1)
     _, nearest = KDTree(codes).query(codes, count + 1)
     names = np.unique(labels, return_inverse=True)[1].reshape(-1)
@@ -85,12 +89,8 @@ def _page(
     panels: dict[str, tuple[list[Material], npt.NDArray[np.float64]]], unseen: set[str]
 ) -> Any:
     """A map for each method, colored by family; texels of unseen materials are ringed."""
-    figure = require("matplotlib.figure", "plot").Figure(
-        (_PANEL * len(panels) + 1.2, _PANEL + 0.3), facecolor="white", layout="constrained"
-    )
-    for axes, (name, (of, places)) in zip(
-        figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True
-    ):
+    figure, axes_of = charts(len(panels), _PANEL * len(panels) + 1.2, _PANEL + 0.3)
+    for axes, (name, (of, places)) in zip(axes_of, panels.items(), strict=True):
         ringed = np.array([material.name in unseen for material in of])
         scatter_families(axes, places, [material.family for material in of], ringed, _DOT)
         axes.set_title(name, fontsize=9, color=INK)

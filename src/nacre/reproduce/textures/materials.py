@@ -56,8 +56,8 @@ class Material:
             yield texture
 
     @cached_property
-    def mark(self) -> str:
-        """SHA-256 of size, directions and some values, by which results are known again."""
+    def fingerprint(self) -> str:
+        """SHA-256 of size, directions and some values, by which results are found again."""
         texture = self.load()
         total = hashlib.sha256(f"{texture.width} {texture.height}".encode())
         count = texture.pair_count if texture.by_image else texture.texel_count

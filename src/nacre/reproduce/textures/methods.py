@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import NacreError
-from nacre.reproduce.cache import SOURCES, sources_digest
+from nacre.formats import load_btf
+from nacre.reproduce.cache import module_digest
 from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
 
 _COMPONENTS = 32
@@ -23,7 +24,7 @@ _NAME = re.compile(r"([a-z-]+?)-([1-9]\d{0,3})")
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """Efforts of all methods.
+    """What all trainings share.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ class TrainingSettings:
     texels
         Of each material, for general principal components.
     basis
-        Of nacre's own codec, but for the values of its codes.
+        Of nacre's own codec, but for the size of its codes.
     seed
         Of everything random.
     """
@@ -44,7 +45,7 @@ class TrainingSettings:
 
     @classmethod
     def quick(cls, seed: int = 0) -> TrainingSettings:
-        """Small efforts: figures to look at."""
+        """Short trainings: figures to look at."""
         basis = BasisRecipe(texels=20, coded_texels=100, function_steps=400, code_steps=600)
         return cls(0.5, 20, basis, seed)
 
@@ -61,13 +62,12 @@ class Kind:
     about
         In words.
     make
-        Finds or trains the codec of a method, given its textures, efforts and what names of files
-        start with for the state of a training that is stopped. They stay, for the caller to remove
-        once the codec is saved.
+        Finds or trains the codec of a method, given its textures, settings and what names of files
+        start with for the state of a training that is stopped.
     sources
-        Modules of nacre that decide what comes of it, as patterns of paths.
+        Modules of nacre that decide the result, as patterns of paths.
     settings
-        What of the efforts does.
+        Those of the settings that decide the result.
     own
         Whether each material has a codec of its own.
     """
@@ -81,23 +81,23 @@ class Kind:
 
 @dataclass(frozen=True)
 class Method:
-    """A kind of codec, and the values of its codes.
+    """A kind of codec, and the size of its codes.
 
     Parameters
     ----------
     kind
         One of :data:`KINDS`.
-    values
-        Of a code.
+    code_dim
+        Numbers in a code.
     """
 
     kind: str
-    values: int
+    code_dim: int
 
     @property
     def name(self) -> str:
         """The name, as :func:`find` takes it."""
-        return f"{self.kind}-{self.values}"
+        return f"{self.kind}-{self.code_dim}"
 
     @property
     def own(self) -> bool:
@@ -105,14 +105,13 @@ class Method:
         return KINDS[self.kind].own
 
     def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
-        """All that decides what comes of it, JSON-able."""
+        """All that decides its codec, JSON-able."""
         kind = KINDS[self.kind]
-        modules = [p for of in kind.sources for p in SOURCES.glob(of) if p.stem != "file"]
         return {
             "kind": self.kind,
-            "textures": [material.mark for material in training],
+            "textures": [material.fingerprint for material in training],
             "settings": kind.settings(self, settings),
-            "code": sources_digest(modules),
+            "code": module_digest(*kind.sources),
         }
 
 
@@ -138,36 +137,23 @@ def _network(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
-    from nacre.formats import load_btf
-    from nacre.textures.codecs.networks.custom import CustomSettings
-    from nacre.textures.codecs.networks.recipe import TrainingRecipe
-    from nacre.textures.codecs.networks.training import train_network
-    from nacre.textures.codecs.networks.unified import UnifiedSettings
-
-    given: dict[str, Any] = {"seed": settings.seed}
-    sizes: UnifiedSettings | CustomSettings = UnifiedSettings(latent=method.values)
-    if method.kind != "unified":
-        sizes = CustomSettings(latent=method.values)
-        given |= {"loss": "l2", "permute": False}
+    kind = CODECS["unified" if method.kind == "unified" else "custom"]
+    recipe = kind.recipe(code_dim=method.code_dim, minutes=settings.minutes, seed=settings.seed)
     if method.own:
-        given["held_out"] = 0.0
-    return train_network(
-        [material.path for material in training],
-        load_btf,
-        sizes,
-        TrainingRecipe(**given),
-        minutes=settings.minutes,
-        checkpoint=state,
-        progress=progress,
-    )
+        recipe = replace(recipe, training=replace(recipe.training, held_out=0.0))
+    return kind.train(_run(training, state, progress), recipe)
+
+
+def _run(training: Sequence[Material], state: Path, progress: Progress) -> TrainingRun:
+    return TrainingRun([m.path for m in training], load_btf, state, progress=progress)
 
 
 def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
-    return {"values": method.values, "minutes": settings.minutes, "seed": settings.seed}
+    return {"values": method.code_dim, "minutes": settings.minutes, "seed": settings.seed}
 
 
 def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
-    values = -(-method.values // _COMPONENTS) * _COMPONENTS
+    values = -(-method.code_dim // _COMPONENTS) * _COMPONENTS
     if method.own:
         return PcaRecipe.own(values, seed=settings.seed)
     return PcaRecipe(values, settings.texels, seed=settings.seed)
@@ -181,7 +167,7 @@ def _components(
     progress: Progress,
 ) -> PcaCodec:
     recipe = _pca_recipe(method, settings)
-    return find_components([m.load for m in training], recipe, progress, fewest=1)
+    return find_components([m.load for m in training], recipe, progress, min_count=1)
 
 
 def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
@@ -190,7 +176,7 @@ def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
 
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
     try:
-        return replace(settings.basis, values=method.values, seed=settings.seed)
+        return replace(settings.basis, code_dim=method.code_dim, seed=settings.seed)
     except ValueError as error:
         raise NacreError(f"{method.name}: {error}") from error
 
@@ -202,29 +188,28 @@ def _basis(
     state: Path,
     progress: Progress,
 ) -> TexelCodec:
-    from nacre.textures.codecs.basis.stages import Stages
-    from nacre.textures.codecs.basis.training import train_basis
-
     recipe = _basis_recipe(method, settings)
-    return train_basis([m.load for m in training], recipe, progress, Stages(state))
+    return CODECS["basis"].train(_run(training, state, progress), recipe)
 
 
 def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
     return asdict(_basis_recipe(method, settings))
 
 
-_CHOICES = "btf/directions.py", "btf/selection.py", "channels.py"
+_CHOICES = (
+    *("measured/textures/directions.py", "measured/textures/domes.py"),
+    *("textures/selection.py", "numerics/channels.py", "numerics/pca.py"),
+)
 _NETWORK: dict[str, Any] = {
     "make": _network,
-    "sources": ("btf/networks/*.py",),
+    "sources": ("textures/codecs/networks/*.py",),
     "settings": _network_settings,
 }
 _PCA: dict[str, Any] = {
     "make": _components,
     "sources": (
-        "btf/principal/*.py",
-        "btf/basis/components.py",
-        "btf/basis/symmetry.py",
+        "textures/codecs/principal/*.py",
+        "textures/codecs/symmetry.py",
         *_CHOICES,
     ),
     "settings": _pca_settings,
@@ -236,7 +221,10 @@ KINDS: Mapping[str, Kind] = {
     "pca": Kind("principal components of all textures", **_PCA),
     "pca-own": Kind("principal components of the material's own texels", **_PCA, own=True),
     "basis": Kind(
-        "nacre's own codec", _basis, ("btf/basis/*.py", "btf/domes.py", *_CHOICES), _basis_settings
+        "nacre's own codec",
+        _basis,
+        ("textures/codecs/basis/*.py", "numerics/mlp.py", *_CHOICES),
+        _basis_settings,
     ),
 }
 """Every kind of method by name."""

@@ -23,19 +23,19 @@ class Sampling:
     ----------
     name
         In words.
-    share
+    fraction
         Of the pairs, chosen at random.
     steepest
         Largest polar angle of views in degrees.
     held_out
-        Share of the directions, chosen at random, that texels are compared at: pairs that have one
-        of them. Where 0, they are compared at all pairs.
+        Fraction of the directions, chosen at random, that texels are compared at: pairs that have
+        one of them. Where 0, they are compared at all pairs.
     hidden
         Whether those pairs are kept from the encoder.
     """
 
     name: str
-    share: float = 1.0
+    fraction: float = 1.0
     steepest: float = 90.0
     held_out: float = 0.0
     hidden: bool = False
@@ -71,8 +71,8 @@ class Sampling:
         chosen = np.flatnonzero(seen)
         if not len(chosen):
             raise NacreError(f"no pair of directions can be seen ({self.name})")
-        if self.share < 1.0:
-            count = max(1, round(self.share * len(chosen)))
+        if self.fraction < 1.0:
+            count = max(1, round(self.fraction * len(chosen)))
             chosen = np.sort(random.permutation(chosen)[:count])
         return chosen, np.flatnonzero(compared)
 
@@ -80,8 +80,8 @@ class Sampling:
 ALL = Sampling("100 %")
 """Every pair."""
 HELD_OUT = 0.1
-"""Share of directions that are held out whole."""
-SHARES = (*(Sampling(f"{percent} %", percent / 100.0) for percent in (1, 2, 5, 10, 20, 50)), ALL)
+"""Fraction of directions that are held out whole."""
+FRACTIONS = (*(Sampling(f"{percent} %", percent / 100.0) for percent in (1, 2, 5, 10, 20, 50)), ALL)
 """Of Figure 7."""
 LOW_VIEWS = Sampling("views below 50 degrees", steepest=50.0)
 """All light, views near the normal only."""

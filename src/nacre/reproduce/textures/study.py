@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.io.files import atomic_path
-from nacre.reproduce.cache import DAMAGED, SOURCES, facts_digest, sources_digest
+from nacre.reproduce.cache import Cache, cache_key, module_digest
 from nacre.reproduce.textures import trial
 from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import KINDS, Method, TrainingSettings
@@ -24,14 +23,15 @@ from nacre.runtime.progress import Progress, named, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import load_codec, save_codec
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.principal import PcaCodec
 from nacre.textures.selection import random_texels
 
 _WHITENING_TEXELS = 16
 _DECIDING = (
-    *("reproduce/btf/trial.py", "reproduce/btf/sampling.py", "btf/domes.py"),
-    *("btf/networks/preprocessing.py", "btf/selection.py"),
+    *("reproduce/textures/trial.py", "reproduce/textures/sampling.py"),
+    *("measured/textures/domes.py", "textures/codecs/networks/preprocessing.py"),
+    "textures/selection.py",
 )
+"""Modules that decide results, besides those of codecs."""
 
 
 class _UnfitError(NacreError):
@@ -52,12 +52,10 @@ class Study:
         Second measurements of unseen ones, by the same names.
     settings
         Efforts.
-    folder
-        Where codecs and results are kept; made if it is not there.
+    cache
+        Where codecs and results are kept.
     texels
         Of each texture, at which errors are found; None for all.
-    fresh
-        Whether to make again what is kept there.
     progress
         Called as the work goes on.
     """
@@ -65,16 +63,14 @@ class Study:
     training: Sequence[Material]
     unseen: Sequence[Material]
     settings: TrainingSettings
-    folder: Path
+    cache: Cache
     others: Sequence[Material] = ()
     again: Sequence[Material] = ()
     texels: int | None = None
-    fresh: bool = False
     progress: Progress = silent
     skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     """Materials that a method is not for, by method and reason."""
     _codecs: dict[tuple[str, int], TexelCodec] = field(default_factory=dict)
-    _made: set[Path] = field(default_factory=set)
 
     def errors(
         self,
@@ -139,10 +135,10 @@ class Study:
             with material.opened() as texture:
                 return make(texture, None)
 
-        facts = ["rendering", self.settings.seed, sources_digest(SOURCES.glob("render/**/*.py"))]
+        facts = ["rendering", self.settings.seed, module_digest("render/**/*.py")]
         names = ("rendering",)
         found = (
-            self._kept([*facts, material.mark, _code()], names, measured)
+            self._kept([*facts, material.fingerprint, _code()], names, measured)
             if method is None
             else self._result(method, material, facts, names, make)
         )
@@ -151,7 +147,7 @@ class Study:
     def codes(
         self, method: Method, material: Material, texels: int
     ) -> npt.NDArray[np.float32] | None:
-        """Codes of random texels, shape (texels, values); see :meth:`errors`."""
+        """Codes of random texels, shape (texels, code_dim); see :meth:`errors`."""
 
         def make(texture: Btf, codec: TexelCodec) -> dict[str, Any]:
             return {"codes": trial.codes(texture, codec, texels, self.settings.seed)}
@@ -176,7 +172,7 @@ class Study:
                 except ValueError as error:
                     raise NacreError(f"{again.path}: {error} as {material.path}") from error
 
-        facts = ["noise", material.mark, again.mark, _code()]
+        facts = ["noise", material.fingerprint, again.fingerprint, _code()]
         return float(self._kept(facts, ("noise",), make)["noise"])
 
     def deviation(self) -> float:
@@ -187,7 +183,7 @@ class Study:
             texels = (_some(material, seed) for material in self.training)
             return {"deviation": np.array(Whitening.of(texels).deviation)}
 
-        facts = ["deviation", [material.mark for material in self.training], seed, _code()]
+        facts = ["deviation", [material.fingerprint for material in self.training], seed, _code()]
         return float(self._kept(facts, ("deviation",), make)["deviation"])
 
     def left_out(self) -> list[tuple[str, str, list[str]]]:
@@ -203,32 +199,21 @@ class Study:
             If it cannot be made, or has fewer values.
         """
         textures = self._textures(method, material)
-        mark = facts_digest(method.facts(textures, self.settings))
-        if (mark, method.values) in self._codecs:
-            return self._codecs[mark, method.values]
-        kind = KINDS[method.kind]
-        path = self.folder / f"codec-{mark}.safetensors"
-        codec = None
-        if path.is_file() and not self._again(path):
-            try:
-                codec = load_codec(path)
-            except NacreError:
-                path.unlink()
-        if codec is None:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            state = path.with_suffix(".state")
-            name = f"{method.name} for {material.name}" if method.own else method.name
-            report = named(self.progress, name)
-            codec = kind.make(method, textures, self.settings, state, report)
-            save_codec(codec, path)
-            self._made.add(path)
-            for left in self.folder.glob(f"{state.name}*"):
-                left.unlink()
-        if isinstance(codec, PcaCodec):
-            if codec.values < method.values:
-                raise _UnfitError(f"there are {codec.values} principal components only")
-            codec = codec.first(method.values)
-        self._codecs[mark, method.values] = codec
+        key = cache_key("codec", method.facts(textures, self.settings))
+        if (key, method.code_dim) in self._codecs:
+            return self._codecs[key, method.code_dim]
+        name = f"{method.name} for {material.name}" if method.own else method.name
+        report = named(self.progress, name)
+
+        def make(state: Path) -> TexelCodec:
+            return KINDS[method.kind].make(method, textures, self.settings, state, report)
+
+        codec = self.cache.file(key, load_codec, make, save_codec)
+        try:
+            codec = codec.first(method.code_dim)
+        except NacreError as error:
+            raise _UnfitError(str(error)) from error
+        self._codecs[key, method.code_dim] = codec
         return codec
 
     def _textures(self, method: Method, material: Material) -> Sequence[Material]:
@@ -241,10 +226,10 @@ class Study:
         facts: Sequence[Any],
         names: Sequence[str],
         make: Callable[[Btf, TexelCodec], dict[str, Any]],
-    ) -> dict[str, Any] | None:
+    ) -> Mapping[str, Any] | None:
         """Arrays of a codec and a texture; None where they do not fit."""
         made_from = method.facts(self._textures(method, material), self.settings)
-        whole = [made_from, method.values, material.mark, *facts, _code()]
+        whole = [made_from, method.code_dim, material.fingerprint, *facts, _code()]
 
         def compute() -> dict[str, Any]:
             codec = self.codec(method, material)
@@ -266,25 +251,9 @@ class Study:
 
     def _kept(
         self, facts: Any, names: Sequence[str], make: Callable[[], dict[str, Any]]
-    ) -> dict[str, Any]:
-        """Arrays in a file, which is written where it is not there."""
-        path = self.folder / f"result-{facts_digest(facts)}.npz"
-        if not self._again(path):
-            try:
-                with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-                    return {name: arrays[name] for name in names}
-            except DAMAGED:
-                pass
-        made = make()
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with atomic_path(path, internal=True) as temporary:
-            np.savez_compressed(temporary, **made)
-        self._made.add(path)
-        return made
-
-    def _again(self, path: Path) -> bool:
-        """Whether to make a file again although it may be there."""
-        return self.fresh and path not in self._made
+    ) -> Mapping[str, Any]:
+        """Arrays that were kept, or are made."""
+        return self.cache.arrays(cache_key("result", facts), names, make)
 
 
 def _some(material: Material, seed: int) -> Floats:
@@ -295,5 +264,4 @@ def _some(material: Material, seed: int) -> Floats:
 
 
 def _code() -> str:
-    """Of the modules that decide results, besides those of codecs."""
-    return sources_digest(SOURCES / module for module in _DECIDING)
+    return module_digest(*_DECIDING)

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from nacre.errors import require
-from nacre.figures.plot import COLORS
-from nacre.figures.polar import FAINT, INK
+from nacre.figures.chart import COLORS, charts, dress
+from nacre.reproduce.experiment import Outcome
+from nacre.reproduce.tables import markdown_table
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.outcome import Outcome, geometric_mean, markdown_table, scaled
+from nacre.reproduce.textures.numbers import geometric_mean, scaled
 from nacre.reproduce.textures.study import Study
 
-_MARKS = "osD^vP*X"
+_MARKERS = "osD^vP*X"
 
 
 def table1(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -36,7 +36,7 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
                 continue
             series.setdefault(method.name, {})[material.name] = found.mse
             loss = float(found.logarithms.mean()) / deviation
-            rows.append((material.name, method.name, method.values, found.mse, loss))
+            rows.append((material.name, method.name, method.code_dim, found.mse, loss))
     again = {material.name: material for material in study.again}
     for material in study.unseen:
         if material.name in again:
@@ -45,7 +45,7 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
             rows.append((material.name, "noise", "", floor, ""))
     names = [material.name for material in study.unseen]
     table = error_table(names, series)
-    return Outcome(columns, rows, table, {"": error_plot(names, series)} if series else {})
+    return Outcome({"": error_plot(names, series)} if series else {}, columns, rows, table)
 
 
 def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> str:
@@ -68,7 +68,7 @@ def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]])
 
 
 def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> Any:
-    """The same as marks over the materials.
+    """The same as markers over the materials.
 
     Returns
     -------
@@ -80,10 +80,7 @@ def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) 
     MissingExtraError
         If Matplotlib is not installed.
     """
-    figure = require("matplotlib.figure", "plot").Figure(
-        (1.6 + 1.1 * (len(names) + 1), 4.5), facecolor="white", layout="constrained"
-    )
-    axes = figure.add_subplot()
+    figure, (axes,) = charts(1, 1.6 + 1.1 * (len(names) + 1), 4.5)
     for index, (method, errors) in enumerate(series.items()):
         places = [k for k, name in enumerate(names) if name in errors]
         values = [1e4 * errors[names[k]] for k in places]
@@ -95,18 +92,14 @@ def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) 
             np.array(places) + shift,
             values,
             s=26,
-            marker=_MARKS[index // len(COLORS) % len(_MARKS)],
+            marker=_MARKERS[index // len(COLORS) % len(_MARKERS)],
             color=COLORS[index % len(COLORS)],
             label=method,
         )
     for edge in range(len(names)):
         axes.axvline(edge + 0.5, color="#e6e6e3", linewidth=0.8, zorder=0)
-    axes.set_yscale("log")
-    axes.set_xticks(range(len(names) + 1), [*names, "geometric\nmean"], fontsize=8, color=INK)
+    dress(axes, y="mean squared error x 10⁴", log="y", grid="y")
+    axes.set_xticks(range(len(names) + 1), [*names, "geometric\nmean"])
     axes.set_xlim(-0.5, len(names) + 0.5)
-    axes.set_ylabel("mean squared error x 10⁴", fontsize=8, color=FAINT)
-    axes.tick_params(which="both", labelsize=8, colors=FAINT)
-    axes.grid(True, axis="y", which="both", color="#efefec", linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.legend(fontsize=7, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure

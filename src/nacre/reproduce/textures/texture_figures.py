@@ -11,11 +11,13 @@ import numpy as np
 from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import from_degrees
+from nacre.reproduce.experiment import Outcome
+from nacre.reproduce.tables import markdown_table
 from nacre.reproduce.textures.cell_page import TRUTH, Cell, cell_page
 from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.outcome import Outcome, markdown_table, scaled
-from nacre.reproduce.textures.sampling import ALL, SHARES, Sampling
+from nacre.reproduce.textures.numbers import scaled
+from nacre.reproduce.textures.sampling import ALL, FRACTIONS, Sampling
 from nacre.reproduce.textures.study import Study
 from nacre.reproduce.textures.table import error_table
 from nacre.textures.selection import nearest_pair
@@ -25,7 +27,7 @@ ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0
 """Polar angle and azimuth in degrees of view and light. The paper gives azimuths and elevations of
 them, 0, 45, 90, 30 and 0, 45, 0, 90 degrees: its elevations are angles to the surface, as 90 of the
 light of Figure 8 can only be the normal, and no direction at the horizon was measured."""
-_PARTS = tuple(s for s in SHARES if s.name in ("1 %", "5 %", "10 %", "20 %", "50 %", "100 %"))
+_PARTS = tuple(s for s in FRACTIONS if s.name in ("1 %", "5 %", "10 %", "20 %", "50 %", "100 %"))
 _RENDERED = 1.9
 """Inches: edge of a rendering."""
 
@@ -98,7 +100,7 @@ def _by_method(
     page = cell_page(heads, [material.name for material in materials], lines, **options)
     columns = ("material", "method", "mse of the picture", "mse of all pairs")
     table = error_table([material.name for material in materials], whole)
-    return Outcome(columns, rows, table, {"": page})
+    return Outcome({"": page}, columns, rows, table)
 
 
 def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -127,10 +129,10 @@ def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
                     rows.append((material.name, method.name, part.name, cell.mse, cell.whole))
         heads = [*(part.name for part in _PARTS), TRUTH]
         if any(cell.mse is not None for line in lines for cell in line):
-            pages[f"-{method.name}"] = cell_page(heads, [m.name for m in study.unseen], lines)
+            pages[method.name] = cell_page(heads, [m.name for m in study.unseen], lines)
     columns = ("material", "method", "pairs seen", "mse of the picture", "mse of all pairs")
     head = ["MSE x 10⁴", *(part.name for part in _PARTS)]
-    return Outcome(columns, rows, markdown_table(head, table), pages)
+    return Outcome(pages, columns, rows, markdown_table(head, table))
 
 
 def _truth(material: Material, name: str) -> tuple[int, Floats]:

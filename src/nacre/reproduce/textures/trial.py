@@ -16,7 +16,6 @@ from nacre.render.textures.scene import describe_texture_scene, texture_scale
 from nacre.reproduce.textures.sampling import Pairs, Sampling
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
-from nacre.textures.codecs.networks import TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import OFFSET
 from nacre.textures.latent_map import LatentMap
 from nacre.workflows.encoding import encode
@@ -131,7 +130,7 @@ def rendering(
     if codec is not None:
         found = encode(texture, codec, progress=progress).codes
         shown = LatentMap(found, codec, texture.wi, texture.wo, "texture")
-        options["decoder"] = "network" if isinstance(codec, TexelNetwork) else "table"
+        options["decoder"] = "network" if codec.hit_form == "network" else "table"
     to_uv = texture_scale("cylinder", _REPEAT, texture.width / texture.height)
     bsdf = texture_bsdf(shown, progress, interpolation="linear", to_uv=to_uv, **options)
     scene = describe_texture_scene(bsdf, "cylinder", size=(SIZE, SIZE))
@@ -139,7 +138,7 @@ def rendering(
 
 
 def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArray[np.float32]:
-    """Codes of random texels, shape (at most `texels`, codec.values).
+    """Codes of random texels, shape (at most `texels`, codec.code_dim).
 
     Raises
     ------

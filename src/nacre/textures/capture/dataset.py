@@ -17,6 +17,7 @@ from nacre.io.files import abandoned, atomic_path, check_json, read_bytes
 from nacre.measured.textures import archive
 from nacre.runtime.lock import exclusive
 from nacre.runtime.progress import Progress
+from nacre.textures.capture.generators.generator import current_names
 from nacre.textures.capture.gonioreflectometer import capture
 from nacre.textures.capture.recipe import Recipe, built_in
 
@@ -128,7 +129,7 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
     new = settings.describe() | {
         "textures": {
             str(place(r).as_posix()): {
-                "family": r.family.name, "seed": r.seed, "parameters": asdict(r.family)
+                "family": r.generator.name, "seed": r.seed, "parameters": asdict(r.generator)
             }
             for r in recipes
         }
@@ -140,15 +141,20 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         return
     data = read_bytes(path, _MANIFEST_LIMIT)
     try:
-        old = json.loads(data)
+        old = json.loads(data, object_pairs_hook=lambda pairs: current_names(dict(pairs)))
         check_json(old)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
     if not isinstance(old, dict):
         raise FormatError(f"{path}: is no manifest; choose another folder")
+    for texture in (
+        old.get("textures", {}).values() if isinstance(old.get("textures"), dict) else ()
+    ):
+        if isinstance(texture, dict) and isinstance(texture.get("parameters"), dict):
+            texture["parameters"] = current_names(texture["parameters"])
     for key, value in new.items():
         if old.get(key) != value:
-            shown = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"
+            note = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"
             raise FormatError(
-                f"{path}: {key}: the folder was begun with others{shown}; choose another folder"
+                f"{path}: {key}: the folder was begun with others{note}; choose another folder"
             )

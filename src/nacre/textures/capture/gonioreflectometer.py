@@ -33,7 +33,7 @@ DEPTH = 3
 """Surface points of the longest paths."""
 
 _SHADOW_RAYS = 1 << 18
-"""At least so many a light, over all triangles."""
+"""Least number a light, over all triangles."""
 _BAND = 1 << 28
 """Bytes of values that are worked on at a time."""
 _VISIBLE = 1 << 30
@@ -74,7 +74,7 @@ def capture(
     seed
         Same seed, same values, whatever the number of threads.
     depth
-        Most surface points of a path; 1 leaves interreflection out.
+        Largest number of surface points of a path; 1 leaves interreflection out.
     name
         Of the material.
     progress
@@ -104,8 +104,8 @@ def capture(
     seeds = np.random.SeedSequence(seed).generate_state(len(views), np.uint64)
     values = _empty((height, width, len(wi), 3))
     band = max(1, _BAND // (6 * width * len(wi)))
-    most = max(1, _VISIBLE // (2 * surface.size**2))
-    group_of = light_of // most
+    limit = max(1, _VISIBLE // (2 * surface.size**2))
+    group_of = light_of // limit
     order = np.lexsort((view_of, group_of))
     ends = np.diff(view_of[order]) | np.diff(group_of[order])
     runs = np.split(order, np.flatnonzero(ends) + 1)  # pairs of one view and one group
@@ -117,10 +117,10 @@ def capture(
         view = view_of[pairs[0]]
         out = np.empty((min(band, height - first), width, scene.light_count, 3), np.float32)
         scene.photograph(views[view], depth, samples, height, first, seeds[view], out)
-        values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % most]
+        values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % limit]
 
     for group, its_runs in groupby(runs, lambda pairs: group_of[pairs[0]]):
-        scene.light(lights[group * most : (group + 1) * most])
+        scene.light(lights[group * limit : (group + 1) * limit])
         for _ in thread_map(take, product(range(0, height, band), its_runs)):
             done += 1
             if progress:

@@ -1,4 +1,4 @@
-"""Recipes of surfaces: a family, a seed and parameters, as plain data."""
+"""Recipes of surfaces: a generator, a seed and parameters, as plain data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, read_bytes
-from nacre.textures.capture.generators import FAMILIES, Family
+from nacre.textures.capture.generators import GENERATORS, Generator
 from nacre.textures.capture.mesostructure import Mesostructure
 
 _LIMIT = 1 << 16
@@ -30,28 +30,28 @@ class Recipe:
     ----------
     name
         Of the material.
-    family
+    generator
         With its parameters.
     seed
         Of what is random in it.
     """
 
     name: str
-    family: Family
+    generator: Generator
     seed: int = 0
 
     @property
     def unseen(self) -> bool:
-        """Whether it is the one of its family that is kept from training (Rainer et al. 2020)."""
+        """Whether it is its generator's one that is kept from training (Rainer et al. 2020)."""
         return self.name.endswith(_UNSEEN) and _built_in().get(self.name) == self
 
     def build(self, size: int = 256) -> Mesostructure:
         """One period of the surface on a grid of `size` x `size` cells."""
-        return self.family.build(np.random.default_rng(self.seed), size)
+        return self.generator.build(np.random.default_rng(self.seed), size)
 
 
 def built_in() -> tuple[Recipe, ...]:
-    """Twelve recipes of each of the seven families, of which the last is kept from training."""
+    """Twelve recipes of each of the seven generators, of which the last is kept from training."""
     return tuple(_built_in().values())
 
 
@@ -87,8 +87,8 @@ def find(source: PathLike) -> Recipe:
 def _built_in() -> dict[str, Recipe]:
     found: dict[str, Recipe] = {}
     folder = resources.files("nacre.textures.capture") / "recipes"
-    for family in FAMILIES:
-        content = json.loads((folder / f"{family}.json").read_text("utf-8"))
+    for generator in GENERATORS:
+        content = json.loads((folder / f"{generator}.json").read_text("utf-8"))
         found |= {name: _parse(name, recipe) for name, recipe in content.items()}
     return found
 
@@ -101,14 +101,14 @@ def _parse(name: str, content: Any) -> Recipe:
         if key not in _KEYS:
             raise ValueError(f"{key}: is no field of a recipe ({', '.join(_KEYS)})")
     family, seed = content.get("family"), content.get("seed", 0)
-    if not isinstance(family, str) or family not in FAMILIES:
-        raise ValueError(f"family: expected one of {', '.join(FAMILIES)}, got {family!r}")
+    if not isinstance(family, str) or family not in GENERATORS:
+        raise ValueError(f"family: expected one of {', '.join(GENERATORS)}, got {family!r}")
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 64:
         raise ValueError(f"seed: expected a whole number from 0, got {seed!r}")
     parameters = content.get("parameters", {})
     if not isinstance(parameters, Mapping):
         raise ValueError("parameters: expected an object")
     try:
-        return Recipe(name, FAMILIES[family].from_json(parameters), seed)
+        return Recipe(name, GENERATORS[family].from_json(parameters), seed)
     except ValueError as error:
         raise ValueError(f"parameters: {error}") from error

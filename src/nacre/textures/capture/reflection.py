@@ -104,8 +104,8 @@ def sample_light(
     t, b, n = along * vt * scale, across * vb * scale, vn * scale
     flat = math.sqrt(t * t + b * b)
     xt, xb = (-b / flat, t / flat) if flat > 1e-6 else (1.0, 0.0)
-    share = 0.5 * (1.0 + n)
-    p2 = (1.0 - share) * math.sqrt(1.0 - p1 * p1) + share * p2
+    fraction = 0.5 * (1.0 + n)
+    p2 = (1.0 - fraction) * math.sqrt(1.0 - p1 * p1) + fraction * p2
     p3 = math.sqrt(max(0.0, 1.0 - p1 * p1 - p2 * p2))
     ht = along * (p1 * xt - p2 * n * xb + p3 * t)
     hb = across * (p1 * xb + p2 * n * xt + p3 * b)

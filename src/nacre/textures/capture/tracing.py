@@ -172,11 +172,11 @@ def _follow(
         root = smith(vt, vb, vn, along, across)
         between = lt * vt + lb * vb + ln * vn
         shine, density, half = lobe(lt, lb, ln, vt, vb, vn, root, between, along, across)
-        share = ln / (chance * density + (1.0 - chance) * ln)
+        fraction = ln / (chance * density + (1.0 - chance) * ln)
         h, g = fifth(1.0 - half), fifth(1.0 - ln)
-        red *= share * channel(c0, s0, edge, shine, h, g, v)
-        green *= share * channel(c1, s1, edge, shine, h, g, v)
-        blue *= share * channel(c2, s2, edge, shine, h, g, v)
+        red *= fraction * channel(c0, s0, edge, shine, h, g, v)
+        green *= fraction * channel(c1, s1, edge, shine, h, g, v)
+        blue *= fraction * channel(c2, s2, edge, shine, h, g, v)
         dx = lt * t[0] + lb * b[0] + ln * n[0]
         dy = lt * t[1] + lb * b[1] + ln * n[1]
         dz = lt * t[2] + lb * b[2] + ln * n[2]
@@ -202,7 +202,7 @@ def photograph(
     view
         Unit direction, shape (3,).
     depth, samples
-        Most surface points of a path, and paths a texel.
+        Largest number of surface points of a path, and paths a texel.
     width, height, first
         Texels of the whole picture, and row from the top that `out` begins with.
     seed

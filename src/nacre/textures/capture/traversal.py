@@ -2,7 +2,7 @@
 
 Lengths are in cells. Cell (i, j) reaches from (j, i) to (j + 1, i + 1) and is split along the line
 from its lowest to its highest corner. Heights are continuous, so a ray that leaves a triangle below
-the surface has met it inside: only the ends of its stretches are looked at, and nothing leaks.
+the surface has met it inside: only the ends of its stretches are tested, and nothing leaks.
 """
 
 from __future__ import annotations

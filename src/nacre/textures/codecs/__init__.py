@@ -1,8 +1,15 @@
-"""Codecs of texels: what makes a few values of a texel and reflectance of these."""
+"""Texture codecs: what makes codes of texels, and reflectance of codes."""
 
-import lazy_loader
+from nacre.textures.codecs.codec import CODECS, LinearBlock, TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.codec_file import PUBLISHED, load_codec, save_codec
 
-__getattr__, __dir__, __all__ = lazy_loader.attach(
-    __name__,
-    submod_attrs={"codec": ["TexelCodec"], "codec_file": ["load_codec", "save_codec"]},
-)
+__all__ = [
+    "CODECS",
+    "PUBLISHED",
+    "LinearBlock",
+    "TexelCodec",
+    "TexelMap",
+    "TrainingRun",
+    "load_codec",
+    "save_codec",
+]

@@ -1,54 +1,301 @@
-"""What every way of making texels into a few values can do."""
+"""What every way of making texels into a few values can do, and the registry of all ways.
+
+A codec of another kind is one module with a subclass of :class:`TexelCodec` and one line in
+:data:`CODECS`, or the entry point of another package; `docs/extending.md` has an example.
+"""
 
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
-from typing import TypeAlias
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf import Btf
+from nacre.errors import FormatError, NacreError
+from nacre.io.files import PathLike
+from nacre.io.tensors import Tensors
+from nacre.registry import Registry
+from nacre.runtime.frozen import Frozen
 from nacre.runtime.parallel import thread_map
+from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
 
 _PART = 64
 """Texels that one core takes at a time."""
+_EMBEDDED_PAIRS = 512
+"""Pairs of directions that texels are decoded at for distances between them."""
 
 
-class TexelCodec(abc.ABC):
-    """Makes a code of a texel, at any directions, and reflectance of a code, at any others.
+@dataclass(frozen=True, eq=False)
+class LinearBlock:
+    """Coefficients of a codec in which what is measured is linear, and what they are like.
 
-    What depends on the directions only is done once, then serves any number of texels.
+    Parameters
+    ----------
+    functions
+        What multiplies the coefficients at pairs of directions, shape (n, k).
+    variances
+        Prior variances of the coefficients, shape (k,).
+    noise
+        Variance of a measurement about the sums.
+    channels
+        How many channels have coefficients of their own with these functions and variances.
     """
 
-    values: int
-    """Values of a code."""
-    uses_all_cores: bool = False
-    """Whether its maps share their work among the cores by themselves."""
+    functions: Floats
+    variances: npt.NDArray[np.float64]
+    noise: float
+    channels: int = 1
+
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """What a codec is trained on, and where it keeps what it has so far.
+
+    Parameters
+    ----------
+    paths
+        Files or folders of textures.
+    load
+        Opens one.
+    state
+        What the names of files start with that keep the training, for a later run to go on from;
+        None to keep nothing. They stay, for the caller to remove once the codec is saved.
+    fingerprint
+        What must be the same for that, besides the recipe.
+    journal, events
+        CSV file with the losses, and folder for TensorBoard; for codecs that are
+        :attr:`TexelCodec.journaled`.
+    progress
+        Called as the training goes on.
+    """
+
+    paths: Sequence[PathLike]
+    load: Callable[[PathLike], Btf]
+    state: Path | None = None
+    fingerprint: str = ""
+    journal: Path | None = None
+    events: Path | None = None
+    progress: Progress = silent
+
+    @property
+    def textures(self) -> list[Callable[[], Btf]]:
+        """Each opens a texture when called."""
+        return [partial(self.load, path) for path in self.paths]
+
+
+class TexelCodec(Frozen, abc.ABC):
+    """Makes a code of a texel, at any directions, and reflectance of a code, at any others.
+
+    What depends on the directions only is done once, then serves any number of texels. Subclasses
+    say with class attributes what they can do; the defaults are right for a codec of any
+    directions.
+    """
+
+    kind: ClassVar[str]
+    """Name in :data:`CODECS`, in files and for `nacre btf train --model`."""
+    code_dim: int
+    """Number of values of a code."""
+    metadata: dict[str, Any]
+    """JSON-able facts about the training."""
+    uses_all_cores: ClassVar[bool] = False
+    """Whether encoders and decoders share their work among the cores by themselves."""
+    any_directions: ClassVar[bool] = True
+    """Whether codes decode at any pairs of directions, not at the codec's own only."""
+    hit_form: ClassVar[str] = ""
+    """Form of the networks that a renderer can run at every hit, one of
+    :data:`nacre.render.textures.decoders.HIT_DECODERS`; empty where there are none, so that
+    textures are rendered from tables."""
+    expanded_dim: int | None = None
+    """Number of coefficients that a code can be expanded to once a texel, for hits; None if the
+    codec has no such step."""
+    distributed: ClassVar[bool] = False
+    """Whether several processes that `torchrun` starts can train one together."""
+    journaled: ClassVar[bool] = False
+    """Whether its training writes the journal and the events of a :class:`TrainingRun`."""
 
     @abc.abstractmethod
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """A function from texels known at n pairs of directions to their codes.
 
-        It takes reflectance factors of shape (b, n, 3) and gives shape (b, :attr:`values`).
+        It takes reflectance factors of shape (b, n, 3) and gives shape (b, :attr:`code_dim`).
 
         Parameters
         ----------
         wi, wo
             Unit directions to the light and to the viewer, shape (n, 3).
+
+        Raises
+        ------
+        NacreError
+            If the codec is for other directions only.
         """
 
     @abc.abstractmethod
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """A function from codes, shape (b, :attr:`values`), to reflectance factors (b, n, 3).
+        """A function from codes, shape (b, :attr:`code_dim`), to reflectance factors (b, n, 3).
 
         Parameters
         ----------
         wi, wo
             Unit directions, shape (n, 3).
+
+        Raises
+        ------
+        NacreError
+            If the codec is for other directions only.
         """
+
+    def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
+        """Header and tensors for a file; `metadata` is in the header.
+
+        Parameters
+        ----------
+        precision
+            Of the weights, one of :data:`nacre.io.tensors.PRECISIONS`; the lowest that changes no
+            weight where None.
+
+        Raises
+        ------
+        FormatError
+            If a weight is not finite or too large, or codecs of this kind are not kept in files.
+        """
+        raise FormatError(f"a {type(self).__name__} is of no kind that files hold")
+
+    @classmethod
+    def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelCodec:
+        """The codec that :meth:`pack` packed.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError, AttributeError, OverflowError
+            If a field is missing or bad.
+        """
+        raise ValueError(f"a {cls.__name__} is of no kind that files hold")
+
+    def describe(self) -> dict[str, Any]:
+        """Sizes of what the codec is made of, JSON-able, in the order to print them."""
+        return {}
+
+    @classmethod
+    def recipe(cls, *_: Any, **settings: Any) -> Any:
+        """A dataclass of how to train, from the settings that a user chose.
+
+        Subclasses that can be trained name the settings as keywords with defaults; `code_dim` and
+        `seed` should be among them.
+
+        Raises
+        ------
+        NacreError
+            If a setting is impossible.
+        """
+        raise NacreError(f"a codec of kind {cls.kind} cannot be trained")
+
+    @classmethod
+    def recipe_settings(cls) -> list[str]:
+        """Names of the settings that :meth:`recipe` takes; none for a codec without training."""
+        parameters = inspect.signature(cls.recipe).parameters.values()
+        return [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
+
+    @classmethod
+    def train(cls, run: TrainingRun, recipe: Any) -> TexelCodec:
+        """A codec learned from textures.
+
+        Parameters
+        ----------
+        run
+            Textures, and where the state of the training is kept.
+        recipe
+            What :meth:`recipe` gave.
+
+        Raises
+        ------
+        FormatError
+            If a texture cannot be read.
+        NacreError
+            If the textures do not suffice, or the state is of another training.
+        """
+        raise NacreError(f"a codec of kind {cls.kind} cannot be trained")
+
+    @classmethod
+    def state_files(cls, state: Path) -> list[Path]:
+        """Files that a training with this :attr:`TrainingRun.state` keeps and that are there."""
+        return [state] if state.exists() else []
+
+    def first(self, code_dim: int) -> Self:
+        """The codec of the leading values of its codes.
+
+        Raises
+        ------
+        NacreError
+            If codes have fewer values, or are not ordered by importance.
+        """
+        if code_dim != self.code_dim:
+            raise NacreError(f"codes have {self.code_dim} values, expected {code_dim}")
+        return self
+
+    def embedding(self, wi: Floats, wo: Floats) -> TexelMap:
+        """A function from codes (b, code_dim) to points (b, k) as far apart as texels look.
+
+        The distance of two texels is the root of the mean squared difference of their square roots
+        of reflectance, over the channels of all pairs of directions; here, of some pairs at random.
+
+        Parameters
+        ----------
+        wi, wo
+            The pairs, shape (n, 3).
+
+        Raises
+        ------
+        NacreError
+            If the codec decodes at other directions only.
+        """
+        count = min(_EMBEDDED_PAIRS, len(wi))
+        chosen = np.random.default_rng(0).choice(len(wi), count, replace=False)
+        decode = on_all_cores(self, self.decoder(wi[chosen], wo[chosen]))
+        scale = np.float32((3 * count) ** -0.5)
+
+        def roots(codes: Floats) -> Floats:
+            found: Floats = np.sqrt(np.maximum(decode(codes), 0.0)).reshape(len(codes), -1)
+            return scale * found
+
+        return roots
+
+    def linear_blocks(self, wi: Floats, wo: Floats) -> list[LinearBlock]:
+        """What measurements at pairs of directions, shape (n, 3), tell of coefficients.
+
+        Directions to photograph are chosen by it, see :func:`nacre.textures.plan.informative`.
+
+        Raises
+        ------
+        NacreError
+            If the codec has no linear model.
+        """
+        raise NacreError(
+            f"plans are for codecs with a linear model, like basis; this one is {self.kind}"
+        )
+
+
+CODECS: Registry[type[TexelCodec]] = Registry(
+    "nacre.codecs",
+    "kind of texture codec",
+    {
+        "basis": "nacre.textures.codecs.basis.codec:BasisCodec",
+        "unified": "nacre.textures.codecs.networks.unified:UnifiedNetwork",
+        "custom": "nacre.textures.codecs.networks.custom:CustomNetwork",
+        "pca": "nacre.textures.codecs.principal.codec:PcaCodec",
+    },
+)
+"""All kinds of texture codecs, the default one first."""
 
 
 def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
-from nacre.errors import FormatError
 from nacre.io.files import PathLike, write_encoded
 from nacre.io.tensors import Tensors, format_errors, from_file, to_bytes
-from nacre.textures.codecs.basis.codec import BasisCodec
-from nacre.textures.codecs.basis.file import MODEL, pack_basis, unpack_basis
-from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.principal import file as principal_file
-from nacre.textures.codecs.principal.codec import PcaCodec
+from nacre.textures.codecs.codec import CODECS, TexelCodec
 
+PUBLISHED = Path(__file__).parents[1] / "nacre-btf.safetensors"
+"""The default codec, 32 values, trained on 77 virtual captures.
+
+By `nacre btf capture --all -o captured` and `nacre btf train captured/train/*.npz --half -o FILE`.
+"""
 KEY = "nacre texel network"
 """Name of the header in a file."""
 LIMIT = 1 << 29
 """Bytes of a file."""
-_NETWORKS = "unified", "custom"
+_WHAT = "a model of textures"
+_OTHER_NAMES = {"principal components": "pca"}
+"""Kinds of codecs by names that files have for them."""
 
 
 def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "single") -> None:
@@ -29,7 +33,7 @@ def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "singl
     codec, path
         What to write, and where.
     precision
-        Of the weights; see :func:`pack_codec`.
+        Of the weights; see :meth:`TexelCodec.pack`.
 
     Raises
     ------
@@ -38,7 +42,7 @@ def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "singl
     """
 
     def encode(content: TexelCodec) -> bytes:
-        return to_bytes(KEY, *pack_codec(content, precision), LIMIT)
+        return to_bytes(KEY, *content.pack(precision), LIMIT)
 
     write_encoded(path, encode, codec)
 
@@ -50,70 +54,78 @@ def load_codec(path: PathLike) -> TexelCodec:
     ------
     FormatError
         If the file is not a whole codec of a kind and version we know.
+    NacreError
+        If another package brings the kind of codec and does not load.
     MissingExtraError
         If the codec is a network of the papers and PyTorch is not installed.
     """
-    header, tensors = from_file(path, KEY, LIMIT, "a model of textures")
+    header, tensors = from_file(path, KEY, LIMIT, _WHAT)
     with format_errors(path):
         return unpack_codec(header, tensors)
 
 
-def codec_fingerprint(codec: TexelCodec) -> str:
-    """SHA-256, in hexadecimal, of what a file of the codec holds: codecs of one mark are the same.
-
-    It does not matter whether the codec was embedded or lay in a file of its own, nor in which
-    precision, if that changed no weight.
-    """
-    header, tensors = pack_codec(codec, None)
-    return hashlib.sha256(to_bytes(KEY, header, tensors, LIMIT)).hexdigest()
-
-
-def pack_codec(
-    codec: TexelCodec, precision: str | None = "single"
-) -> tuple[dict[str, Any], Tensors]:
-    """Header and tensors of a codec.
-
-    Parameters
-    ----------
-    codec
-        To pack.
-    precision
-        Of the weights, one of :data:`nacre.io.tensors.PRECISIONS`; the least that changes no weight
-        where None. Principal components are single always.
-
-    Raises
-    ------
-    FormatError
-        If a weight is not finite or too large.
-    """
-    if isinstance(codec, BasisCodec):
-        return pack_basis(codec, precision)
-    if isinstance(codec, PcaCodec):
-        return principal_file.pack_components(codec)
-    from nacre.textures.codecs.networks.file import pack_network
-    from nacre.textures.codecs.networks.network import TexelNetwork
-
-    if not isinstance(codec, TexelNetwork):
-        raise FormatError(f"a {type(codec).__name__} is of no kind that files hold")
-    return pack_network(codec, precision)
-
-
 def unpack_codec(header: dict[str, Any], tensors: Tensors) -> TexelCodec:
-    """The codec that :func:`pack_codec` packed.
+    """The codec of any kind that :meth:`TexelCodec.pack` packed.
 
     Raises
     ------
     KeyError, TypeError, ValueError, AttributeError, OverflowError
         If a field is missing or bad.
-    MissingExtraError
+    NacreError, MissingExtraError
         See :func:`load_codec`.
     """
-    if header["model"] == MODEL:
-        return unpack_basis(header, tensors)
-    if header["model"] == principal_file.MODEL:
-        return principal_file.unpack_components(header, tensors)
-    if header["model"] not in _NETWORKS:
-        raise ValueError(f"unknown model {header['model']!r}; update nacre")
-    from nacre.textures.codecs.networks.file import unpack_network
+    name = header["model"]
+    kind = _OTHER_NAMES.get(name, name)
+    if not isinstance(kind, str) or kind not in CODECS:
+        raise ValueError(f"unknown model {name!r}; update nacre or install its package")
+    return CODECS[kind].unpack(header, tensors)
 
-    return unpack_network(header, tensors)
+
+def codec_fingerprint(codec: TexelCodec) -> str:
+    """SHA-256, in hexadecimal, of what a file of the codec holds.
+
+    It does not depend on whether the codec was embedded or lay in a file of its own, nor on the
+    precision, if that changed no weight.
+    """
+    return hashlib.sha256(to_bytes(KEY, *codec.pack(None), LIMIT)).hexdigest()
+
+
+def codec_facts(path: PathLike) -> dict[str, Any]:
+    """Facts about a codec in the order to print them, JSON-able.
+
+    Parameters
+    ----------
+    path
+        As :func:`load_codec` takes it.
+
+    Raises
+    ------
+    FormatError, NacreError, MissingExtraError
+        See :func:`load_codec`.
+    """
+    header, tensors = from_file(path, KEY, LIMIT, _WHAT)
+    with format_errors(path):
+        codec = unpack_codec(header, tensors)
+    weights = [array for name, array in tensors.items() if name not in ("wi", "wo")]
+    facts = {
+        "model": header["model"],
+        "latent size": codec.code_dim,
+        "directions": f"{len(tensors['wi']):,} pairs" if "wi" in tensors else "any",
+        **codec.describe(),
+        "weights": sum(array.size for array in weights),
+        "precision": sorted({str(array.dtype) for array in weights}),
+    }
+    last = {"file": str(path), "bytes": Path(path).stat().st_size}
+    training = {k: v for k, v in _flat(codec.metadata) if k not in facts}
+    return facts | training | last
+
+
+def _flat(metadata: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Facts about the training, without objects within objects."""
+    for name, value in metadata.items():
+        if name == "materials" and isinstance(value, list):
+            yield "materials in training", len(value)
+        if isinstance(value, dict):
+            yield from ((f"{name}, {key.replace('_', ' ')}", item) for key, item in value.items())
+        else:
+            yield name, value

@@ -3,15 +3,128 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from nacre.array import Floats
-from nacre.errors import NacreError
-from nacre.io.tensors import to_bytes
-from nacre.textures.codecs.codec_file import KEY, LIMIT, pack_codec
+from nacre.errors import FormatError, NacreError, reason, require
+from nacre.io.files import PathLike, first_bytes
+from nacre.io.image_file import JPEG_MAGIC, PNG_MAGIC
+from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.synthesis.quilted_map import TEXEL_LIMIT
+
+NAMED = ("right", "down", "noise")
+"""Masks that are made rather than read."""
+
+_PIXEL_LIMIT = 1 << 26
+_GRAY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}
+"""Largest values of pixels, by Pillow's names of kinds of images."""
+_COLORED = {"RGB", "RGBA", "LA"}
+_SPOTS = 16
+"""Of noise along an edge, about."""
+_STEEP = 0.5
+"""Of noise: standard deviations within which the mask goes from a half to an end."""
+
+
+def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floats:
+    """A mask of some size.
+
+    Parameters
+    ----------
+    source
+        `right` or `down`, where a mask grows evenly; `noise`, smooth spots that tile; or an image,
+        see :func:`read_mask`, which is stretched.
+    height, width
+        Of the mask.
+    seed
+        Of noise.
+
+    Returns
+    -------
+    array
+        Fractions of the second material, 0 to 1, shape (height, width).
+
+    Raises
+    ------
+    FormatError
+        See :func:`read_mask`.
+    """
+    if source == "noise":
+        white = np.random.default_rng(seed).normal(size=(height, width))
+        smooth = gaussian_filter(white, max(height, width) / (2 * _SPOTS), mode="wrap")
+        standard = (smooth - smooth.mean()) / max(float(smooth.std()), 1e-9)
+        return np.asarray(np.clip(0.5 + 0.5 * standard / _STEEP, 0.0, 1.0), np.float32)
+    if source in ("right", "down"):
+        rows, columns = np.linspace(0.0, 1.0, height), np.linspace(0.0, 1.0, width)
+        ramp = columns[None] if source == "right" else rows[:, None]
+        return np.broadcast_to(ramp, (height, width)).astype(np.float32)
+    return _stretched(read_mask(source), height, width)
+
+
+def read_mask(path: PathLike) -> Floats:
+    """An image as fractions: black is 0 and white 1, with no display curve.
+
+    Parameters
+    ----------
+    path
+        PNG or JPEG, of grays with 1, 8 or 16 bits or of colors that are gray.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, is no such image, is colored or not opaque, or has too many pixels.
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FormatError(f"{path}: is no file, nor a named mask ({', '.join(NAMED)})")
+    if not first_bytes(path).startswith((PNG_MAGIC, JPEG_MAGIC)):
+        raise FormatError(f"{path}: a mask is a PNG or JPEG image of grays")
+    pillow = require("PIL.Image", "render")
+    try:
+        with pillow.open(path, formats=["PNG", "JPEG"]) as image:
+            mode, (width, height) = image.mode, image.size
+            if width * height > _PIXEL_LIMIT:
+                raise FormatError(
+                    f"{path}: {width:,} x {height:,} pixels are more than the {_PIXEL_LIMIT:,} "
+                    "that are read; make it smaller, it is stretched to the texture"
+                )
+            pixels = np.array(image)
+    except FormatError:
+        raise
+    except Exception as error:  # the decoder meets damage in many ways
+        raise FormatError(f"{path}: cannot be decoded: {reason(error)}") from error
+    if mode in _GRAY:
+        return pixels.astype(np.float32) / np.float32(_GRAY[mode])
+    if mode not in _COLORED:
+        raise FormatError(f"{path}: is of kind {mode}; save it as a gray image of 8 or 16 bits")
+    return _gray(path, pixels, mode)
+
+
+def _gray(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
+    """Pixels of three equal channels, or of one and opacity, as fractions."""
+    colors = pixels[..., :3] if mode.startswith("RGB") else pixels[..., :1]
+    if mode.endswith("A") and (pixels[..., -1] < 255).any():
+        raise FormatError(f"{path}: is transparent in places; save the mask as an opaque image")
+    if (np.ptp(colors, axis=-1) > 2).any():  # JPEG of gray colors is gray to a rounding
+        raise FormatError(f"{path}: is colored, and a mask is gray; save it as one")
+    return colors[..., 0].astype(np.float32) / np.float32(255.0)
+
+
+def _stretched(mask: Floats, height: int, width: int) -> Floats:
+    """The mask at the centers of that many texels, linear between its own."""
+    rows, columns = (
+        (np.arange(n) + 0.5) * size / n - 0.5
+        for n, size in zip((height, width), mask.shape, strict=True)
+    )
+    where = np.meshgrid(rows, columns, indexing="ij")
+    found: Floats = map_coordinates(mask, where, order=1, mode="nearest")
+    return np.clip(found, 0.0, 1.0)
 
 
 def blend(
@@ -31,7 +144,7 @@ def blend(
     first, second
         Of the same codec.
     mask
-        Share of the second, 0 to 1, shape (height, width) of the output.
+        Fraction of the second, 0 to 1, shape (height, width) of the output.
     keep_contrast
         Whether deviations from each material's mean code, which are unlike and partly cancel in a
         mean, are made larger again by the root of the sum of the squared weights (Heitz and Neyret
@@ -52,7 +165,7 @@ def blend(
     if not ((mask >= 0.0) & (mask <= 1.0)).all():
         raise NacreError("values of a mask are numbers within 0 and 1")
     weights = np.asarray(mask, np.float32)[..., None]
-    mixed = np.zeros((*mask.shape, first.codec.values), np.float32)
+    mixed = np.zeros((*mask.shape, first.codec.code_dim), np.float32)
     if keep_contrast:
         scale = 1.0 / np.sqrt(np.square(weights) + np.square(1.0 - weights))
     else:
@@ -69,12 +182,9 @@ def blend(
 
 def same_codec(first: LatentMap, second: LatentMap) -> bool:
     """Whether codes of two maps mean the same."""
-    if first.codec is second.codec:
-        return True
-    one, other = (
-        to_bytes(KEY, *pack_codec(latent.codec, None), LIMIT) for latent in (first, second)
+    return first.codec is second.codec or (
+        codec_fingerprint(first.codec) == codec_fingerprint(second.codec)
     )
-    return one == other
 
 
 def _repeated(latent: LatentMap, shape: tuple[int, ...]) -> Floats:

@@ -7,13 +7,75 @@ from typing import Any
 
 import numpy as np
 
-from nacre.errors import NacreError
+from nacre.array import Floats
+from nacre.errors import FormatError, NacreError
+from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.latent_map import LatentMap
-from nacre.textures.synthesis.features import texel_features
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
-from nacre.textures.synthesis.scale import overlap_of, patch_size, tiles
-from nacre.textures.synthesis.seams import SeamContrast, seam_contrast, seams
+from nacre.textures.synthesis.seams import (
+    SeamContrast,
+    overlap_of,
+    patch_size,
+    seam_contrast,
+    seams,
+    tiles,
+)
+
+_TEXELS = 4096
+"""Texels that components are found from, at most."""
+_LEFT_OUT = 0.01
+"""Fraction of the variance that components may leave."""
+_BLOCK = 1 << 12
+"""Texels at a time."""
+
+
+def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Floats:
+    """Principal components of how texels look at the directions of a map.
+
+    Squared distances are those of :meth:`nacre.textures.codecs.TexelCodec.embedding`, but for the
+    hundredth of the variance that is left out.
+
+    Parameters
+    ----------
+    latent
+        Codes and what decodes them.
+    max_count
+        Largest number of components.
+    seed
+        Of the texels that they are found from, where there are many.
+
+    Returns
+    -------
+    array
+        Shape (height, width, components), their means zero.
+
+    Raises
+    ------
+    FormatError
+        If a code decodes to what is no number.
+    """
+    height, width, values = latent.codes.shape
+    codes = latent.codes.reshape(-1, values).astype(np.float32)
+    total = len(codes)
+    some = np.random.default_rng(seed).choice(total, min(_TEXELS, total), replace=False)
+    with one_blas_thread():  # the same features on any number of cores
+        embed = latent.codec.embedding(latent.wi, latent.wo)
+        seen = embed(codes[np.sort(some)]).astype(np.float64)
+        if not np.isfinite(seen).all():
+            raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
+        mean = seen.mean(0)
+        variances, directions = np.linalg.eigh(np.cov(seen, rowvar=False, bias=True))
+        left_out = np.cumsum(np.maximum(variances, 0.0))
+        needed = int(np.count_nonzero(left_out > _LEFT_OUT * left_out[-1]))
+        kept = directions[:, ::-1][:, : min(max(needed, 1), max_count)]
+        blocks = (codes[start : start + _BLOCK] for start in range(0, total, _BLOCK))
+        features = np.concatenate([(embed(block) - mean) @ kept for block in blocks])
+    features -= features.mean(0)
+    if not np.isfinite(features).all():
+        raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
+    return features.reshape(height, width, -1)
+
 
 TEXEL_LIMIT = 1 << 24
 """Most texels of a map that is made."""
@@ -53,7 +115,7 @@ class QuiltedMap:
             "output tiles": self.settings.tile,
             "seed": self.settings.seed,
             "contrast of seams": self.contrast.ratio,
-            "share of neighbors with a seam between": self.contrast.share,
+            "share of neighbors with a seam between": self.contrast.fraction,
             "share of the input used": self.used,
         }
 
@@ -109,7 +171,7 @@ def synthesize(
     rows, columns, values = latent.codes.shape
     edge = min(rows, columns, height, width)
     if min(rows, columns) < 2:
-        raise NacreError(f"{columns} x {rows} texels are too few to lay patches of; 2 x 2 is least")
+        raise NacreError(f"{columns} x {rows} texels are too few for patches; 2 x 2 is the minimum")
     features = texel_features(latent)
     if patch is None:
         patch = min(patch_size(features), edge)
@@ -118,7 +180,7 @@ def synthesize(
     elif patch > edge:
         raise NacreError(
             f"patches of {patch} texels are larger than the input ({columns} x {rows}) or the "
-            f"output ({width} x {height}); {edge} is most"
+            f"output ({width} x {height}); {edge} at most"
         )
     try:
         settings = Quilting(

@@ -11,13 +11,12 @@ from scipy.ndimage import minimum_filter, uniform_filter
 
 from nacre.array import Floats
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.synthesis.cuts import inside_cuts
-from nacre.textures.synthesis.patch_search import PatchSearch
+from nacre.textures.synthesis.patches import PatchSearch, inside_cuts
 
 _REPETITION = 0.3
 """How much errors of patches count more where the input has been used as often as on average."""
 _APART = 0.1
-"""Share of a patch by which patches are kept away from where a neighbor would go on."""
+"""Fraction of a patch by which patches are kept away from where a neighbor would go on."""
 
 Sources = npt.NDArray[np.intp]
 """Which texel of the input every texel of the output is, y * width + x, shape (height, width)."""
@@ -34,7 +33,7 @@ class Quilting:
     overlap
         Texels by which neighbors overlap, from 1 to half a patch.
     tolerance
-        A patch is drawn from all whose error is at most this share above the least.
+        A patch is drawn from all whose error is at most this fraction above the lowest.
     periodic
         Whether the input tiles: patches may reach over its edges.
     tile
@@ -191,8 +190,8 @@ class _Canvas:
         apart[(y - rows) % self._input[0], (x - columns) % self._input[1]] = False
         reach = 2 * int(_APART * self._settings.patch) + 1
         mode = "wrap" if self._settings.periodic else "nearest"
-        spread: npt.NDArray[np.bool_] = minimum_filter(apart, reach, mode=mode)
-        return spread[: shape[0], : shape[1]]
+        kept_apart: npt.NDArray[np.bool_] = minimum_filter(apart, reach, mode=mode)
+        return kept_apart[: shape[0], : shape[1]]
 
 
 def _starts(size: int, settings: Quilting) -> list[int]:

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import Layer
 from nacre.textures.codecs.basis.codec import BasisCodec
-from nacre.textures.codecs.basis.functions import INPUTS, AngularFunctions
+from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
 
-TINY = BasisRecipe(values=2, greys=3, chromas=2, width=6, depth=2, wide=8, hidden=5, completing=7)
+TINY = BasisRecipe(
+    code_dim=2, luma_count=3, chroma_count=2, width=6, depth=2, wide=8, hidden=5, completing=7
+)
 
 
 def layers(random: Any, *sizes: int) -> list[Layer]:
@@ -29,8 +30,8 @@ def codec(
 ) -> BasisCodec:
     """Of two values, five functions and seven coefficients, or of other sizes."""
     random = np.random.default_rng(seed)
-    functions = sizes.greys + sizes.chromas
-    count = functions + sizes.chromas
+    functions = sizes.luma_count + sizes.chroma_count
+    count = functions + sizes.chroma_count
     widths = [sizes.width] * sizes.depth
     *hidden, wide, last = layers(random, INPUTS, *widths, sizes.wide, 1 + functions)
     last.biases[0] = 1.0
@@ -43,10 +44,10 @@ def codec(
         return SkipNetwork(linear, layers(random, seen, width, width, outputs))
 
     return BasisCodec(
-        AngularFunctions(hidden, wide, last, sizes.greys),
+        AngularFunctions(hidden, wide, last, sizes.luma_count),
         network(count, count, 2 * count, sizes.completing),
-        network(count, sizes.values, count),
-        network(sizes.values, count, sizes.values),
+        network(count, sizes.code_dim, count),
+        network(sizes.code_dim, count, sizes.code_dim),
         prior,
         metadata or {},
     )

@@ -11,19 +11,19 @@ from nacre.errors import NacreError
 from nacre.geometry import join
 from nacre.measured.textures import UTIA
 from nacre.measured.textures.domes import BONN, Dome, below, pairs
-from nacre.numerics.channels import CHROMA, GREY, ORDERS, TURNS, split_colors
-from nacre.numerics.layer import Layer
+from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS, LUMA, PERMUTATIONS, split_colors
+from nacre.numerics.mlp import Layer
+from nacre.numerics.pca import leading_components
 from nacre.textures.codecs.basis.colors import (
     join_components,
     join_reflectance,
     split_reflectance,
 )
-from nacre.textures.codecs.basis.components import principal_functions
-from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
-from nacre.textures.codecs.basis.uniform_texels import swatches
+from nacre.textures.codecs.basis.training import uniform_texels
+from nacre.textures.codecs.symmetry import symmetric_rotations
+from tests.textures.support import run_of
 
 SMALL = Dome("small", ((0.0, 1, 0.0), (30.0, 6, 0.0), (60.0, 6, 0.0)))
 
@@ -41,7 +41,7 @@ def random_network(inputs: int, outputs: int, seen: int = 0) -> SkipNetwork:
 
 def joined(grey: Floats, chroma: Floats) -> Floats:
     """Colors of gray values and pairs."""
-    return np.float32(GREY) * grey[..., None] + np.moveaxis(chroma, 0, -1) @ CHROMA
+    return np.float32(LUMA) * grey[..., None] + np.moveaxis(chroma, 0, -1) @ CHROMA
 
 
 def test_colors_are_split_and_joined() -> None:
@@ -86,15 +86,15 @@ def test_dark_reflectance_keeps_its_grey_value_and_hue() -> None:
 def test_orders_of_channels_turn_the_pair(index: int) -> None:
     rgb = np.random.default_rng(1).random((9, 3)).astype(np.float32)
     grey, chroma = split_colors(rgb)
-    other_grey, other_chroma = split_colors(rgb[:, ORDERS[index]])
+    other_grey, other_chroma = split_colors(rgb[:, PERMUTATIONS[index]])
     np.testing.assert_allclose(other_grey, grey, rtol=1e-5)
-    np.testing.assert_allclose(other_chroma.T, chroma.T @ TURNS[index], atol=1e-6)
+    np.testing.assert_allclose(other_chroma.T, chroma.T @ CHROMA_PERMUTATIONS[index], atol=1e-6)
 
 
 @pytest.mark.parametrize(("dome", "count"), [(SMALL, 6), (UTIA, 2), (BONN, 6)])
 def test_turns_that_a_dome_allows(dome: Dome, count: int) -> None:
     wi, wo = dome.pairs()
-    turns = symmetric_turns(wi, wo)
+    turns = symmetric_rotations(wi, wo)
     assert len(turns) == count
     for index, order in enumerate(turns):
         angle = 2.0 * np.pi * index / count
@@ -105,7 +105,7 @@ def test_turns_that_a_dome_allows(dome: Dome, count: int) -> None:
 
 def test_scattered_directions_allow_no_turn() -> None:
     wi, wo = pairs(BONN.directions[:20], BONN.directions[3:9])
-    assert len(symmetric_turns(wi, wo)) == 1
+    assert len(symmetric_rotations(wi, wo)) == 1
 
 
 def test_components_are_those_of_the_data_in_all_orders() -> None:
@@ -113,7 +113,7 @@ def test_components_are_those_of_the_data_in_all_orders() -> None:
     rows = (random.normal(size=(40, 6)) @ random.normal(size=(6, 30))).astype(np.float32)
     shift = np.roll(np.arange(30), 10)
     orders = [np.arange(30), shift, shift[shift]]
-    found, variances = principal_functions(rows, orders, 4)
+    found, variances = leading_components(rows, orders, 4)
     everything = np.concatenate([rows[:, order] for order in orders])
     _, values, vectors = np.linalg.svd(everything, full_matrices=False)
     np.testing.assert_allclose(variances, values[:4] ** 2 / len(everything), rtol=1e-4)
@@ -184,7 +184,7 @@ def test_least_squares_find_coefficients() -> None:
     functions = made_functions(50)
     observation = Observation(functions, made_prior(8))
     truth = np.random.default_rng(8).normal(size=(3, 8)).astype(np.float32)
-    grey = truth[:, :4] @ functions.grey.T + functions.mean
+    grey = truth[:, :4] @ functions.luma.T + functions.mean
     chroma = np.stack([truth[:, 4:6] @ functions.chroma.T, truth[:, 6:] @ functions.chroma.T])
     moments = observation.moments(np.square(joined(grey, chroma)))
     np.testing.assert_allclose(observation.ridge(moments), truth, atol=1e-4)
@@ -220,12 +220,12 @@ def codec():
     from nacre.textures.codecs.basis.training import train_basis
 
     recipe = BasisRecipe(
-        values=8, greys=12, chromas=4, width=32, wide=64, hidden=32, completing=32, texels=64,
-        coded_texels=64, function_steps=400, code_steps=400,
+        code_dim=8, luma_count=12, chroma_count=4, width=32, wide=64, hidden=32, completing=32,
+        texels=64, coded_texels=64, function_steps=400, code_steps=400,
     )  # fmt: skip
     wi, wo = SMALL.pairs()
     textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(6)]
-    return train_basis(textures, recipe)
+    return train_basis(run_of(textures), recipe)
 
 
 def relative_error(decoded: Floats, texels: Floats) -> float:
@@ -269,11 +269,11 @@ def test_the_same_seed_gives_the_same_codec(codec) -> None:
 
     wi, wo = SMALL.pairs()
     recipe = BasisRecipe(
-        values=4, greys=5, chromas=2, width=8, wide=8, hidden=8, completing=8, texels=30,
-        coded_texels=20, function_steps=20, code_steps=20,
+        code_dim=4, luma_count=5, chroma_count=2, width=8, wide=8, hidden=8, completing=8,
+        texels=30, coded_texels=20, function_steps=20, code_steps=20,
     )  # fmt: skip
     textures = [lambda: made_texture(0, wi, wo)]
-    one, other = train_basis(textures, recipe), train_basis(textures, recipe)
+    one, other = train_basis(run_of(textures), recipe), train_basis(run_of(textures), recipe)
     np.testing.assert_array_equal(one.decode.linear, other.decode.linear)
     np.testing.assert_array_equal(one.functions.last.weights, other.functions.last.weights)
 
@@ -283,12 +283,12 @@ def small_recipe(**sizes: int):
     pytest.importorskip("torch", reason="training takes PyTorch")
     from nacre.textures.codecs.basis.recipe import BasisRecipe
 
-    given = {"values": 4, "greys": 6, "chromas": 2, "texels": 20, "coded_texels": 20}
+    given = {"code_dim": 4, "luma_count": 6, "chroma_count": 2, "texels": 20, "coded_texels": 20}
     few = {"width": 8, "wide": 8, "hidden": 8, "completing": 8}
     return BasisRecipe(**(given | few | {"function_steps": 20, "code_steps": 20} | sizes))
 
 
-def test_grey_textures_leave_colours_to_swatches() -> None:
+def test_gray_textures_leave_colors_to_uniform_texels() -> None:
     recipe = small_recipe()
     from nacre.textures.codecs.basis.training import train_basis
 
@@ -298,8 +298,8 @@ def test_grey_textures_leave_colours_to_swatches() -> None:
         values = made_texture(seed, wi, wo).values.mean(-1, keepdims=True)
         return TableBtf(np.repeat(values, 3, -1), wi, wo)
 
-    codec = train_basis([lambda seed=seed: grey(seed) for seed in range(3)], recipe)
-    assert (codec.functions.greys, codec.functions.chromas) == (6, 1)
+    codec = train_basis(run_of([lambda seed=seed: grey(seed) for seed in range(3)]), recipe)
+    assert (codec.functions.luma_count, codec.functions.chroma_count) == (6, 1)
     even = codec.functions(wi, wo).chroma[:, 0]
     assert even.std() < 0.1 * abs(even.mean())
 
@@ -309,26 +309,26 @@ def test_one_texture_is_enough_to_learn_from() -> None:
     from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = SMALL.pairs()
-    codec = train_basis([lambda: made_texture(0, wi, wo)], recipe)
-    assert codec.functions.greys == 6
+    codec = train_basis(run_of([lambda: made_texture(0, wi, wo)]), recipe)
+    assert codec.functions.luma_count == 6
 
 
 def test_cards_of_one_color_come_back(codec) -> None:
     wi, wo = SMALL.pairs()
-    texels = swatches(wi, wo, 50, 12345).texels(slice(None))
+    texels = uniform_texels(wi, wo, 50, 12345).texels(slice(None))
     for some in (slice(None), slice(None, None, 9)):
         decoded = codec.decoder(wi, wo)(codec.encoder(wi[some], wo[some])(texels[:, some]))
         assert np.square(decoded - texels).mean() < 0.03 * np.square(texels).mean()
 
 
 def test_more_functions_than_pairs_are_cut() -> None:
-    recipe = small_recipe(greys=96, chromas=16)
+    recipe = small_recipe(luma_count=96, chroma_count=16)
     from nacre.textures.codecs.basis.training import train_basis
 
     wi, wo = (w[:40] for w in SMALL.pairs())
     textures = [lambda seed=seed: made_texture(seed, wi, wo) for seed in range(3)]
-    codec = train_basis(textures, recipe)
-    assert codec.functions.greys <= 40
+    codec = train_basis(run_of(textures), recipe)
+    assert codec.functions.luma_count <= 40
     assert codec.decoder(wi, wo)(np.zeros((1, 4), np.float32)).shape == (1, 40, 3)
 
 
@@ -342,7 +342,7 @@ def test_textures_to_learn_nothing_from_are_refused(level: float, message: str) 
     wi, wo = SMALL.pairs()
     even = TableBtf(np.full((8, 8, len(wi), 3), level, np.float32), wi, wo, "even")
     with pytest.raises(NacreError, match=message):
-        train_basis([lambda: even], recipe)
+        train_basis(run_of([lambda: even]), recipe)
 
 
 def test_training_takes_no_more_texels_than_memory_has_room_for() -> None:
@@ -363,12 +363,12 @@ def test_textures_of_other_directions_are_refused() -> None:
     wi, wo = SMALL.pairs()
     textures = [lambda: made_texture(0, wi, wo), lambda: made_texture(1, wi[:-1], wo[:-1])]
     with pytest.raises(NacreError, match="made1: is not measured at the directions of made0"):
-        train_basis(textures, BasisRecipe())
-    with pytest.raises(NacreError, match="learned from 128 texels at least; there are 0"):
-        train_basis([], BasisRecipe())
+        train_basis(run_of(textures), BasisRecipe())
+    with pytest.raises(NacreError, match="at least 128 texels to learn from; there are 0"):
+        train_basis(run_of([]), BasisRecipe())
 
 
-@pytest.mark.parametrize(("name", "value"), [("values", 0), ("hidden", -1), ("seed", -1)])
+@pytest.mark.parametrize(("name", "value"), [("code_dim", 0), ("hidden", -1), ("seed", -1)])
 def test_recipes_of_nothing_are_refused(name: str, value: int) -> None:
     from nacre.textures.codecs.basis.recipe import BasisRecipe
 
@@ -380,4 +380,4 @@ def test_recipes_have_no_more_values_than_coefficients() -> None:
     from nacre.textures.codecs.basis.recipe import BasisRecipe
 
     with pytest.raises(ValueError, match="20 values, of 12 coefficients"):
-        BasisRecipe(values=20, greys=8, chromas=2)
+        BasisRecipe(code_dim=20, luma_count=8, chroma_count=2)

@@ -80,9 +80,9 @@ def test_half_precision_rounds_all_but_the_prior(path, tmp_path):
         (("numbers",), 3, "numbers are not an object"),
         (("numbers", "prior.noise"), "x", "prior.noise is 'x', expected a float"),
         (("numbers", "prior.noise"), float("nan"), "not JSON compliant"),
-        (("numbers", "functions.greys"), 3.0, "functions.grays is 3.0, expected a int"),
-        (("numbers", "functions.greys"), 0, "functions: 0 of 5 functions are gray"),
-        (("numbers", "functions.greys"), True, "functions.grays is True"),
+        (("numbers", "functions.greys"), 3.0, "functions.greys is 3.0, expected a int"),
+        (("numbers", "functions.greys"), 0, "functions: 0 of 5 functions are of luma"),
+        (("numbers", "functions.greys"), True, "functions.greys is True"),
         (("numbers", "functions.greys"), 4, "networks of shapes"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Small textures that look like something, and the networks of the papers word by word."""
+"""Small textures that look like something."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from nacre.btf import TableBtf
 from nacre.errors import FormatError
@@ -48,34 +47,3 @@ def load(path: Any) -> TableBtf:
             return TableBtf(file["values"], file["wi"], file["wo"], str(file["name"]))
     except (OSError, ValueError, KeyError) as error:
         raise FormatError(f"{path}: is no texture") from error
-
-
-def dense(values: Any, parameters: Any, name: str, last: bool) -> Any:
-    """Layers called `name`, each followed by a ReLU, or not where it is the last."""
-    names = sorted({key.split(".")[1] for key in parameters if key.startswith(f"{name}.")})
-    for index in names:
-        weight, bias = (parameters[f"{name}.{index}.{part}"] for part in ("weight", "bias"))
-        values = torch.einsum("...i,ij->...j", values, weight) + bias
-        if index != names[-1] or not last:
-            values = torch.where(values > 0, values, torch.zeros_like(values))
-    return values
-
-
-def literal_weights(directions: Any, parameters: Any) -> Any:
-    """Weights of every entry and channel, shape (n, 3, m)."""
-    return dense(directions, parameters, "angular", last=True).reshape(len(directions), 3, -1)
-
-
-def literal_codes(values: Any, weights: Any, parameters: Any, pooling: str = "mean") -> Any:
-    """The unified encoder as Rainer et al. 2020 tell it, for one texel of shape (n, 3)."""
-    products = weights * values[:, :, None]
-    pooled = products.mean(0) if pooling == "mean" else products.max(0).values
-    unrolled = pooled.reshape(-1) + parameters["pooled.bias"]
-    bent = torch.where(unrolled > 0, unrolled, parameters["pooled.slope"] * unrolled)
-    return dense(bent, parameters, "encoder", last=True)
-
-
-def literal_values(code: Any, directions: Any, parameters: Any) -> Any:
-    """The decoder as Rainer et al. 2020 tell it, for one code; shape (n, 3)."""
-    inputs = torch.cat([code.expand(len(directions), -1), directions], dim=1)
-    return dense(inputs, parameters, "decoder", last=True)

@@ -32,12 +32,13 @@ FACTS = {"materials": ["felt", "Holz"], "loss": 0.5}
 
 
 def unified() -> UnifiedNetwork:
-    return UnifiedNetwork(SMALL, WHITENING, metadata=FACTS, seed=3)
+    return UnifiedNetwork(SMALL, WHITENING, seed=3).replaced(metadata=FACTS)
 
 
 def custom() -> CustomNetwork:
     settings = CustomSettings(latent=3, channels=(4, 5), hidden=(6,), decoder_hidden=(7,))
-    return CustomNetwork(*COARSE, settings, WHITENING, metadata=FACTS, seed=3)
+    made = CustomNetwork(*COARSE, settings, WHITENING, seed=3)
+    return made.replaced(metadata=FACTS)
 
 
 @pytest.fixture(params=[unified, custom])
@@ -51,7 +52,7 @@ def test_a_network_comes_back_as_it_was(network, tmp_path):
     after = load_codec(path)
     assert type(after) is type(network)
     assert (after.settings, after.whitening) == (network.settings, network.whitening)
-    assert (after.metadata, after.values) == (FACTS, network.values)
+    assert (after.metadata, after.code_dim) == (FACTS, network.code_dim)
     for name, array in network.arrays().items():
         np.testing.assert_array_equal(after.arrays()[name], array)
     texels = texture(0).texels(slice(0, 4))

@@ -17,14 +17,14 @@ from nacre.textures.codecs.networks import (
     Whitening,
 )
 from nacre.textures.codecs.networks.mlp import initial
-from nacre.textures.codecs.networks.optimisers import optimisers
+from nacre.textures.codecs.networks.recipe import optimizers
 
 
 def test_the_reference_recipe_is_that_of_the_paper():
     recipe = TrainingRecipe.named("reference")
-    assert (recipe.optimiser, recipe.learning_rate, recipe.batch) == ("sgd", 0.2, 10)
+    assert (recipe.optimizer, recipe.learning_rate, recipe.batch) == ("sgd", 0.2, 10)
     assert (recipe.texels, recipe.epochs, recipe.loss) == (100, 1000, "l1")
-    assert (recipe.encoder_share, recipe.permute) == (0.2, True)
+    assert (recipe.encoder_fraction, recipe.permute) == (0.2, True)
     assert recipe.encoder_directions is recipe.loss_directions is None
     assert {recipe.rate(done) for done in (0.0, 0.3, 1.0)} == {0.2}
 
@@ -44,10 +44,10 @@ def test_the_rate_rises_and_falls():
         {"epochs": 0},
         {"batch": -1},
         {"encoder_directions": -5},
-        {"encoder_share": 0.0},
+        {"encoder_fraction": 0.0},
         {"held_out": 1.0},
         {"learning_rate": math.nan},
-        {"optimiser": "newton"},
+        {"optimizer": "newton"},
         {"loss": "l3"},
         {"precision": "half"},
         {"variance": "none"},
@@ -78,7 +78,7 @@ def test_layers_begin_as_those_of_pytorch_or_with_the_variance_of_he():
 def test_muon_takes_the_matrices_and_adam_the_rest():
     network = UnifiedNetwork(UnifiedSettings(), Whitening(0.0, 1.0))
     names = {id(p): name for name, p in network.parameters.items()}
-    found = optimisers(list(network.parameters.values()), TrainingRecipe(optimiser="muon"))
+    found = optimizers(list(network.parameters.values()), TrainingRecipe(optimizer="muon"))
     taken = [{names[id(p)] for g in o.param_groups for p in g["params"]} for o in found]
     assert taken[0] | taken[1] == set(network.parameters)
     assert not taken[0] & taken[1]

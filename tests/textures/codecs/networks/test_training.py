@@ -17,12 +17,13 @@ import pytest
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
 from nacre.errors import NacreError
+from nacre.textures.codecs.codec import CODECS, TrainingRun
 from nacre.textures.codecs.codec_file import load_codec
 from nacre.textures.codecs.networks import (
     CustomSettings,
+    NetworkRecipe,
     TrainingRecipe,
     UnifiedSettings,
-    train_network,
     training,
 )
 from tests.textures.codecs.networks.made import OTHER, texture
@@ -33,16 +34,19 @@ SIZES = {
 }  # fmt: skip
 SMALL = UnifiedSettings(**SIZES)
 RECIPE = TrainingRecipe(
-    texels=24, batch=24, encoder_directions=100, loss_directions=60, optimiser="adam"
+    texels=24, batch=24, encoder_directions=100, loss_directions=60, optimizer="adam"
 )
 FILES = [texture(seed) for seed in range(4)]
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 def train(settings=SMALL, recipe=RECIPE, files=FILES, **others):
-    return train_network(
-        list(range(len(files))), lambda path: files[path], settings, recipe, **others
-    )
+    kind = CODECS["unified" if isinstance(settings, UnifiedSettings) else "custom"]
+    lengths = {
+        k: others.pop(k) for k in ("steps", "minutes", "device", "save_every") if k in others
+    }
+    run = TrainingRun(list(range(len(files))), files.__getitem__, **others)
+    return kind.train(run, NetworkRecipe(settings, recipe, **lengths))
 
 
 def same(one, other) -> bool:
@@ -71,7 +75,7 @@ def spread(made) -> float:
 
 
 @pytest.mark.parametrize(
-    ("optimiser", "precision", "decoder"),
+    ("optimizer", "precision", "decoder"),
     [
         ("adam", "single", "network"),
         ("muon", "single", "network"),
@@ -79,11 +83,11 @@ def spread(made) -> float:
         ("adam", "single", "bilinear"),
     ],
 )
-def test_a_network_learns_textures_and_encodes_one_it_never_saw(optimiser, precision, decoder):
+def test_a_network_learns_textures_and_encodes_one_it_never_saw(optimizer, precision, decoder):
     settings = UnifiedSettings(**SIZES, decoder=decoder)
     recipe = TrainingRecipe(
         texels=24, batch=24, encoder_directions=100, loss_directions=60, learning_rate=1e-2,
-        optimiser=optimiser, precision=precision,
+        optimizer=optimizer, precision=precision,
     )  # fmt: skip
     network = train(settings, recipe, steps=300)
     for made in (FILES[0], texture(9), texture(9, directions=OTHER)):
@@ -122,11 +126,11 @@ def test_a_unified_network_trains_on_several_sets_of_directions():
         assert error(network, made) < 0.6 * spread(made)
 
 
-@pytest.mark.parametrize("optimiser", ["adam", "muon"])
-def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimiser):
+@pytest.mark.parametrize("optimizer", ["adam", "muon"])
+def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimizer):
     recipe = TrainingRecipe(
         texels=20, batch=16, encoder_directions=100, loss_directions=60, validate_every=7,
-        patience=50, optimiser=optimiser,
+        patience=50, optimizer=optimizer,
     )  # fmt: skip
     whole = train(recipe=recipe, steps=34, journal=tmp_path / "whole.csv")
     state = tmp_path / "state"
@@ -140,14 +144,14 @@ def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimise
 
     for step in (13, 20):
         with pytest.raises(KeyboardInterrupt):
-            train(recipe=recipe, steps=34, checkpoint=state, journal=tmp_path / "parts.csv",
+            train(recipe=recipe, steps=34, state=state, journal=tmp_path / "parts.csv",
                   progress=stop_at(step))  # fmt: skip
         assert state.exists()
     seen = []
     resumed = train(
         recipe=recipe,
         steps=34,
-        checkpoint=state,
+        state=state,
         journal=tmp_path / "parts.csv",
         progress=lambda *step: seen.append(step[1]),
     )
@@ -163,10 +167,10 @@ def test_training_that_was_stopped_goes_on_as_if_it_never_was(tmp_path, optimise
     assert sorted(p.name for p in tmp_path.iterdir()) == ["parts.csv", "state", "whole.csv"]
 
 
-@pytest.mark.parametrize("where", ["_look", "result"])
+@pytest.mark.parametrize("where", ["_validate", "result"])
 def test_an_interrupt_after_the_last_step_loses_nothing(tmp_path, monkeypatch, where):
     state = tmp_path / "state"
-    whole = train(steps=4, checkpoint=tmp_path / "whole")
+    whole = train(steps=4, state=tmp_path / "whole")
 
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -174,9 +178,9 @@ def test_an_interrupt_after_the_last_step_loses_nothing(tmp_path, monkeypatch, w
     with monkeypatch.context() as patch:
         patch.setattr(training._Training, where, interrupted)
         with pytest.raises(KeyboardInterrupt):
-            train(steps=4, checkpoint=state)
+            train(steps=4, state=state)
     steps: list[int] = []
-    resumed = train(steps=4, checkpoint=state, progress=lambda *step: steps.append(step[1]))
+    resumed = train(steps=4, state=state, progress=lambda *step: steps.append(step[1]))
     assert not steps
     assert same(resumed, whole)
     assert resumed.metadata == whole.metadata
@@ -189,17 +193,17 @@ def test_a_state_of_another_training_or_a_damaged_one_is_refused(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(steps=4, checkpoint=state, mark="these files", progress=stop)
-    given = {"steps": 4, "checkpoint": state, "mark": "these files"}
-    for other in ({"recipe": TrainingRecipe(seed=1)}, {"mark": "others"}, {"steps": 5}):
-        with pytest.raises(NacreError, match="of another training"):
+        train(steps=4, state=state, fingerprint="these files", progress=stop)
+    given = {"steps": 4, "state": state, "fingerprint": "these files"}
+    for other in ({"recipe": TrainingRecipe(seed=1)}, {"fingerprint": "others"}, {"steps": 5}):
+        with pytest.raises(NacreError, match="of another run"):
             train(**given | other)
-    with pytest.raises(NacreError, match="of another training"):
-        train(minutes=1.0, checkpoint=state, mark="these files")
+    with pytest.raises(NacreError, match="of another run"):
+        train(minutes=1.0, state=state, fingerprint="these files")
     for content in (state.read_bytes()[:-100], b""):
         state.write_bytes(content)
         with pytest.raises(NacreError, match="cannot be read, remove it"):
-            train(steps=4, checkpoint=state)
+            train(steps=4, state=state)
 
 
 def test_images_are_read_once(tmp_path):
@@ -238,7 +242,7 @@ def test_minutes_end_training_and_bring_the_rate_to_zero(tmp_path):
 
 
 def test_training_that_diverges_says_so():
-    recipe = TrainingRecipe(texels=24, batch=24, optimiser="sgd", learning_rate=1e12, warm_up=0.0)
+    recipe = TrainingRecipe(texels=24, batch=24, optimizer="sgd", learning_rate=1e12, warm_up=0.0)
     with pytest.raises(NacreError, match="diverged at step 10"):
         train(recipe=recipe, steps=20)
 
@@ -264,21 +268,17 @@ def test_events_for_tensorboard_hold_the_losses(tmp_path):
 
 
 SCRIPT = """
-import json, sys
+import json, os, sys
 from pathlib import Path
-from nacre.btf.codec_file import save_codec
-from nacre.btf.networks import train_network
-from nacre.btf.networks.distributed import processes
-from tests.btf.networks.test_training import FILES, RECIPE, SMALL
+from nacre.textures.codecs.codec_file import save_codec
+from tests.textures.codecs.networks.test_training import train
 settings = json.loads(sys.argv[2])
 folder = Path(sys.argv[1])
-if "checkpoint" in settings:
-    settings["checkpoint"] = Path(settings["checkpoint"])
-with processes("cpu") as (members, device):
-    network = train_network(
-        list(range(4)), FILES.__getitem__, SMALL, RECIPE, device=device, members=members, **settings
-    )
-    save_codec(network, folder / f"{members.rank} of {members.size}.safetensors")
+if "state" in settings:
+    settings["state"] = Path(settings["state"])
+network = train(**settings)
+rank, size = os.environ.get("RANK", 0), os.environ.get("WORLD_SIZE", 1)
+save_codec(network, folder / f"{rank} of {size}.safetensors")
 """
 
 
@@ -304,7 +304,7 @@ def test_two_processes_train_one_network_and_it_is_that_of_one_process(tmp_path)
 
 def test_a_process_that_is_killed_loses_what_came_after_its_last_checkpoint(tmp_path):
     state = tmp_path / "state"
-    settings = {"steps": 100_000, "checkpoint": str(state), "save_every": 0.2}
+    settings = {"steps": 100_000, "state": str(state), "save_every": 0.2}
     killed = start(tmp_path, **settings)
     deadline = time.monotonic() + 60.0
     while not state.exists() and time.monotonic() < deadline:
@@ -318,13 +318,13 @@ def test_a_process_that_is_killed_loses_what_came_after_its_last_checkpoint(tmp_
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(steps=100_000, checkpoint=state, progress=stop)
+        train(steps=100_000, state=state, progress=stop)
     assert seen[0] > 1
 
 
 def test_an_interrupt_waits_for_the_step_and_saves(tmp_path):
     state = tmp_path / "state"
-    stopped = start(tmp_path, steps=100_000, checkpoint=str(state), save_every=0.2)
+    stopped = start(tmp_path, steps=100_000, state=str(state), save_every=0.2)
     deadline = time.monotonic() + 60.0
     while not state.exists() and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -11,14 +11,8 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.codecs.networks.network import direction_inputs
-from tests.textures.codecs.networks.made import (
-    COARSE,
-    OTHER,
-    literal_codes,
-    literal_values,
-    literal_weights,
-    texture,
-)
+from studies.references.unified_2020 import literal_codes, literal_values, literal_weights
+from tests.textures.codecs.networks.made import COARSE, OTHER, texture
 
 WHITENING = Whitening(-1.5, 1.2)
 
@@ -43,7 +37,7 @@ def test_the_network_of_the_paper_has_its_numbers_of_weights():
 def test_another_size_of_the_code_changes_two_layers(latent):
     network = UnifiedNetwork(UnifiedSettings(latent=latent), WHITENING)
     assert count(network, "") == 711_902 + (latent - 32) * (128 + 1 + 106)
-    assert network.values == latent
+    assert network.code_dim == latent
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from nacre.btf import TableBtf
 from nacre.errors import NacreError
 from nacre.measured.textures import BONN
 from nacre.measured.textures.domes import below, pairs
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
 from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
+from nacre.textures.codecs.symmetry import symmetric_rotations
 from tests.textures.support import ByImage
 
 RING = pairs(*[BONN.directions[below(BONN.directions, 12.0)]] * 2)
@@ -40,7 +40,7 @@ def written_out(permute: bool, turn: bool, weigh: bool) -> tuple[np.ndarray, np.
     texels = np.concatenate([t().texels(slice(None)) for t in TEXTURES]).astype(np.float64)
     weights = 1.0 / (texels.mean((1, 2)) + 0.01) if weigh else np.ones(len(texels))
     channels = list(itertools.permutations(range(3))) if permute else [(0, 1, 2)]
-    turns = symmetric_turns(*RING) if turn else [np.arange(len(RING[0]))]
+    turns = symmetric_rotations(*RING) if turn else [np.arange(len(RING[0]))]
     rows = [texels[:, t][:, :, c].reshape(len(texels), -1) for c in channels for t in turns]
     return np.concatenate(rows), np.tile(weights, len(rows))
 
@@ -49,7 +49,7 @@ def written_out(permute: bool, turn: bool, weigh: bool) -> tuple[np.ndarray, np.
 @pytest.mark.parametrize("turn", [True, False])
 @pytest.mark.parametrize("weigh", [True, False])
 def test_components_are_eigenvectors_of_data_written_out(permute, turn, weigh):
-    recipe = PcaRecipe(VALUES, permute=permute, turn=turn, weigh=weigh)
+    recipe = PcaRecipe(VALUES, permute=permute, rotate=turn, weigh=weigh)
     codec = find_components(TEXTURES, recipe)
     rows, weights = written_out(permute, turn, weigh)
     weights = weights / weights.mean()
@@ -99,10 +99,10 @@ def test_fewer_pairs_give_least_squares_with_the_variances():
 def test_the_strongest_components_are_a_codec_of_their_own():
     whole = find_components(TEXTURES, PcaRecipe(VALUES))
     fewer, same = whole.first(4), find_components(TEXTURES, PcaRecipe(4))
-    assert fewer.values == 4
+    assert fewer.code_dim == 4
     assert fewer.noise == pytest.approx(same.noise, rel=1e-2)
     np.testing.assert_allclose(fewer.variances, same.variances, rtol=1e-3)
-    with pytest.raises(ValueError, match="10 of 9 components"):
+    with pytest.raises(NacreError, match="there are 9 principal components only"):
         whole.first(10)
 
 
@@ -139,12 +139,12 @@ def test_too_few_texels_and_bad_sizes_are_refused():
         find_components(TEXTURES[:1], PcaRecipe(32))
     six = texture(0)
     six = TableBtf(six.values[:, :, :6], six.wi[:6], six.wo[:6], "six")
-    for recipe in (PcaRecipe(19, turn=False), PcaRecipe.own(19)):
+    for recipe in (PcaRecipe(19, rotate=False), PcaRecipe.own(19)):
         with pytest.raises(NacreError, match="6 pairs of directions are too few for 19"):
             find_components([lambda: six], recipe)
-        assert find_components([lambda: six], recipe, fewest=4).values == 18
-    assert find_components(TEXTURES[:1], PcaRecipe(32), fewest=25).values == 25
-    with pytest.raises(ValueError, match="values must be positive"):
+        assert find_components([lambda: six], recipe, min_count=4).code_dim == 18
+    assert find_components(TEXTURES[:1], PcaRecipe(32), min_count=25).code_dim == 25
+    with pytest.raises(ValueError, match="code_dim must be positive"):
         PcaRecipe(0)
     codec = find_components(TEXTURES[:1], PcaRecipe(4))
     with pytest.raises(ValueError, match="components have shape"):

@@ -36,7 +36,7 @@ from nacre.measured.textures.ubo2014.header import (
     pack_factors,
 )
 from nacre.measured.textures.ubo2014.reader import Ubo2014Btf, load
-from nacre.numerics.truncated_svd import PASSES, leading_directions
+from nacre.numerics.pca import PASSES, leading_directions
 from nacre.runtime.progress import Progress
 
 COMPONENTS = 64

@@ -8,13 +8,20 @@ from typing import ClassVar
 import numpy as np
 
 from nacre.array import Floats
-from nacre.textures.capture.generators.family import Family, choice, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import (
+    Generator,
+    choice,
+    colors,
+    cover,
+    number,
+    whole,
+)
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import Cells, Indices, cells, linear, noise, scattered
 
 
 @dataclass(frozen=True)
-class Carpet(Family):
+class Carpet(Generator):
     """Tufts of pile, cut or looped; lengths are in distances between tufts."""
 
     name: ClassVar[str] = "carpet"
@@ -34,7 +41,7 @@ class Carpet(Family):
     across: float = number(0.3, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         centres = scattered(random, self.tufts, self.jitter)
         found = cells(size, centres)
         count = self.tufts**2
@@ -61,11 +68,14 @@ class Carpet(Family):
     def _loops(self, found: Cells, lean: Floats) -> tuple[Floats, Floats]:
         """Arches of twisted yarn along y."""
         x, y = found.offset[..., 0] * self.elongation, found.offset[..., 1]
-        turn = lean[found.index, 0]
-        x, y = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
+        rotation = lean[found.index, 0]
+        x, y = (
+            x * np.cos(rotation) - y * np.sin(rotation),
+            x * np.sin(rotation) + y * np.cos(rotation),
+        )
         dome = np.sqrt(np.maximum(0.0, 1.0 - 2.2 * (x * x + y * y)))
         groove = 0.08 * np.cos(2.0 * np.pi * (2.0 * y + 1.5 * x)) * dome
-        return dome + groove, 0.5 * np.pi + 0.5 - turn
+        return dome + groove, 0.5 * np.pi + 0.5 - rotation
 
     def _cut(self, found: Cells, lean: Floats) -> tuple[Floats, Floats]:
         """Bunches of ends, which lean each in a direction of its own."""

@@ -10,7 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.textures.capture.generators.family import Family, choice, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import (
+    Generator,
+    choice,
+    colors,
+    cover,
+    number,
+    whole,
+)
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import linear, noise, positions
 
@@ -25,7 +32,7 @@ _WEAVES: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
 
 
 @dataclass(frozen=True)
-class Fabric(Family):
+class Fabric(Generator):
     """Strands along y (warp) and along x (weft), one over the other, of twisted fibres.
 
     Lengths are in distances between strands; colors repeat from strand to strand.
@@ -59,7 +66,7 @@ class Fabric(Family):
                 raise ValueError(f"strands: {self.strands} is no multiple of {count} ({what})")
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         x, y = positions(size)
         i, j = np.arange(self.strands), np.arange(self.strands)[:, None]
         above = np.where(_WEAVES[self.weave][1](i, j), 1.0, -1.0)
@@ -98,15 +105,15 @@ class Fabric(Family):
         side = (across * self.strands - index - 0.5) / half
         place = along * self.strands - 0.5
         before = np.floor(place).astype(int)
-        share = place - before
-        ease = share * share * (3.0 - 2.0 * share)
+        fraction = place - before
+        ease = fraction * fraction * (3.0 - 2.0 * fraction)
         first, second = (
             above[index, before % self.strands],
             above[index, (before + 1) % self.strands],
         )
         middle = 0.5 * self.crimp * (first + (second - first) * ease)
-        turns = 2.0 * np.tan(np.radians(self.twist)) * along * self.strands
-        groove = np.cos(2.0 * np.pi * (side + np.round(turns.max()) * along))
+        windings = 2.0 * np.tan(np.radians(self.twist)) * along * self.strands
+        groove = np.cos(2.0 * np.pi * (side + np.round(windings.max()) * along))
         round_part = np.sqrt(np.maximum(0.0, 1.0 - side * side))
         height = middle + self.roundness * half * round_part + self.grooves * half * groove
         return np.where(abs(side) < 1.0, height, -np.inf), index, groove

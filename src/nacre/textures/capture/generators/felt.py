@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import Generator, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import fractal, lay_fibres, linear
 
 
 @dataclass(frozen=True)
-class Felt(Family):
+class Felt(Generator):
     """Curled fibres in all directions, or mostly along x, pressed together."""
 
     name: ClassVar[str] = "felt"
@@ -32,7 +32,7 @@ class Felt(Family):
     across: float = number(0.35, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         steps = int(np.ceil(self.length / (0.7 * self.radius))) + 1
         start = random.uniform(size=(self.fibres, 2))
         azimuth = random.uniform(0.0, np.pi, self.fibres) * (1.0 - self.alignment)

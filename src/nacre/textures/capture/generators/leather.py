@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import Generator, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import (
     blend,
@@ -21,7 +21,7 @@ from nacre.textures.capture.patterns import (
 
 
 @dataclass(frozen=True)
-class Leather(Family):
+class Leather(Generator):
     """Bumps between creases, with pores and wrinkles; lengths are in bumps."""
 
     name: ClassVar[str] = "leather"
@@ -40,7 +40,7 @@ class Leather(Family):
     tint: float = number(0.0, 0.0, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         found = cells(size, scattered(random, self.bumps, self.jitter))
         bump = smooth_step(0.0, self.crease, found.margin)
         levels = random.uniform(-0.15, 0.15, self.bumps**2)[found.index]

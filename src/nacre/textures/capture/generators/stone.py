@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import Generator, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import (
     blend,
@@ -21,7 +21,7 @@ from nacre.textures.capture.patterns import (
 
 
 @dataclass(frozen=True)
-class Stone(Family):
+class Stone(Generator):
     """Rough or polished, of grains of several minerals, with veins, pits and layers."""
 
     name: ClassVar[str] = "stone"
@@ -34,14 +34,14 @@ class Stone(Family):
     palette: tuple[str, ...] = colors("#8f8a80", "#6b665e", "#b0aa9c")
     mixing: float = number(0.5, 0.0, 1.0)
     veins: float = number(0.0, 0.0, 1.0)
-    vein_color: tuple[str, ...] = colors("#e8e4da", most=1)
+    vein_color: tuple[str, ...] = colors("#e8e4da", max_count=1)
     pits: float = number(0.0, 0.0, 1.0)
     specular: float = number(0.04, 0.0, 0.4)
     roughness: float = number(0.45, 0.15, 1.0)
     sparkle: float = number(0.0, 0.0, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         shape = fractal(random, size, self.frequency, 6, self.gain)
         steps = 2.5 * shape
         stepped = (np.floor(steps) + smooth_step(0.7, 1.0, steps - np.floor(steps))) / 2.5

@@ -8,7 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from nacre.array import Floats
-from nacre.textures.capture.generators.family import Family, choice, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import (
+    Generator,
+    choice,
+    colors,
+    cover,
+    number,
+    whole,
+)
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import (
     Indices,
@@ -23,7 +30,7 @@ from nacre.textures.capture.patterns import (
 
 
 @dataclass(frozen=True)
-class Wallpaper(Family):
+class Wallpaper(Generator):
     """Paper with a printed and embossed motif; the first color is the ground's, then the inks'."""
 
     name: ClassVar[str] = "wallpaper"
@@ -42,7 +49,7 @@ class Wallpaper(Family):
     ink_roughness: float = number(0.35, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         field, inks = self._motif(random, size)
         low = np.quantile(field, 1.0 - self.cover)
         soft = self.softness * field.std()

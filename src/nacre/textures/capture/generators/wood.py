@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from nacre.textures.capture.generators.family import Family, colors, cover, number, whole
+from nacre.textures.capture.generators.generator import Generator, colors, cover, number, whole
 from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.patterns import blend, fractal, linear, noise, positions, smooth_step
 
 
 @dataclass(frozen=True)
-class Wood(Family):
+class Wood(Generator):
     """Annual rings cut lengthwise, along y, with pores; of planks that lie side by side."""
 
     name: ClassVar[str] = "wood"
@@ -33,7 +33,7 @@ class Wood(Family):
     chatoyance: float = number(0.0, 0.0, 40.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Family`."""
+        """See :class:`Generator`."""
         x, _ = positions(size)
         plank = np.floor(x * self.planks).astype(int)
         shift = random.uniform(0.0, 1.0, (self.planks, 2))

@@ -1,4 +1,4 @@
-"""Codes of the default codec: an autoencoder over coefficients, and what it errs by."""
+"""Codes of the default codec: an autoencoder over coefficients, and its errors."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from nacre.array import Floats
-from nacre.numerics.channels import TURNS
+from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
-from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
-from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 512
 """Texels in a step."""
@@ -46,7 +46,7 @@ def train_codes(
     functions: FunctionValues,
     recipe: BasisRecipe,
     report: Progress,
-    stages: Stages,
+    store: Store,
 ) -> Networks:
     """The networks between coefficients and codes, the one that completes coefficients, the prior.
 
@@ -58,12 +58,12 @@ def train_codes(
         At all directions, over which they are orthonormal.
     recipe
         Sizes and efforts.
-    report, stages
+    report, store
         Called as it goes on, and where results and steps are kept.
     """
     training = _Training(data, functions, recipe)
-    coder = stages.result("coder", _Coder, lambda: training.autoencoder(report, stages))
-    complete = training.completion(report, stages)
+    coder = kept(store, "coder", _Coder, lambda: training.autoencoder(report, store))
+    complete = training.completion(report, store)
     return Networks(complete, coder.encode, coder.decode, training.prior(complete))
 
 
@@ -90,10 +90,10 @@ class _Training:
         self._values = torch.from_numpy(data.values)
         self._residuals = torch.from_numpy(data.residuals)
 
-    def autoencoder(self, report: Progress, stages: Stages) -> _Coder:
+    def autoencoder(self, report: Progress, store: Store) -> _Coder:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
-        forward, back = _linear_start(self._data, deviations, self._recipe.values)
+        forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
         encode = SkipTraining(forward, hidden, self._generator)
         decode = SkipTraining(back, hidden, self._generator)
 
@@ -103,12 +103,12 @@ class _Training:
             found = decode(encode(seen / self._scale)) * self._scale
             return self._error(found - seen, parts)
 
-        self._descend([encode, decode], loss, "codes", report, stages)
+        self._descend([encode, decode], loss, "codes", report, store)
         return _Coder(
             encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
         )
 
-    def completion(self, report: Progress, stages: Stages) -> SkipNetwork:
+    def completion(self, report: Progress, store: Store) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
         self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
@@ -122,11 +122,13 @@ class _Training:
             wanted = torch.cat([part.of(self._values) for part in parts])
             pairs = list(zip(parts, subsets, strict=True))
             seen = torch.cat([part.of(estimates[subset]) for part, subset in pairs])
-            shares = torch.cat([known[subset].expand(len(part.one), -1) for part, subset in pairs])
-            found = complete(torch.cat([seen / self._scale, shares], 1)) * self._scale
+            fractions = torch.cat(
+                [known[subset].expand(len(part.one), -1) for part, subset in pairs]
+            )
+            found = complete(torch.cat([seen / self._scale, fractions], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        self._descend([complete], loss, "completion", report, stages)
+        self._descend([complete], loss, "completion", report, store)
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -135,8 +137,8 @@ class _Training:
         values, residuals = self._data.values, self._data.residuals + 1e-7
         energy = np.square(values).sum(1) / 3.0 + residuals
         covariance = np.zeros((values.shape[1],) * 2)
-        for estimate, share in zip(self._estimates, self._known, strict=True):
-            error = values - complete.given(share)(estimate)
+        for estimate, fraction in zip(self._estimates, self._known, strict=True):
+            error = values - complete.given(fraction)(estimate)
             error /= np.sqrt(energy)[:, None]
             covariance += error.T @ error
         covariance /= len(self._estimates) * len(values)
@@ -149,12 +151,12 @@ class _Training:
         loss: Callable[[int], Tensor],
         stage: str,
         report: Progress,
-        stages: Stages,
+        store: Store,
     ) -> None:
         steps = self._recipe.code_steps
         vectors = [vector for network in networks for vector in network.vectors]
         matrices = [matrix for network in networks for matrix in network.matrices]
-        descend(vectors, matrices, loss, steps, stage, report, self._generator, stages)
+        descend(vectors, matrices, loss, steps, stage, report, self._generator, store)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)
@@ -165,9 +167,9 @@ class _Training:
         parts = []
         for order in self._orders[self._draw(len(self._orders), _PARTS)]:
             one, other = self._draw(len(self._values), 2 * count).chunk(2)
-            share = torch.rand(count, 1, generator=self._generator)
-            share *= torch.rand(count, 1, generator=self._generator) < _MIXED
-            parts.append(_Part(one, other, share, order))
+            fraction = torch.rand(count, 1, generator=self._generator)
+            fraction *= torch.rand(count, 1, generator=self._generator) < _MIXED
+            parts.append(_Part(one, other, fraction, order))
         return parts
 
     def _error(self, difference: Tensor, parts: list[_Part]) -> Tensor:
@@ -177,21 +179,21 @@ class _Training:
 
 
 class _Part(NamedTuple):
-    """Pairs of texels, the share of the second ones in their mixture, an order of the channels."""
+    """Pairs of texels, fractions of the second ones in mixtures, an order of the channels."""
 
     one: Tensor
     other: Tensor
-    share: Tensor
+    fraction: Tensor
     order: Tensor
 
     def of(self, table: Tensor) -> Tensor:
         """Coefficients of the mixtures, from a table of those of all texels."""
-        return torch.lerp(table[self.one], table[self.other], self.share) @ self.order
+        return torch.lerp(table[self.one], table[self.other], self.fraction) @ self.order
 
     def left(self, residuals: Tensor) -> Tensor:
         """What the functions leave of mixtures: that of two texels is taken to be independent."""
-        share = self.share[:, 0]
-        return residuals[self.one] * (1.0 - share) ** 2 + residuals[self.other] * share**2
+        fraction = self.fraction[:, 0]
+        return residuals[self.one] * (1.0 - fraction) ** 2 + residuals[self.other] * fraction**2
 
 
 def _first_prior(data: TrainingTexels) -> Prior:
@@ -216,10 +218,12 @@ def _estimates(
 
 def _orders_of_channels(functions: FunctionValues) -> Floats:
     """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
-    greys, chromas = functions.grey.shape[1], functions.chroma.shape[1]
-    changes = np.tile(np.eye(greys + 2 * chromas, dtype=np.float32), (len(TURNS), 1, 1))
-    for change, turn in zip(changes, TURNS, strict=True):
-        change[greys:, greys:] = np.kron(turn, np.eye(chromas))
+    luma_count, chroma_count = functions.luma.shape[1], functions.chroma.shape[1]
+    changes = np.tile(
+        np.eye(luma_count + 2 * chroma_count, dtype=np.float32), (len(CHROMA_PERMUTATIONS), 1, 1)
+    )
+    for change, permutation in zip(changes, CHROMA_PERMUTATIONS, strict=True):
+        change[luma_count:, luma_count:] = np.kron(permutation, np.eye(chroma_count))
     return changes
 
 
@@ -228,7 +232,7 @@ def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple
     energy = np.square(data.values).sum(1) / 3.0 + data.residuals
     weighted = data.values / (energy[:, None] ** 0.25 + 1e-6)
     vectors = np.linalg.eigh((weighted.T @ weighted).astype(np.float64))[1][:, ::-1][:, :count]
-    spread = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
-    forward = vectors / spread * deviations[:, None]
-    back = (vectors * spread / deviations[:, None]).T
+    deviation = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
+    forward = vectors / deviation * deviations[:, None]
+    back = (vectors * deviation / deviations[:, None]).T
     return forward.astype(np.float32), back.astype(np.float32)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
+from nacre.io.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
+from nacre.measured.textures.domes import pairs
+from nacre.numerics.mlp import Layer
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import join_reflectance
-from nacre.textures.codecs.basis.functions import AngularFunctions
+from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
+from nacre.textures.codecs.basis.networks import AngularFunctions, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior, project
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
-from nacre.textures.codecs.codec import TexelCodec, TexelMap
+from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.codec import LinearBlock, TexelCodec, TexelMap, TrainingRun
 
 _STEPS = 2
 """Gauss-Newton steps of a code; more lower the error by less than a thousandth."""
@@ -20,6 +27,14 @@ _CHUNK = 512
 """Texels at a time whose codes are found."""
 _PAIRS = 1 << 9
 """Pairs of directions at a time that are decoded: few enough for the cache."""
+VERSION = 2
+_VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
+"""Stays as it is: maps of texels know their codec by the hash of its header and weights."""
+_EXACT = "prior."
+"""What is single in every file, as is what half cannot hold: inverses magnify rounding."""
+_LARGEST = 1e9
+"""Weights of coefficients that hardly vary in the training data are large."""
+_MAX_WIDTH, _MAX_FUNCTIONS, _MAX_CODE_DIM = 1 << 13, 1 << 10, 1 << 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +46,7 @@ class BasisCodec(TexelCodec):
     once a texel; after that, a pair of directions costs one multiplication a coefficient.
 
     Encoding takes any directions. Least squares give coefficients; a network completes them, given
-    what share of each the directions determine; where they determine much, measurements override
+    what fraction of each the directions determine; where they determine much, measurements override
     it; and Gauss-Newton steps bring the code closest to the outcome.
 
     Parameters
@@ -39,7 +54,7 @@ class BasisCodec(TexelCodec):
     functions
         Of light and view.
     complete
-        From coefficients by least squares, and what share of each is known, to those to expect.
+        From coefficients by least squares, and what fraction of each is known, to those to expect.
     encode
         From coefficients to a first guess of the code.
     decode
@@ -62,10 +77,13 @@ class BasisCodec(TexelCodec):
     prior: Prior
     metadata: dict[str, Any] = field(default_factory=dict)
 
+    kind = "basis"
+    hit_form = "functions"
+
     def __post_init__(self) -> None:
-        count = self.functions.greys + 2 * self.functions.chromas
+        count = self.expanded_dim
         shapes = [self.encode.linear.shape, self.decode.linear.shape[::-1]]
-        if shapes != [(count, self.values)] * 2:
+        if shapes != [(count, self.code_dim)] * 2:
             raise ValueError(f"networks of shapes {shapes} for {count} coefficients")
         if (len(self.complete.layers[0].weights), *self.complete.linear.shape) != (
             *(2 * count, count),
@@ -76,9 +94,14 @@ class BasisCodec(TexelCodec):
             raise ValueError(f"the prior is not of {count} coefficients")
 
     @property
-    def values(self) -> int:  # type: ignore[override]
-        """Values of a code."""
+    def code_dim(self) -> int:  # type: ignore[override]
+        """Number of values of a code."""
         return int(self.decode.linear.shape[0])
+
+    @property
+    def expanded_dim(self) -> int:  # type: ignore[override]
+        """Number of coefficients: of luma, and of both values of chroma."""
+        return self.functions.luma_count + 2 * self.functions.chroma_count
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.encoder`."""
@@ -87,7 +110,7 @@ class BasisCodec(TexelCodec):
 
         def encode(texels: Floats) -> Floats:
             moments = observation.moments(texels)
-            codes = np.empty((len(texels), self.values), np.float32)
+            codes = np.empty((len(texels), self.code_dim), np.float32)
             for start in range(0, len(moments), _CHUNK):
                 part = moments[start : start + _CHUNK]
                 guess = complete(observation.ridge(part))
@@ -101,17 +124,144 @@ class BasisCodec(TexelCodec):
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.decoder`."""
         functions = self.functions(wi, wo)
-        greys, chromas = self.functions.greys, self.functions.chromas
+        luma_count, chroma_count = self.functions.luma_count, self.functions.chroma_count
 
         def decode(codes: Floats) -> Floats:
             coefficients = self.decode(codes)
             values = np.empty((len(codes), len(wi), 3), np.float32)
             for start in range(0, len(wi), _PAIRS):
                 part = slice(start, start + _PAIRS)
-                grey = coefficients[:, :greys] @ functions.grey[part].T + functions.mean[part]
-                chroma = coefficients[:, greys:].reshape(len(codes), 2, chromas).swapaxes(0, 1)
-                chroma = chroma @ functions.chroma[part].T
-                join_reflectance(grey, chroma, values[:, part])
+                luma = coefficients[:, :luma_count] @ functions.luma[part].T + functions.mean[part]
+                chroma = coefficients[:, luma_count:].reshape(len(codes), 2, chroma_count)
+                chroma = chroma.swapaxes(0, 1) @ functions.chroma[part].T
+                join_reflectance(luma, chroma, values[:, part])
             return values
 
         return decode
+
+    def embedding(self, wi: Floats, wo: Floats) -> TexelMap:
+        """See :meth:`TexelCodec.embedding`; of all pairs, before what is below black is cut off."""
+        gram = Observation(self.functions(wi, wo), self.prior).gram / (3 * len(wi))
+        variances, vectors = np.linalg.eigh(gram)
+        factor = (vectors * np.sqrt(np.maximum(variances, 0.0))).astype(np.float32)
+        return lambda codes: self.decode(codes) @ factor
+
+    def linear_blocks(self, wi: Floats, wo: Floats) -> list[LinearBlock]:
+        """See :meth:`TexelCodec.linear_blocks`; coefficients are taken to be independent."""
+        functions, luma_count = self.functions(wi, wo), self.functions.luma_count
+        variances = self.prior.deviations.astype(np.float64) ** 2
+        # Both values of chroma have the same functions, hence the same variances.
+        chroma = variances[luma_count : luma_count + self.functions.chroma_count]
+        return [
+            LinearBlock(functions.luma, variances[:luma_count], self.prior.noise),
+            LinearBlock(functions.chroma, chroma, self.prior.noise, 2),
+        ]
+
+    def describe(self) -> dict[str, Any]:
+        """Functions, and widths of each network from inputs to outputs."""
+        functions = self.functions
+        networks = {
+            "functions": [*functions.hidden, functions.wide, functions.last],
+            "completion": self.complete.layers,
+            "encoder": self.encode.layers,
+            "decoder": self.decode.layers,
+        }
+        return {
+            "luma functions": functions.luma_count,
+            "chroma functions": functions.chroma_count,
+            **{f"layers, {name}": _widths(layers) for name, layers in networks.items()},
+        }
+
+    def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
+        """See :meth:`TexelCodec.pack`."""
+        numbers, tensors = pack_fields(self)
+        metadata = numbers.pop("metadata")
+        written: Tensors = {}
+        for name, array in tensors.items():
+            exact = name.startswith(_EXACT) or np.abs(array).max() >= HALF_LARGEST
+            written |= in_precision({name: array}, "single" if exact else precision, _LARGEST)
+        header = {
+            "version": VERSION,
+            "model": self.kind,
+            "numbers": numbers,
+            "values": _VALUES,
+            "metadata": metadata,
+        }
+        return header, written
+
+    @classmethod
+    def unpack(cls, header: dict[str, Any], tensors: Tensors) -> BasisCodec:
+        """See :meth:`TexelCodec.unpack`."""
+        check_header(header, VERSION)
+        metadata, numbers = header["metadata"], header["numbers"]
+        if not isinstance(numbers, dict):
+            raise ValueError("numbers are not an object")
+        single: Tensors = {}
+        for name, array in tensors.items():
+            if max(array.shape, default=0) > _MAX_WIDTH:
+                raise ValueError(f"{name} is {array.shape}, wider than {_MAX_WIDTH:,}")
+        for name, array in tensors.items():
+            single |= in_single({name: array}, _LARGEST)
+        codec = unpack_fields(BasisCodec, {**numbers, "metadata": metadata}, single)
+        functions = len(codec.functions.last.biases)
+        if not 1 <= codec.code_dim <= _MAX_CODE_DIM or functions > _MAX_FUNCTIONS:
+            raise ValueError(f"latent size {codec.code_dim:,} or {functions:,} functions: too many")
+        _try(codec)
+        return codec
+
+    @classmethod
+    def recipe(
+        cls, *, code_dim: int | None = None, steps: int | None = None, seed: int = 0
+    ) -> BasisRecipe:
+        """See :meth:`TexelCodec.recipe`.
+
+        Parameters
+        ----------
+        code_dim
+            Number of values of a code; 32 where None.
+        steps
+            Of both stages together.
+        seed
+            Of all that is random.
+
+        Raises
+        ------
+        NacreError
+            If codes would have more values than there are coefficients.
+        """
+        return BasisRecipe.of(code_dim, steps, seed)
+
+    @classmethod
+    def train(cls, run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
+        """See :meth:`TexelCodec.train`."""
+        from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
+
+        codec = train_basis(run, recipe)
+        facts = {
+            "materials": [Path(path).stem for path in run.paths],
+            "training": asdict(recipe),
+            "steps": recipe.steps,
+        }
+        return replace(codec, metadata=facts)
+
+    @classmethod
+    def state_files(cls, state: Path) -> list[Path]:
+        """See :meth:`TexelCodec.state_files`."""
+        return [path for path in Store(state).files() if path != state]
+
+
+def _widths(layers: Sequence[Layer]) -> list[int]:
+    return [len(layers[0].weights), *(len(layer.biases) for layer in layers)]
+
+
+def _try(codec: BasisCodec) -> None:
+    """Refuse a codec that cannot encode and decode a gray texel at a few directions."""
+    directions: Floats = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], np.float32)
+    wi, wo = pairs(directions, directions)
+    with np.errstate(all="ignore"):
+        codes = codec.encoder(wi, wo)(np.full((1, len(wi), 3), 0.5, np.float32))
+        values = codec.decoder(wi, wo)(codes)
+    if codes.shape != (1, codec.code_dim) or values.shape != (1, len(wi), 3):
+        raise ValueError(f"gives codes {codes.shape} and values {values.shape} of one texel")
+    if not (np.isfinite(codes).all() and np.isfinite(values).all()):
+        raise ValueError("encodes a gray texel as numbers that are not finite")

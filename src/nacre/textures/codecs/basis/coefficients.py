@@ -15,24 +15,25 @@ from nacre.btf import Btf
 from nacre.measured.textures.domes import below
 from nacre.measured.textures.transposition import transposed
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.functions import FunctionValues
+from nacre.textures.codecs.basis.fields import kept
+from nacre.textures.codecs.basis.networks import FunctionValues
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.stages import Stages
 from nacre.textures.selection import random_texels
 
 _BLOCK = 64
 """Texels that are worked on at a time."""
 _COEFFICIENT_BYTES = 3 * 4
 """Of a subset: products with functions, gathered, and estimates."""
-_SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
+_FRACTIONS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
 _VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
 _LIGHTS = (45.0, 60.0)
 _BOTH = (45.0, 53.0, 60.0, 68.0)
 _FLASH = 10.0
 """Degrees from the view to a light that counts as being at the camera."""
 _FLASHES = (1.0, 0.5, 0.2)
-"""Shares of the pairs with such a light."""
+"""Fractions of the pairs with such a light."""
 
 Indices = npt.NDArray[np.intp]
 
@@ -61,34 +62,34 @@ class TrainingTexels:
 
 
 def partial_measurements(wi: Floats, wo: Floats, random: np.random.Generator) -> list[Indices]:
-    """Subsets of pairs like those that people measure: all, random shares of them (Unified BTF
+    """Subsets of pairs like those that people measure: all, random fractions of them (Unified BTF
     encoding, section 4), views, lights or both within some angle of the normal, and lights at the
     camera.
     """
     count = len(wi)
     subsets = [np.arange(count)]
-    for share in _SHARES:
-        chosen = random.choice(count, max(1, int(count * share)), replace=False)
+    for fraction in _FRACTIONS:
+        chosen = random.choice(count, max(1, int(count * fraction)), replace=False)
         subsets.append(np.sort(chosen))
     subsets += [np.flatnonzero(below(wo, degrees)) for degrees in _VIEWS]
     subsets += [np.flatnonzero(below(wi, degrees)) for degrees in _LIGHTS]
     subsets += [np.flatnonzero(below(wi, angle) & below(wo, angle)) for angle in _BOTH]
     flash = np.flatnonzero((wi * wo).sum(1) > np.cos(np.radians(_FLASH)))
-    for share in _FLASHES:
-        subsets.append(np.sort(random.permutation(flash)[: round(share * len(flash))]))
+    for fraction in _FLASHES:
+        subsets.append(np.sort(random.permutation(flash)[: round(fraction * len(flash))]))
     return [subset for subset in subsets if len(subset)]
 
 
 def training_texels(
     textures: Sequence[Callable[[], Btf]],
     functions: FunctionValues,
-    turns: Sequence[npt.NDArray[Any]],
+    rotations: Sequence[npt.NDArray[Any]],
     subsets: Sequence[Indices],
     recipe: BasisRecipe,
     progress: Progress,
-    stages: Stages,
+    store: Store,
 ) -> TrainingTexels:
-    """Coefficients of random texels of every texture, each turned about its normal at random.
+    """Coefficients of random texels of every texture, each rotated about its normal at random.
 
     Parameters
     ----------
@@ -96,30 +97,30 @@ def training_texels(
         Each gives a texture when called.
     functions
         At its pairs of directions, over which they are orthonormal.
-    turns
-        Orders of the pairs, see :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+    rotations
+        Orders of the pairs, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
     subsets
         Of the pairs, the first of all.
     recipe
         Says how many texels of each.
-    progress, stages
+    progress, store
         Called as it goes on, and where what is read of each texture is kept.
     """
     tables = [functions.at(subset) for subset in subsets]
-    coefficients = functions.grey.shape[1] + 2 * functions.chroma.shape[1]
+    coefficients = functions.luma.shape[1] + 2 * functions.chroma.shape[1]
     each = _COEFFICIENT_BYTES * len(subsets) * coefficients
-    most = max(1, recipe.memory // (each * len(textures)))
+    limit = max(1, recipe.memory // (each * len(textures)))
 
     def read(index: int) -> _Read:
         random = np.random.default_rng([recipe.seed, index])
         with transposed(textures[index]()) as texture:
-            chosen = random_texels(texture, min(recipe.coded_texels, most), random)
-            orders = [turns[turn] for turn in random.integers(len(turns), size=len(chosen))]
+            chosen = random_texels(texture, min(recipe.coded_texels, limit), random)
+            orders = [rotations[k] for k in random.integers(len(rotations), size=len(chosen))]
             return _coefficients(texture, chosen, orders, functions.mean, subsets, tables)
 
     found: list[_Read] = []
     for index in range(len(textures)):
-        found.append(stages.result(f"coefficients-{index}", _Read, partial(read, index)))
+        found.append(kept(store, f"coefficients-{index}", _Read, partial(read, index)))
         progress("coefficients", index + 1, len(textures), "")
     moments = np.concatenate([part.moments for part in found], axis=1)
     residuals = np.concatenate([part.residuals for part in found])
@@ -150,14 +151,14 @@ def _coefficients(
         texels = texture.texels(chosen[part])
         for texel, order in zip(texels, orders[part], strict=True):
             texel[:] = texel[order]
-        grey, chroma = split_reflectance(texels, mean)
+        luma, chroma = split_reflectance(texels, mean)
         for subset, table, found in zip(subsets, tables, moments, strict=True):
             products = [
-                grey[:, subset] @ table.grey,
+                luma[:, subset] @ table.luma,
                 *(c[:, subset] @ table.chroma for c in chroma),
             ]
             found.append(np.concatenate(products, axis=1))
-        energy = np.square(grey).mean(1) + np.square(chroma).mean(2).sum(0)
+        energy = np.square(luma).mean(1) + np.square(chroma).mean(2).sum(0)
         explained = np.square(moments[0][-1] / len(mean)).sum(1)
         residuals.append(np.maximum(energy - explained, 0.0) / 3.0)
     return _Read(np.stack([np.concatenate(m) for m in moments]), np.concatenate(residuals))

@@ -11,20 +11,20 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.pca import leading_components
 from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.components import principal_functions
-from nacre.textures.codecs.basis.functions import INPUTS, AngularFunctions, direction_inputs
-from nacre.textures.codecs.basis.network_training import Tensor, dense, descend, to_layer, torch
+from nacre.textures.codecs.basis.network_training import Tensor, descend, new_layer, to_layer, torch
+from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, direction_inputs
 from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.stages import Stages
 
 _BATCH = 1024
 _BLOCK = 64
 """Texels at a time whose colors are split."""
 _RIDGE = 1e-8
-_LEAST = 1e-9
+_SMALLEST = 1e-9
 """Of the mean square of texels: what varies less is rounding."""
 
 
@@ -37,16 +37,16 @@ class Components:
     wi, wo
         Unit directions, shape (n, 3).
     table
-        The mean, then components of gray values, then those of pairs, each of the size that it has
-        in texels, shape (n, 1 + grays + chromas).
-    grays
-        How many are of gray values.
+        The mean, then components of luma, then those of chroma, each of the size that it has in
+        texels, shape (n, 1 + luma_count + chroma_count).
+    luma_count
+        How many are of luma.
     """
 
     wi: Floats
     wo: Floats
     table: Floats
-    greys: int
+    luma_count: int
 
 
 def principal_components(
@@ -66,7 +66,8 @@ def principal_components(
     wi, wo
         Unit directions, shape (n, 3).
     orders
-        Turns about the normal, see :func:`nacre.textures.codecs.basis.symmetry.symmetric_turns`.
+        Rotations about the normal, see
+        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
     recipe
         Sizes and efforts.
     report
@@ -78,38 +79,41 @@ def principal_components(
         If texels vary in fewer ways than codes have values.
     """
     count = len(texels)
-    grey = np.empty((count, len(wi)), np.float32)
+    luma = np.empty((count, len(wi)), np.float32)
     chroma = np.empty((2, count, len(wi)), np.float32)
     for start in range(0, count, _BLOCK):
         part = slice(start, start + _BLOCK)
-        grey[part], chroma[:, part] = split_reflectance(texels[part], np.zeros_like(grey[0]))
-    mean = grey.mean(0)
+        luma[part], chroma[:, part] = split_reflectance(texels[part], np.zeros_like(luma[0]))
+    mean = luma.mean(0)
     mean = np.mean([mean[order] for order in orders], axis=0)
-    grey -= mean
+    luma -= mean
     report("components", 0, 2, "")
-    greys, grey_variances = principal_functions(grey, orders, recipe.greys, recipe.seed)
+    lumas, luma_variances = leading_components(luma, orders, recipe.luma_count, recipe.seed)
     report("components", 1, 2, "")
     pairs = chroma.reshape(2 * count, -1)
-    chromas, chroma_variances = principal_functions(pairs, orders, recipe.chromas, recipe.seed)
+    chromas, chroma_variances = leading_components(pairs, orders, recipe.chroma_count, recipe.seed)
     report("components", 2, 2, "")
     # A function counts by what it adds to a texel: its root mean square there.
-    least = _LEAST * float(np.square(mean).sum())
+    smallest = _SMALLEST * float(np.square(mean).sum())
     parts = [
-        block[:, variances > least] * np.sqrt(variances[variances > least])
-        for block, variances in ((greys, grey_variances), (chromas, 2.0 * chroma_variances))
+        block[:, variances > smallest] * np.sqrt(variances[variances > smallest])
+        for block, variances in (
+            (lumas, luma_variances),
+            (chromas, 2.0 * chroma_variances),
+        )
     ]
     found = [part.shape[1] for part in parts]
-    if not found[0] or found[0] + 2 * found[1] < recipe.values:
+    if not found[0] or found[0] + 2 * found[1] < recipe.code_dim:
         raise NacreError(
-            f"texels vary in {found[0] + 2 * found[1]} ways, too few for codes of {recipe.values} "
-            "values; take more varied textures, or fewer values"
+            f"texels vary in {found[0] + 2 * found[1]} ways, too few for codes of "
+            f"{recipe.code_dim} values; take more varied textures, or a smaller latent size"
         )
     table = np.ascontiguousarray(np.concatenate([mean[:, None], *parts], axis=1))
     return Components(wi, wo, table, found[0])
 
 
 def train_functions(
-    components: Components, recipe: BasisRecipe, report: Progress, stages: Stages
+    components: Components, recipe: BasisRecipe, report: Progress, store: Store
 ) -> AngularFunctions:
     """A network of components; all but the mean become orthonormal at their directions.
 
@@ -119,42 +123,42 @@ def train_functions(
         What it learns.
     recipe
         Sizes and efforts.
-    report, stages
+    report, store
         Called as it goes on, and where steps are kept.
     """
     table, inputs = components.table, direction_inputs(components.wi, components.wo)
     generator = torch.Generator().manual_seed(recipe.seed)
     sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
-    layers = [dense(a, b, generator) for a, b in itertools.pairwise(sizes)]
-    shift, spread = inputs.mean(0), inputs.std(0) + 1e-6
+    layers = [new_layer(a, b, generator) for a, b in itertools.pairwise(sizes)]
+    shift, scatter = inputs.mean(0), inputs.std(0) + 1e-6
     scale = np.sqrt(np.square(table).mean(0)) + 1e-12
-    seen = torch.from_numpy((inputs - shift) / spread)
+    seen = torch.from_numpy((inputs - shift) / scatter)
     wanted, scales = torch.from_numpy(table), torch.from_numpy(scale)
     total = float(np.square(table).mean(0).sum())
 
     def features(state: Tensor) -> Tensor:
-        silu = torch.nn.functional.silu
-        (weights, biases), *hidden, wide = layers[:-1]
-        state = silu(torch.addmm(biases, state, weights))
-        for weights, biases in hidden:
-            state = state + silu(torch.addmm(biases, state, weights))
-        return silu(torch.addmm(wide[1], state, wide[0]))
+        first, *hidden, wide = layers[:-1]
+        state = dense(state, first, SILU)
+        for layer in hidden:
+            state = state + dense(state, layer, SILU)
+        return dense(state, wide, SILU)
 
     def loss(_step: int) -> Tensor:
         chosen = torch.randint(len(seen), (_BATCH,), generator=generator)
-        weights, biases = layers[-1]
-        found = torch.addmm(biases, features(seen[chosen]), weights) * scales
+        found = dense(features(seen[chosen]), layers[-1]) * scales
         return (found - wanted[chosen]).square().sum(1).mean() / total
 
     matrices = [weights for weights, _ in layers[1:-2]]
     vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
-    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, stages)
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, store)
     first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
-    first = Layer(first.weights / spread[:, None], first.biases - (shift / spread) @ first.weights)
+    first = Layer(
+        first.weights / scatter[:, None], first.biases - (shift / scatter) @ first.weights
+    )
     with torch.no_grad():
         units = features(seen).numpy()
     last = _least_squares(units, table)
-    rough = AngularFunctions([first, *hidden], wide, last, components.greys)
+    rough = AngularFunctions([first, *hidden], wide, last, components.luma_count)
     return _orthonormal(rough, units @ last.weights + last.biases)
 
 
@@ -170,9 +174,9 @@ def _least_squares(units: Floats, table: Floats) -> Layer:
 def _orthonormal(rough: AngularFunctions, values: Floats) -> AngularFunctions:
     """The same functions, combined so that their mean products over some pairs are 0 and 1."""
     weights, biases = rough.last.weights.copy(), rough.last.biases.copy()
-    for block in (slice(1, 1 + rough.greys), slice(1 + rough.greys, None)):
+    for block in (slice(1, 1 + rough.luma_count), slice(1 + rough.luma_count, None)):
         upper = np.linalg.qr(values[:, block].astype(np.float64) / np.sqrt(len(values)))[1]
         inverse = np.linalg.inv(upper)
         weights[:, block] = weights[:, block] @ inverse
         biases[block] = biases[block] @ inverse
-    return AngularFunctions(rough.hidden, rough.wide, Layer(weights, biases), rough.greys)
+    return AngularFunctions(rough.hidden, rough.wide, Layer(weights, biases), rough.luma_count)

@@ -10,11 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nacre.errors import NacreError, require
-from nacre.numerics.layer import Layer
+from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
-from nacre.textures.codecs.basis.stages import Stages
+from nacre.runtime.store import Store
+from nacre.textures.codecs.basis.networks import SkipNetwork
 
 torch: Any = require("torch", "btf")
 Tensor: TypeAlias = Any
@@ -30,7 +30,7 @@ def descend(
     stage: str,
     report: Progress,
     generator: Any,
-    stages: Stages,
+    store: Store,
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
@@ -44,7 +44,7 @@ def descend(
         Of a step.
     steps, stage, report
         How many, their name, and what is called as they go on.
-    generator, stages
+    generator, store
         What the loss draws from, and where steps are kept.
 
     Raises
@@ -52,21 +52,36 @@ def descend(
     NacreError
         If some numbers are not finite in the end.
     """
-    optimisers = [(torch.optim.Adam(vectors), _RATE)]
+    optimizers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:
         muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
-        optimisers.append((muon, _MATRIX_RATE))
+        optimizers.append((muon, _MATRIX_RATE))
     changed = [*vectors, *matrices]
-    left = stages.steps(stage, steps, changed, [o for o, _ in optimisers], generator)
+
+    def state() -> dict[str, Any]:
+        return {
+            "tensors": changed,
+            "optimizers": [optimizer.state_dict() for optimizer, _ in optimizers],
+            "generator": generator.get_state(),
+        }
+
+    def restore(state: dict[str, Any]) -> None:
+        for tensor, saved in zip(changed, state["tensors"], strict=True):
+            tensor.data.copy_(saved)
+        for (optimizer, _), saved in zip(optimizers, state["optimizers"], strict=True):
+            optimizer.load_state_dict(saved)
+        generator.set_state(state["generator"])
+
+    left = store.steps(steps, state, restore, f"{stage}-steps")
     with one_thread():
-        _steps(left, optimisers, loss, steps, partial(report, stage))
+        _steps(left, optimizers, loss, steps, partial(report, stage))
     if not all(bool(torch.isfinite(tensor).all()) for tensor in changed):
         raise NacreError(f"{stage} diverged; take another seed")
 
 
 def _steps(
     left: Iterator[int],
-    optimisers: list[tuple[Any, float]],
+    optimizers: list[tuple[Any, float]],
     loss: Callable[[int], Tensor],
     steps: int,
     report: Callable[[int, int, str], None],
@@ -75,17 +90,19 @@ def _steps(
         fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
         fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
         current = loss(step)
-        for optimiser, _ in optimisers:
-            optimiser.zero_grad()
+        for optimizer, _ in optimizers:
+            optimizer.zero_grad()
         current.backward()
-        for optimiser, rate in optimisers:
-            optimiser.param_groups[0]["lr"] = rate * fraction
-            optimiser.step()
+        for optimizer, rate in optimizers:
+            optimizer.param_groups[0]["lr"] = rate * fraction
+            optimizer.step()
         if (step + 1) % 50 == 0 or step + 1 == steps:
             report(step + 1, steps, f"loss {float(current.item()):.4g}")
 
 
-def dense(inputs: int, outputs: int, generator: Any, gain: float = 1.0) -> tuple[Tensor, Tensor]:
+def new_layer(
+    inputs: int, outputs: int, generator: Any, gain: float = 1.0
+) -> tuple[Tensor, Tensor]:
     """Weights and biases of a layer at its start (He et al. 2015)."""
     weights = torch.randn(inputs, outputs, generator=generator) * (gain * math.sqrt(2.0 / inputs))
     return weights.requires_grad_(), torch.zeros(outputs, requires_grad=True)
@@ -104,9 +121,9 @@ class SkipTraining:
         seen, outputs = linear.shape
         self.linear = torch.from_numpy(np.ascontiguousarray(linear)).requires_grad_()
         self.layers = [
-            dense(inputs or seen, hidden, generator),
-            dense(hidden, hidden, generator),
-            dense(hidden, outputs, generator, gain=0.0),
+            new_layer(inputs or seen, hidden, generator),
+            new_layer(hidden, hidden, generator),
+            new_layer(hidden, outputs, generator, gain=0.0),
         ]
 
     @property
@@ -125,8 +142,8 @@ class SkipTraining:
         *hidden, (weights, biases) = self.layers
         state = x
         for matrix, bias in hidden:
-            state = torch.nn.functional.silu(torch.addmm(bias, state, matrix))
-        return x[:, : len(self.linear)] @ self.linear + torch.addmm(biases, state, weights)
+            state = dense(state, (matrix, bias), SILU)
+        return x[:, : len(self.linear)] @ self.linear + dense(state, (weights, biases))
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
         """The network for inputs and outputs in other units: divided and multiplied by scales."""

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.basis.functions import FunctionValues
-from nacre.textures.codecs.basis.skip_network import SkipNetwork
+from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 
 Double = npt.NDArray[np.float64]
 
@@ -44,7 +43,7 @@ class Prior:
 
 
 class Observation:
-    """What a set of directions tells about coefficients.
+    """What a set of directions says about coefficients.
 
     Parameters
     ----------
@@ -56,20 +55,20 @@ class Observation:
 
     def __init__(self, functions: FunctionValues, prior: Prior) -> None:
         self.functions, self.prior = functions, prior
-        grey, chroma = (
-            block.astype(np.float64).T @ block for block in (functions.grey, functions.chroma)
+        luma, chroma = (
+            block.astype(np.float64).T @ block for block in (functions.luma, functions.chroma)
         )
-        self.sizes = [len(grey), len(chroma), len(chroma)]
+        self.sizes = [len(luma), len(chroma), len(chroma)]
         self.gram = np.zeros((sum(self.sizes),) * 2)
         start = 0
-        for block in (grey, chroma, chroma):
+        for block in (luma, chroma, chroma):
             self.gram[start : start + len(block), start : start + len(block)] = block
             start += len(block)
 
     def moments(self, texels: Floats) -> Floats:
         """Products of the functions with roots of reflectance (b, n, 3) less the mean: (b, K)."""
-        grey, chroma = split_reflectance(texels, self.functions.mean)
-        parts = [grey @ self.functions.grey, *(c @ self.functions.chroma for c in chroma)]
+        luma, chroma = split_reflectance(texels, self.functions.mean)
+        parts = [luma @ self.functions.luma, *(c @ self.functions.chroma for c in chroma)]
         return np.concatenate(parts, axis=1)
 
     @cached_property
@@ -80,7 +79,7 @@ class Observation:
 
     @cached_property
     def known(self) -> Floats:
-        """What share of each coefficient the directions determine, 0 to 1, shape (K,)."""
+        """What fraction of each coefficient the directions determine, 0 to 1, shape (K,)."""
         return np.diag(self._ridge @ self.gram).astype(np.float32)
 
     def ridge(self, moments: Floats) -> Floats:
@@ -94,7 +93,7 @@ class Observation:
         return (np.linalg.inv(noise + self.gram @ covariance).T @ covariance).astype(np.float32)
 
     def expected(self, guess: Floats, moments: Floats) -> Floats:
-        """Coefficients (b, K) to be expected where a guess errs as it did in the training.
+        """Coefficients (b, K) to be expected where a guess is as wrong as it was in the training.
 
         Where much is known they are those of least squares, elsewhere those of the guess.
         """

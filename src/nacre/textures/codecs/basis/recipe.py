@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 
-_LEAST_TEXELS = 2048
-"""From which functions are found."""
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.measured.textures.directions import same_pairs
+
+_MIN_TEXELS = 2048
+"""That functions are found from."""
 
 
 @dataclass(frozen=True)
@@ -15,14 +20,15 @@ class BasisRecipe:
 
     Parameters
     ----------
-    values
-        Of a code.
-    grays, chromas
-        Functions of gray values, and of pairs of colors: grays + 2 chromas coefficients a texel.
+    code_dim
+        Number of values of a code.
+    luma_count, chroma_count
+        Number of functions of luma, and of chroma: luma_count + 2 chroma_count coefficients a
+        texel.
     texels
-        Of each material, from which the functions are found; more where there are few materials.
+        Of each material, that the functions are found from; more where there are few materials.
     coded_texels
-        Of each material, from which codes are learned.
+        Of each material, that codes are learned from.
     width, depth, wide
         Units of the hidden layers of the network that gives the functions, their number, and units
         of the layer after them.
@@ -40,13 +46,13 @@ class BasisRecipe:
     Raises
     ------
     ValueError
-        If a number is not positive, the seed is negative, or there are more values than
+        If a number is not positive, the seed is negative, or there are more values in a code than
         coefficients.
     """
 
-    values: int = 32
-    greys: int = 96
-    chromas: int = 16
+    code_dim: int = 32
+    luma_count: int = 96
+    chroma_count: int = 16
     texels: int = 100
     coded_texels: int = 512
     width: int = 192
@@ -63,9 +69,62 @@ class BasisRecipe:
         for name, value in asdict(self).items():
             if value < (name != "seed"):
                 raise ValueError(f"{name} is {value}, expected at least {int(name != 'seed')}")
-        if self.values > (most := self.greys + 2 * self.chromas):
-            raise ValueError(f"{self.values} values, of {most} coefficients")
+        if self.code_dim > (limit := self.luma_count + 2 * self.chroma_count):
+            raise ValueError(f"codes of {self.code_dim} values, of {limit} coefficients")
+
+    @classmethod
+    def of(cls, code_dim: int | None, steps: int | None, seed: int) -> BasisRecipe:
+        """See :meth:`nacre.textures.codecs.basis.codec.BasisCodec.recipe`."""
+        plain = cls(seed=seed)
+        limit = plain.luma_count + 2 * plain.chroma_count
+        if code_dim is not None and code_dim > limit:
+            raise NacreError(f"codes of kind basis have up to {limit} values, not {code_dim}")
+        if steps is not None:
+            fraction = plain.function_steps / (plain.function_steps + plain.code_steps)
+            first = max(1, round(fraction * steps))
+            plain = replace(plain, function_steps=first, code_steps=max(1, steps - first))
+        return plain if code_dim is None else replace(plain, code_dim=code_dim)
+
+    @property
+    def steps(self) -> int:
+        """Of both stages."""
+        return self.function_steps + self.code_steps
 
     def texels_of_each(self, materials: int) -> int:
-        """Texels of each material from which the functions are found, if there are so many."""
-        return max(self.texels, math.ceil(_LEAST_TEXELS / max(1, materials)))
+        """Texels of each material that the functions are found from, if it has so many."""
+        return max(self.texels, math.ceil(_MIN_TEXELS / max(1, materials)))
+
+
+def check_textures(textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe) -> None:
+    """Refuse textures of different directions, and too few texels.
+
+    Parameters
+    ----------
+    textures
+        Each gives a texture when called; errors call it by its name.
+    recipe
+        What is to be learned from them.
+
+    Raises
+    ------
+    FormatError
+        If one cannot be opened.
+    NacreError
+        If they will not do.
+    """
+    first: Btf | None = None
+    texels, each = 0, recipe.texels_of_each(len(textures))
+    for open_texture in textures:
+        texture = open_texture()
+        first = first or texture
+        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
+            raise NacreError(
+                f"{texture.name}: is not measured at the directions of {first.name}, as all must "
+                "be; leave it out"
+            )
+        texels += min(texture.texel_count, each)
+    if texels < (fewest := 4 * recipe.code_dim):
+        raise NacreError(
+            f"codes of {recipe.code_dim} values need at least {fewest} texels to learn from; there "
+            f"are {texels} in all ({len(textures)} textures given)"
+        )

@@ -10,86 +10,96 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf import Btf
+from nacre.btf import Btf, TableBtf
+from nacre.errors import NacreError
+from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import narrowed, transposed
-from nacre.runtime.progress import Progress, silent
+from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.code_training import train_codes
-from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.textures.codecs.basis.codec import VERSION, BasisCodec
 from nacre.textures.codecs.basis.coefficients import (
     TrainingTexels,
     partial_measurements,
     training_texels,
 )
+from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.function_training import (
     Components,
     principal_components,
     train_functions,
 )
-from nacre.textures.codecs.basis.functions import AngularFunctions
-from nacre.textures.codecs.basis.inputs import check_textures
-from nacre.textures.codecs.basis.recipe import BasisRecipe
-from nacre.textures.codecs.basis.stages import Stages
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
-from nacre.textures.codecs.basis.uniform_texels import swatches
+from nacre.textures.codecs.basis.networks import AngularFunctions
+from nacre.textures.codecs.basis.recipe import BasisRecipe, check_textures
+from nacre.textures.codecs.codec import TrainingRun
+from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
 
 _VALUE_BYTES = 3 * (2 + 4)
-"""Of a pair of directions of a texel: as half floats, and as gray values and chroma."""
+"""Of a pair of directions of a texel: as half floats, and as luma and chroma."""
 
 
-def train_basis(
-    textures: Sequence[Callable[[], Btf]],
-    recipe: BasisRecipe,
-    progress: Progress = silent,
-    stages: Stages | None = None,
-) -> BasisCodec:
+def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
     """The default codec, learned from textures of the same pairs of directions.
 
-    Takes minutes. Texels count with their turns about the normal that the directions allow, and
+    Takes minutes. Texels count with their rotations about the normal that the directions allow, and
     with every order of the channels; uniform diffuse texels of all colors are learned with them.
 
     Parameters
     ----------
-    textures
-        Each gives a texture when called, three times in all, and is read twice.
+    run
+        Each texture is opened three times in all, and read twice.
     recipe
         Sizes and efforts.
-    progress
-        Called as it goes on.
-    stages
-        Where results are kept, from which a later call goes on.
 
     Raises
     ------
     FormatError
         If a texture cannot be read.
     NacreError
-        If there are too few texels, they are too much alike or too large, or directions differ.
+        If there are too few texels, they are too much alike or too large, directions differ, or the
+        state is of another training.
     """
+    textures = [partial(_open, run.load, path) for path in run.paths]
+    progress = run.progress
     check_textures(textures, recipe)
-    kept = stages or Stages()
+    store = Store(run.state, f"{VERSION} {recipe} {run.fingerprint}")
 
     def found_components() -> Components:
-        wi, wo, texels = _gathered(textures, recipe, progress, kept)
-        return principal_components(texels, wi, wo, symmetric_turns(wi, wo), recipe, progress)
+        wi, wo, texels = _gathered(textures, recipe, progress, store)
+        return principal_components(texels, wi, wo, symmetric_rotations(wi, wo), recipe, progress)
 
-    components = kept.result("components", Components, found_components)
-    kept.remove("texels-*")
-    functions = kept.result(
-        "functions", AngularFunctions, lambda: train_functions(components, recipe, progress, kept)
+    try:
+        components = kept(store, "components", Components, found_components)
+    except NacreError:
+        store.remove()  # no more than some texels, and one may be to blame
+        raise
+    store.remove("texels-*")
+    functions = kept(
+        store,
+        "functions",
+        AngularFunctions,
+        lambda: train_functions(components, recipe, progress, store),
     )
     wi, wo = components.wi, components.wo
     values = functions(wi, wo)
 
     def found_texels() -> TrainingTexels:
         subsets = partial_measurements(wi, wo, np.random.default_rng(recipe.seed))
-        turns = symmetric_turns(wi, wo)
-        plain = partial(swatches, wi, wo, recipe.coded_texels, recipe.seed)
-        return training_texels([*textures, plain], values, turns, subsets, recipe, progress, kept)
+        rotations = symmetric_rotations(wi, wo)
+        plain = partial(uniform_texels, wi, wo, recipe.coded_texels, recipe.seed)
+        return training_texels(
+            [*textures, plain], values, rotations, subsets, recipe, progress, store
+        )
 
-    data = kept.result("coefficients", TrainingTexels, found_texels)
-    kept.remove("coefficients-*")
-    return BasisCodec(functions, *train_codes(data, values, recipe, progress, kept))
+    data = kept(store, "coefficients", TrainingTexels, found_texels)
+    store.remove("coefficients-*")
+    return BasisCodec(functions, *train_codes(data, values, recipe, progress, store))
+
+
+def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:
+    """A texture by the name that its errors should have."""
+    return load(path).replaced(name=str(path))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,16 +112,16 @@ class _Texels:
 
 
 def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, stages: Stages
+    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, store: Store
 ) -> tuple[Floats, Floats, Floats]:
     """Directions, and random texels of every texture as half floats, shape (t, n, 3)."""
     found: list[_Texels] = []
     for index, open_texture in enumerate(textures):
         read = partial(_texels_of, open_texture, recipe, index, len(textures))
-        found.append(stages.result(f"texels-{index}", _Texels, read))
+        found.append(kept(store, f"texels-{index}", _Texels, read))
         progress("reading", index + 1, len(textures), "")
     wi, wo = found[0].wi, found[0].wo
-    plain = swatches(wi, wo, recipe.texels, recipe.seed).texels(slice(None))
+    plain = uniform_texels(wi, wo, recipe.texels, recipe.seed).texels(slice(None))
     return wi, wo, np.concatenate([*(texels.values for texels in found), plain.astype(np.float16)])
 
 
@@ -121,7 +131,26 @@ def _texels_of(
     """Random ones, other ones for each place in the list."""
     random = np.random.default_rng([recipe.seed, index])
     with transposed(open_texture()) as texture:
-        most = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
-        count = min(recipe.texels_of_each(textures), most)
+        limit = max(1, recipe.memory // (_VALUE_BYTES * texture.pair_count * textures))
+        count = min(recipe.texels_of_each(textures), limit)
         texels = texture.texels(random_texels(texture, count, random))
         return _Texels(texture.wi, texture.wo, narrowed(texels, np.float16, texture.name))
+
+
+def uniform_texels(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
+    """A row of texels, each of one reflectance factor at all pairs of directions.
+
+    Their colors lie anywhere between black and white, dark ones as often as bright ones.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions, shape (n, 3).
+    count
+        Of texels.
+    seed
+        Of the colors.
+    """
+    random = np.random.default_rng([seed, count])
+    colors = random.random((count, 1, 3), np.float32) * random.random((count, 1, 1), np.float32)
+    return TableBtf(np.broadcast_to(colors[None], (1, count, len(wi), 3)), wi, wo, "uniform")

@@ -8,7 +8,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "custom": ["CustomNetwork", "CustomSettings"],
         "network": ["TexelNetwork"],
         "preprocessing": ["Whitening"],
-        "recipe": ["TrainingRecipe"],
+        "recipe": ["NetworkRecipe", "TrainingRecipe"],
         "training": ["train_network"],
         "unified": ["UnifiedNetwork", "UnifiedSettings"],
     },

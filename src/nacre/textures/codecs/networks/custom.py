@@ -1,6 +1,6 @@
 """The network of "Neural BTF Compression and Interpolation" (Rainer et al. 2019).
 
-The paper of 2020 tells what its encoder is: convolutions in one dimension over the ordered list of
+The paper of 2020 says what its encoder is: convolutions in one dimension over the ordered list of
 reflectance, downsampling by max pooling, then fully connected layers with ReLUs; the decoder is the
 one it takes over itself, and eight values serve a material. Numbers and sizes of the encoder's
 layers are not given there; those here are ours: four convolutions of nine entries with 16, 16, 32
@@ -9,8 +9,9 @@ and 32 channels, each followed by a ReLU and the largest of four, and one hidden
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,16 +19,17 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
-from nacre.textures.codecs.networks.decoder import HIDDEN
+from nacre.numerics.mlp import forward
 from nacre.textures.codecs.networks.mlp import (
+    HIDDEN,
     Shapes,
     Tensor,
+    check_sizes,
     mlp_layers,
     mlp_shapes,
-    run_mlp,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork, check_sizes
+from nacre.textures.codecs.networks.network import TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
 
 
@@ -48,7 +50,7 @@ class CustomSettings:
     hidden
         Widths of the fully connected hidden layers.
     decoder, decoder_hidden
-        See :class:`nacre.textures.codecs.networks.decoder.Decoder`.
+        See :class:`nacre.textures.codecs.networks.mlp.Decoder`.
     """
 
     latent: int = 8
@@ -85,7 +87,7 @@ class CustomNetwork(TexelNetwork):
     ----------
     wi, wo
         The directions, shape (n, 3).
-    settings, whitening, parameters, metadata, seed, variance
+    settings, whitening, parameters, seed, variance
         See :class:`TexelNetwork`.
 
     Raises
@@ -94,7 +96,9 @@ class CustomNetwork(TexelNetwork):
         If the tensors do not fit the settings.
     """
 
-    model = "custom"
+    kind = "custom"
+    settings_type = CustomSettings
+    training_defaults: ClassVar[Mapping[str, Any]] = {"loss": "l2", "permute": False}
     settings: CustomSettings
     fixed_directions = True
 
@@ -105,17 +109,24 @@ class CustomNetwork(TexelNetwork):
         settings: CustomSettings,
         whitening: Whitening,
         parameters: dict[str, npt.NDArray[np.float32]] | None = None,
-        *,
-        metadata: dict[str, Any] | None = None,
         seed: int = 0,
         variance: str = "he",
     ) -> None:
         if wi.shape != wo.shape or wi.ndim != 2 or wi.shape[1] != 3 or not len(wi):
             raise ValueError(f"directions have shapes {wi.shape}, {wo.shape}, expected (n, 3)")
         self.wi, self.wo = (np.ascontiguousarray(w, np.float32) for w in (wi, wo))
-        super().__init__(
-            settings, whitening, parameters, metadata=metadata, seed=seed, variance=variance
-        )
+        super().__init__(settings, whitening, parameters, seed, variance)
+
+    @classmethod
+    def made(
+        cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
+    ) -> CustomNetwork:
+        """See :meth:`TexelNetwork.made`."""
+        return cls(directions["wi"], directions["wo"], settings, whitening, *others)
+
+    def directions(self) -> dict[str, Floats]:
+        """See :meth:`TexelNetwork.directions`."""
+        return {"wi": self.wi, "wo": self.wo}
 
     def shapes(self) -> Shapes:
         """See :class:`TexelNetwork`."""
@@ -138,7 +149,7 @@ class CustomNetwork(TexelNetwork):
         )
 
     def prepare_encoder(self, directions: Tensor) -> None:
-        """Nothing: the order of the entries tells the directions."""
+        """Nothing: the order of the entries stands for the directions."""
 
     def encode(self, values: Tensor, prepared: None) -> Tensor:
         """See :class:`TexelNetwork`."""
@@ -147,4 +158,4 @@ class CustomNetwork(TexelNetwork):
         for weight, bias in mlp_layers(self.parameters, "convolution"):
             values = functional.conv1d(values, weight, bias, padding=sizes.kernel // 2).relu_()
             values = functional.max_pool1d(values, sizes.pool, ceil_mode=True)
-        return run_mlp(values.flatten(1), mlp_layers(self.parameters, "encoder"))
+        return forward(values.flatten(1), mlp_layers(self.parameters, "encoder"))

@@ -23,7 +23,7 @@ Picks: TypeAlias = npt.NDArray[np.int64]
 """Pairs of a file and one of its texels, shape (..., 2)."""
 
 _STATISTICS, _HELD_OUT = 16, 256
-"""Texels of a file that whitening is found from; held-out texels that are looked at."""
+"""Texels of a file that whitening is found from; held-out texels that are evaluated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class TexelStream:
     Every epoch draws some texels of every file, never one that is held out, and shuffles them into
     batches of texels of the same directions. Batches are read ahead by a thread, as many at once as
     memory allows, so that a file is opened once for all that is needed of it. What an epoch holds
-    depends on the seed and its number only. Of several processes each reads its share of every
+    depends on the seed and its number only. Of several processes each reads its part of every
     batch.
 
     Parameters
@@ -84,7 +84,7 @@ class TexelStream:
     texels
         Drawn of every file and epoch; fewer where a file has fewer.
     held_out
-        Share of every file's texels that is never drawn.
+        Fraction of every file's texels that is never drawn.
     seed
         Of everything random.
     memory
@@ -132,12 +132,12 @@ class TexelStream:
         known: dict[bytes, int] = {}
         for index, path in enumerate(paths):
             texture = load(path)
-            mark = texture.wi.tobytes() + texture.wo.tobytes()
-            if mark not in known:
-                known[mark] = len(known)
+            key = texture.wi.tobytes() + texture.wo.tobytes()
+            if key not in known:
+                known[key] = len(known)
                 self.directions.append((np.array(texture.wi), np.array(texture.wo)))
                 self.examples.append(path)
-            self._groups.append(known[mark])
+            self._groups.append(known[key])
             self.names.append(texture.name or Path(path).name)
             order = np.random.default_rng((seed, 2, index)).permutation(texture.texel_count)
             picks = np.stack([np.full_like(order, index), order], axis=1)
@@ -171,7 +171,7 @@ class TexelStream:
         return [Batch(np.concatenate(parts), group) for group, parts in found.items()]
 
     def batches(self, start: int, stop: int) -> Generator[Batch, None, None]:
-        """The share of this process in the batches from a step to another."""
+        """The part of this process in the batches from a step to another."""
         plans = self._plans(start, stop)
         with ThreadPoolExecutor(1, "texels") as reader:
             ahead = reader.submit(self._read, next(plans, []))

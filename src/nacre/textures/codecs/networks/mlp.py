@@ -5,14 +5,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.errors import require
+from nacre.geometry import split, stereographic
+from nacre.numerics.mlp import forward
 
 torch: Any = require("torch", "btf")
+_Settings = TypeVar("_Settings")
+_MAX_LAYERS, _MAX_WIDTH = 16, 1 << 13
 Tensor: TypeAlias = Any
 Parameters: TypeAlias = Mapping[str, Tensor]
 Shapes: TypeAlias = dict[str, tuple[int, ...]]
@@ -42,15 +48,6 @@ def mlp_layers(parameters: Parameters, name: str) -> list[Layer]:
     return found
 
 
-def run_mlp(values: Tensor, layers: Sequence[Layer]) -> Tensor:
-    """Outputs for values of shape (n, inputs); the last layer is linear."""
-    for index, (weight, bias) in enumerate(layers):
-        values = torch.addmm(bias, values, weight)
-        if index < len(layers) - 1:
-            values = values.relu_()
-    return values
-
-
 def initial(
     shapes: Shapes, random: np.random.Generator, variance: str = "he"
 ) -> dict[str, npt.NDArray[np.float32]]:
@@ -78,3 +75,114 @@ def initial(
             factor = VARIANCES[variance]
         arrays[name] = random.uniform(-factor * bound, factor * bound, shape).astype(np.float32)
     return arrays
+
+
+INPUTS = 4
+"""Stereographic coordinates of the light and of the viewer."""
+HIDDEN = (106, 106, 106, 106)
+"""Widths of the hidden layers (Rainer et al. 2020, section 4; as in Rainer et al. 2019)."""
+DECODERS = "network", "bilinear"
+_COEFFICIENTS = 128
+"""Width of the layer between a code and the coefficients of the bilinear decoder."""
+
+
+@dataclass(frozen=True)
+class Decoder:
+    """The sizes of a decoder, and what it does with its tensors.
+
+    The "network" is the paper's: hidden layers with ReLUs on the code and the stereographic
+    coordinates of both directions. The "bilinear" one is ours: a network of the directions alone
+    gives as many features as its last width, a network of the code as many coefficients for each
+    channel, and a value is their product, so that a code that is met often costs one dot product
+    for each channel and pair of directions.
+
+    Parameters
+    ----------
+    latent
+        L, the values of a code.
+    hidden
+        Widths.
+    kind
+        One of :data:`DECODERS`.
+    """
+
+    latent: int
+    hidden: tuple[int, ...] = HIDDEN
+    kind: str = "network"
+
+    def shapes(self) -> Shapes:
+        """Names and shapes of the tensors."""
+        if self.kind == "network":
+            return mlp_shapes("decoder", (self.latent + INPUTS, *self.hidden, 3))
+        features = self.hidden[-1]
+        return mlp_shapes("features", (INPUTS, *self.hidden)) | mlp_shapes(
+            "coefficients", (self.latent, _COEFFICIENTS, 3 * features)
+        )
+
+    def prepare(self, parameters: Parameters, directions: Tensor) -> Tensor:
+        """What depends on the pairs of directions only, shape (n, width).
+
+        Parameters
+        ----------
+        parameters
+            Tensors of :meth:`shapes`, and maybe others.
+        directions
+            Stereographic coordinates of light and viewer, shape (n, 4).
+        """
+        if self.kind == "bilinear":
+            features = forward(directions, mlp_layers(parameters, "features"))
+            return features / math.sqrt(self.hidden[-1])
+        weight, bias = mlp_layers(parameters, "decoder")[0]
+        return torch.addmm(bias, directions, weight[self.latent :])
+
+    def decode(self, parameters: Parameters, codes: Tensor, prepared: Tensor) -> Tensor:
+        """Whitened logarithms, shape (b, n, 3), of codes of shape (b, L).
+
+        The part of the first layer that sees the code is evaluated once a code, that which sees
+        the directions has been once a pair of directions.
+        """
+        if self.kind == "bilinear":
+            coefficients = forward(codes, mlp_layers(parameters, "coefficients"))
+            products = coefficients.reshape(-1, prepared.shape[1]) @ prepared.mT
+            return products.reshape(len(codes), 3, -1).mT
+        (weight, _), *others = mlp_layers(parameters, "decoder")
+        first = (codes @ weight[: self.latent])[:, None] + prepared
+        values = forward(first.relu_().flatten(0, 1), others)
+        return values.reshape(len(codes), len(prepared), 3)
+
+
+def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
+    """Stereographic coordinates of light and viewer, shape (n, 4)."""
+    parts = (*stereographic(split(wi)), *stereographic(split(wo)))
+    return np.stack(parts, axis=-1).astype(np.float32)
+
+
+def check_sizes(latent: int, decoder: str, **widths: tuple[int, ...]) -> None:
+    """Refuse settings of a network that none can have.
+
+    Raises
+    ------
+    ValueError
+        With the name of the setting.
+    """
+    if decoder not in DECODERS:
+        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {decoder!r}")
+    for name, values in {"latent": (latent,), **widths}.items():
+        if not 1 <= len(values) <= _MAX_LAYERS or not all(1 <= v <= _MAX_WIDTH for v in values):
+            raise ValueError(f"{name} must be widths of 1 to {_MAX_WIDTH:,}, got {values}")
+
+
+def settings_from_json(kind: type[_Settings], found: dict[str, Any]) -> _Settings:
+    """Settings from JSON, whose lists are tuples here."""
+    if set(found) != {field.name for field in fields(kind)}:  # type: ignore[arg-type]
+        raise ValueError(f"settings are {sorted(found)}, others than this nacre knows")
+    values: dict[str, Any] = {}
+    for name, value in found.items():
+        default = getattr(kind, name)
+        wanted = tuple if isinstance(default, tuple) else type(default)
+        value = tuple(value) if isinstance(value, list) else value
+        members = value if isinstance(value, tuple) else ()
+        if type(value) is not wanted or not all(type(v) is int for v in members):
+            raise ValueError(f"setting {name} is {value!r}, expected a {wanted.__name__}")
+        values[name] = value
+    return kind(**values)

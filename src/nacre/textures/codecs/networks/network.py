@@ -4,28 +4,39 @@ from __future__ import annotations
 
 import abc
 import itertools
-from collections.abc import Callable, Iterable
-from typing import Any, ClassVar, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.geometry import split, stereographic
+from nacre.errors import NacreError, reason
+from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
+from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import thread_map
-from nacre.textures.codecs.codec import TexelCodec, TexelMap
-from nacre.textures.codecs.networks.decoder import DECODERS, Decoder
-from nacre.textures.codecs.networks.mlp import Shapes, Tensor, initial, torch
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.networks.mlp import (
+    Decoder,
+    Shapes,
+    Tensor,
+    direction_inputs,
+    initial,
+    settings_from_json,
+    torch,
+)
 from nacre.textures.codecs.networks.preprocessing import Whitening
+from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe
 
 _Part = TypeVar("_Part")
+_Settings = TypeVar("_Settings")
 
 _CHUNK = 64
 """Texels that are encoded at a time."""
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
-_MOST, _WIDEST = 16, 1 << 13
-"""Layers and width of networks."""
+_VERSION = 1
 
 
 class TexelNetwork(TexelCodec):
@@ -39,8 +50,6 @@ class TexelNetwork(TexelCodec):
         What is done to reflectance before the encoder, and undone after the decoder.
     parameters
         Tensors by the names of :meth:`shapes`; random ones where None.
-    metadata
-        JSON-able facts about the training.
     seed, variance
         Of the random ones; see :func:`nacre.textures.codecs.networks.mlp.initial`.
 
@@ -50,10 +59,16 @@ class TexelNetwork(TexelCodec):
         If tensors are missing or have other shapes than the settings ask for.
     """
 
-    model: ClassVar[str]
-    """What files and commands call the network."""
     uses_all_cores = True
-    fixed_directions: bool = False
+    hit_form = "network"
+    distributed = True
+    journaled = True
+    settings_type: ClassVar[type[Any]]
+    """Type of the settings."""
+    training_defaults: ClassVar[Mapping[str, Any]] = {}
+    """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
+    is trained with unless others are given."""
+    fixed_directions: ClassVar[bool] = False
     """Whether texels are encoded at one set of pairs of directions only."""
 
     def __init__(
@@ -61,14 +76,12 @@ class TexelNetwork(TexelCodec):
         settings: Any,
         whitening: Whitening,
         parameters: dict[str, npt.NDArray[np.float32]] | None = None,
-        *,
-        metadata: dict[str, Any] | None = None,
         seed: int = 0,
         variance: str = "he",
     ) -> None:
         self.settings, self.whitening = settings, whitening
-        self.metadata = metadata or {}
-        self.values = settings.latent
+        self.metadata = {}
+        self.code_dim = settings.latent
         self._decoder = Decoder(settings.latent, settings.decoder_hidden, settings.decoder)
         shapes = self.shapes() | self._decoder.shapes()
         if parameters is None:
@@ -81,6 +94,21 @@ class TexelNetwork(TexelCodec):
                 f"expected {shapes.get(wrong, 'none')}"
             )
         self.parameters = {name: torch.tensor(parameters[name]) for name in shapes}
+
+    @classmethod
+    def made(
+        cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
+    ) -> TexelNetwork:
+        """A network, with `wi` and `wo` of its directions if they are fixed.
+
+        The arguments are those of :class:`TexelNetwork`.
+        """
+        del directions
+        return cls(settings, whitening, *others)
+
+    def directions(self) -> dict[str, Floats]:
+        """`wi` and `wo` of the network's directions, shape (n, 3), if they are fixed."""
+        return {}
 
     @abc.abstractmethod
     def shapes(self) -> Shapes:
@@ -107,16 +135,17 @@ class TexelNetwork(TexelCodec):
         """Codes, shape (b, L), of whitened texels of shape (b, 3, n)."""
 
     def prepare_decoder(self, directions: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.decoder.Decoder.prepare`."""
+        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.prepare`."""
         return self._decoder.prepare(self.parameters, directions)
 
     def decode(self, codes: Tensor, prepared: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.decoder.Decoder.decode`."""
+        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.decode`."""
         return self._decoder.decode(self.parameters, codes, prepared)
 
-    def to(self, device: Any) -> None:
-        """Move the tensors to a PyTorch device."""
-        self.parameters = {name: p.detach().to(device) for name, p in self.parameters.items()}
+    def to(self, device: Any) -> Self:
+        """A copy with its tensors on a PyTorch device."""
+        moved = {name: p.detach().to(device) for name, p in self.parameters.items()}
+        return self.replaced(parameters=moved)
 
     def arrays(self) -> dict[str, npt.NDArray[np.float32]]:
         """Copies of the tensors."""
@@ -146,7 +175,7 @@ class TexelNetwork(TexelCodec):
         def encode(texels: Floats) -> Floats:
             if texels.shape[1:] != (len(wi), 3):
                 raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
-            codes = np.empty((len(texels), self.values), np.float32)
+            codes = np.empty((len(texels), self.code_dim), np.float32)
 
             def run(start: int) -> None:
                 rows = slice(start, start + _CHUNK)
@@ -156,7 +185,7 @@ class TexelNetwork(TexelCodec):
                 found = self.encode(self.whitening.whiten_(values), prepared)
                 codes[rows] = found.cpu().numpy()
 
-            self._spread(run, range(0, len(texels), _CHUNK))
+            self._share_out(run, range(0, len(texels), _CHUNK))
             return codes
 
         return encode
@@ -169,8 +198,8 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_decoder(self._inputs(wi, wo))
 
         def decode(codes: Floats) -> Floats:
-            if codes.shape[1:] != (self.values,):
-                raise ValueError(f"codes are {codes.shape}, expected (b, {self.values})")
+            if codes.shape[1:] != (self.code_dim,):
+                raise ValueError(f"codes are {codes.shape}, expected (b, {self.code_dim})")
             given = torch.from_numpy(np.array(codes, np.float32)).to(self._device)
             reflectance = np.empty((len(given), count, 3), np.float32)
             target = torch.from_numpy(reflectance)
@@ -181,12 +210,133 @@ class TexelNetwork(TexelCodec):
                 target[rows, pairs] = self.whitening.restore_(whitened).cpu()
 
             starts = range(0, len(given), texels), range(0, count, _ROWS)
-            self._spread(run, itertools.product(*starts))
+            self._share_out(run, itertools.product(*starts))
             return reflectance
 
         return decode
 
-    def _spread(self, run: Callable[[_Part], None], parts: Iterable[_Part]) -> None:
+    def hit_layers(self) -> list[Layer]:
+        """Layers of the decoder with ReLUs between them, for renderers.
+
+        They map a code and the stereographic coordinates of light and viewer to whitened
+        logarithms.
+
+        Raises
+        ------
+        NacreError
+            If the decoder is another than the papers'.
+        """
+        if self.settings.decoder != "network":
+            raise NacreError(
+                f"a {self.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
+            )
+        arrays, layers = self.arrays(), list[Layer]()
+        while (name := f"decoder.{len(layers)}") + ".weight" in arrays:
+            layers.append(Layer(arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
+        return layers
+
+    def describe(self) -> dict[str, Any]:
+        """See :meth:`TexelCodec.describe`: the settings."""
+        return {
+            name.replace("_", " "): list(value) if isinstance(value, tuple) else value
+            for name, value in asdict(self.settings).items()
+            if name != "latent"
+        }
+
+    def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
+        """See :meth:`TexelCodec.pack`."""
+        tensors = in_precision(self.arrays(), precision)
+        tensors |= self.directions()  # single always
+        header = {
+            "version": _VERSION,
+            "model": self.kind,
+            "settings": asdict(self.settings),
+            "values": "whitened log(pi f_r + offset), linear Rec. 709",
+            "whitening": asdict(self.whitening),
+            "metadata": self.metadata,
+        }
+        return header, tensors
+
+    @classmethod
+    def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
+        """See :meth:`TexelCodec.unpack`; the tensors are on the CPU."""
+        check_header(header, _VERSION)
+        whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
+        settings = settings_from_json(cls.settings_type, header["settings"])
+        arrays = in_single({k: v for k, v in tensors.items() if k not in ("wi", "wo")})
+        directions = {name: tensors[name] for name in ("wi", "wo") if cls.fixed_directions}
+        check_unit_vectors(directions)
+        made = cls.made(directions, settings, whitening, arrays)
+        return made.replaced(metadata=header["metadata"])
+
+    @classmethod
+    def recipe(
+        cls,
+        *,
+        code_dim: int | None = None,
+        seed: int = 0,
+        steps: int | None = None,
+        minutes: float | None = None,
+        preset: str = "efficient",
+        pooling: str | None = None,
+        decoder: str | None = None,
+        loss: str | None = None,
+        batch: int | None = None,
+        learning_rate: float | None = None,
+        patience: int = 0,
+        precision: str | None = None,
+        device: str = "cpu",
+    ) -> NetworkRecipe:
+        """See :meth:`TexelCodec.recipe`; what is None has the default of its kind.
+
+        Parameters
+        ----------
+        code_dim, pooling, decoder
+            Sizes of the network; see its settings.
+        steps, minutes
+            Length, one of them at most.
+        preset
+            One of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
+        loss, batch, learning_rate, patience, precision, seed
+            See :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe`.
+        device
+            PyTorch device.
+
+        Raises
+        ------
+        NacreError
+            If a setting is impossible.
+        """
+        sizes = {"latent": code_dim, "pooling": pooling, "decoder": decoder}
+        chosen = {
+            "loss": loss, "batch": batch, "learning_rate": learning_rate, "precision": precision
+        }  # fmt: skip
+        given = {name: value for name, value in chosen.items() if value is not None}
+        if steps is not None and minutes is not None:
+            raise NacreError("steps and minutes: give one of them")
+        try:
+            settings = cls.settings_type(**{k: v for k, v in sizes.items() if v is not None})
+            training = TrainingRecipe.named(
+                preset, **{**cls.training_defaults, **given, "patience": patience, "seed": seed}
+            )
+        except (TypeError, ValueError) as error:
+            raise NacreError(reason(error)) from error
+        return NetworkRecipe(settings, training, steps, minutes, device)
+
+    @classmethod
+    def recipe_settings(cls) -> list[str]:
+        """See :meth:`TexelCodec.recipe_settings`."""
+        has_pooling = hasattr(cls.settings_type, "pooling")
+        return [name for name in super().recipe_settings() if name != "pooling" or has_pooling]
+
+    @classmethod
+    def train(cls, run: TrainingRun, recipe: NetworkRecipe) -> TexelNetwork:
+        """See :meth:`TexelCodec.train`."""
+        from nacre.textures.codecs.networks.training import train_network
+
+        return train_network(cls, run, recipe)
+
+    def _share_out(self, run: Callable[[_Part], None], parts: Iterable[_Part]) -> None:
         """Do parts of some work, on a CPU one a core at a time.
 
         Each is small enough for the cache of one core; PyTorch's own threads would share each part
@@ -216,24 +366,3 @@ class TexelNetwork(TexelCodec):
 
     def _inputs(self, wi: Floats, wo: Floats) -> Tensor:
         return torch.from_numpy(direction_inputs(wi, wo)).to(self._device)
-
-
-def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
-    """Stereographic coordinates of light and viewer, shape (n, 4)."""
-    parts = (*stereographic(split(wi)), *stereographic(split(wo)))
-    return np.stack(parts, axis=-1).astype(np.float32)
-
-
-def check_sizes(latent: int, decoder: str, **widths: tuple[int, ...]) -> None:
-    """Refuse settings of a network that none can have.
-
-    Raises
-    ------
-    ValueError
-        With the name of the setting.
-    """
-    if decoder not in DECODERS:
-        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {decoder!r}")
-    for name, values in {"latent": (latent,), **widths}.items():
-        if not 1 <= len(values) <= _MOST or not all(1 <= v <= _WIDEST for v in values):
-            raise ValueError(f"{name} must be widths of 1 to {_WIDEST:,}, got {values}")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.textures.codecs.networks.mlp import VARIANCES
+from nacre.textures.codecs.networks.mlp import VARIANCES, Tensor, torch
 
-OPTIMISERS = "sgd", "adam", "muon"
+OPTIMIZERS = "sgd", "adam", "muon"
 LOSSES = "l1", "l2"
 PRECISIONS = "single", "bfloat16"
 
@@ -17,11 +17,11 @@ RECIPES: Mapping[str, Mapping[str, Any]] = {
     "reference": {
         "epochs": 1000,
         "batch": 10,
-        "encoder_share": 0.2,
+        "encoder_fraction": 0.2,
         "encoder_directions": None,
         "loss_directions": None,
         "variance": "pytorch",
-        "optimiser": "sgd",
+        "optimizer": "sgd",
         "learning_rate": 0.2,
         "warm_up": 0.0,
         "decay": False,
@@ -29,7 +29,7 @@ RECIPES: Mapping[str, Mapping[str, Any]] = {
     "efficient": {},
 }
 """Settings of a :class:`TrainingRecipe` by name. The reference is that of Rainer et al. 2020,
-section 4: stochastic gradient descent at a rate of .2 on 10 texels a step, all of their entries in
+section 4: stochastic gradient descent at a rate of 0.2 on 10 texels a step, all of their entries in
 the loss and from a fifth to all of them in the encoder."""
 
 
@@ -45,8 +45,8 @@ class TrainingRecipe:
         Of every data set and epoch.
     batch
         Texels a step, over all processes.
-    encoder_share
-        Of entries that the encoder sees at least: every step draws a share between this and 1.
+    encoder_fraction
+        Least fraction of the entries that the encoder sees: every step draws one from this to 1.
     encoder_directions
         Entries that the encoder sees at most, chosen at random every step; None for all.
     loss_directions
@@ -63,18 +63,18 @@ class TrainingRecipe:
     learning_rate
         Its peak.
     warm_up
-        Share of the training in which the rate rises from 0.
+        Fraction of the training in which the rate rises from 0.
     decay
         Whether the rate then falls to 0 along a cosine.
     precision
         "single", or "bfloat16" for the products of matrices; weights are single always.
     held_out
-        Share of the texels of every data set that is never trained on.
+        Fraction of the texels of every data set that is never trained on.
     validate_every
-        Steps between looks at the loss on held-out texels.
+        Steps between validations: the loss on held-out texels.
     patience
-        Looks without a better loss after which training stops and gives the best weights; 0 for
-        never.
+        Validations without a better loss after which training stops and gives the best weights;
+        0 for never.
     seed
         The same seed gives the same network on the same machine and number of threads.
     """
@@ -82,13 +82,13 @@ class TrainingRecipe:
     epochs: int = 100
     texels: int = 100
     batch: int = 32
-    encoder_share: float = 1.0
+    encoder_fraction: float = 1.0
     encoder_directions: int | None = 4096
     loss_directions: int | None = 512
     loss: str = "l1"
     permute: bool = True
     variance: str = "he"
-    optimiser: str = "muon"
+    optimizer: str = "muon"
     learning_rate: float = 1e-2
     warm_up: float = 0.02
     decay: bool = True
@@ -104,8 +104,10 @@ class TrainingRecipe:
         for name in counts:
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-        if not 0 < self.encoder_share <= 1:
-            raise ValueError(f"encoder_share must lie above 0, to 1, got {self.encoder_share}")
+        if not 0 < self.encoder_fraction <= 1:
+            raise ValueError(
+                f"encoder_fraction must lie above 0, to 1, got {self.encoder_fraction}"
+            )
         for name in ("warm_up", "held_out"):
             if not 0 <= getattr(self, name) < 1:
                 raise ValueError(f"{name} must lie between 0 and 1, got {getattr(self, name)}")
@@ -113,7 +115,7 @@ class TrainingRecipe:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
         for name, known in (
             ("variance", tuple(VARIANCES)),
-            ("optimiser", OPTIMISERS),
+            ("optimizer", OPTIMIZERS),
             ("loss", LOSSES),
             ("precision", PRECISIONS),
         ):
@@ -137,10 +139,60 @@ class TrainingRecipe:
         return cls(**{**RECIPES[name], **settings})
 
     def rate(self, done: float) -> float:
-        """Learning rate when a share `done` of the training is over."""
+        """Learning rate when a fraction `done` of the training is over."""
         if done < self.warm_up:
             return self.learning_rate * done / self.warm_up
         if not self.decay:
             return self.learning_rate
         left = (min(done, 1.0) - self.warm_up) / (1.0 - self.warm_up)
         return self.learning_rate * 0.5 * (1.0 + math.cos(math.pi * left))
+
+
+_SMALLEST_MATRIX = 32
+"""Smaller ones are left to Adam where Muon is asked for: it makes all singular values alike."""
+
+
+@dataclass(frozen=True)
+class NetworkRecipe:
+    """A network and its training.
+
+    Parameters
+    ----------
+    settings
+        Sizes of the network.
+    training
+        Settings of the training.
+    steps, minutes
+        Length of the training in place of its epochs; one of them at most.
+    device
+        PyTorch device.
+    save_every
+        Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
+        is interrupted by Ctrl-C.
+    """
+
+    settings: Any
+    training: TrainingRecipe = TrainingRecipe()
+    steps: int | None = None
+    minutes: float | None = None
+    device: str = "cpu"
+    save_every: float = 45.0
+
+
+def optimizers(parameters: Sequence[Tensor], recipe: TrainingRecipe) -> list[Any]:
+    """What takes a step together; learning rates are set at every one."""
+    rate = recipe.learning_rate
+    if recipe.optimizer == "sgd":
+        return [torch.optim.SGD(parameters, lr=rate)]
+
+    def adam(some: Sequence[Tensor]) -> Any:
+        return torch.optim.Adam(some, lr=rate, betas=(0.9, 0.99), fused=True)
+
+    matrices = [p for p in parameters if p.ndim == 2 and min(p.shape) >= _SMALLEST_MATRIX]
+    if recipe.optimizer == "adam" or not matrices:
+        return [adam(parameters)]
+    rest = [p for p in parameters if not any(p is m for m in matrices)]
+    muon = torch.optim.Muon(
+        matrices, lr=rate, weight_decay=0.0, momentum=0.95, adjust_lr_fn="match_rms_adamw"
+    )
+    return [muon, adam(rest)]

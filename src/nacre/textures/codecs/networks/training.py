@@ -12,22 +12,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import NacreError
-from nacre.io.files import PathLike
-from nacre.runtime.checkpoint import load_state, save_state
+from nacre.errors import NacreError, reason
 from nacre.runtime.device import memory_errors, open_device
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.networks.custom import CustomNetwork, CustomSettings
-from nacre.textures.codecs.networks.dataset import Batch, Load, TexelStream, images_once
-from nacre.textures.codecs.networks.distributed import Processes
+from nacre.runtime.store import Store
+from nacre.textures.codecs.codec import TrainingRun
+from nacre.textures.codecs.networks.dataset import Batch, TexelStream, images_once
+from nacre.textures.codecs.networks.distributed import Processes, processes
 from nacre.textures.codecs.networks.journal import Journal
-from nacre.textures.codecs.networks.mlp import Tensor, torch
-from nacre.textures.codecs.networks.network import TexelNetwork, direction_inputs
-from nacre.textures.codecs.networks.optimisers import optimisers
+from nacre.textures.codecs.networks.mlp import Tensor, direction_inputs, torch
+from nacre.textures.codecs.networks.network import TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import TrainingRecipe
-from nacre.textures.codecs.networks.unified import UnifiedNetwork, UnifiedSettings
+from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe, optimizers
 
 _REPORT_EVERY = 10
 """Steps between rows of the journal."""
@@ -37,56 +34,22 @@ _COMPARED = 512
 
 
 def train_network(
-    paths: Sequence[PathLike],
-    load: Load,
-    settings: UnifiedSettings | CustomSettings,
-    recipe: TrainingRecipe | None = None,
-    *,
-    steps: int | None = None,
-    minutes: float | None = None,
-    checkpoint: Path | None = None,
-    mark: str = "",
-    save_every: float = 45.0,
-    journal: Path | None = None,
-    events: Path | None = None,
-    device: str = "cpu",
-    members: Processes | None = None,
-    progress: Progress | None = None,
+    kind: type[TexelNetwork], run: TrainingRun, recipe: NetworkRecipe
 ) -> TexelNetwork:
-    """A network trained on the texels of textures.
+    """A network trained on the texels of textures, alone or with processes that `torchrun` started.
 
     Given steps, or all epochs, a training that was stopped and goes on gives the same network as
     one that was not, bit by bit on one process. Given minutes, it depends on the machine.
 
     Parameters
     ----------
-    paths, load
-        Files, and what opens one; see :class:`nacre.textures.codecs.networks.dataset.TexelStream`.
-        Images are read once.
-    settings
-        Sizes of the network, which also say which one it is.
+    kind
+        Of the network.
+    run
+        Textures, of which images are read once, and where the state and the losses are written, by
+        the first process.
     recipe
-        Settings of the training.
-    steps, minutes
-        Length of the training in place of the recipe's epochs; at most one of them.
-    checkpoint
-        File for the state of the training, from which a later call goes on. It stays, for the
-        caller to remove once the network is saved.
-    mark
-        What must be the same for that, besides what this function sees: the files are known to it
-        by names of materials and sizes only; see :func:`nacre.workflows.identity.source_mark`.
-    save_every
-        Seconds between checkpoints: no more is lost when the process is killed, and nothing when it
-        is interrupted by Ctrl-C.
-    journal, events
-        CSV file and folder of TensorBoard events; see
-        :class:`nacre.textures.codecs.networks.journal.Journal`.
-    device
-        PyTorch device.
-    members
-        This process among others; see :func:`nacre.textures.codecs.networks.distributed.processes`.
-    progress
-        Called as it goes on.
+        Sizes of the network, and how it is trained.
 
     Raises
     ------
@@ -95,55 +58,53 @@ def train_network(
     NacreError
         If there is nothing to train on, the files have several sets of directions where the
         network takes one, training diverges, the device cannot be used or has too little memory,
-        or the checkpoint is of another training or damaged.
+        or the state is of another training or damaged.
     """
-    recipe, members = recipe or TrainingRecipe(), members or Processes()
-    opened = open_device(device)
-    with images_once(load) as open_texture:
+    training_recipe, steps = recipe.training, recipe.steps
+    with processes(recipe.device) as (members, own), images_once(run.load) as open_texture:
+        device = open_device(own)
         stream = TexelStream(
-            paths,
+            run.paths,
             open_texture,
-            recipe.batch,
-            recipe.texels,
-            held_out=recipe.held_out,
-            seed=recipe.seed,
+            training_recipe.batch,
+            training_recipe.texels,
+            held_out=training_recipe.held_out,
+            seed=training_recipe.seed,
             rank=members.rank,
             size=members.size,
         )
-        network = _new_network(stream, settings, recipe)
-        if minutes is None and steps is None:
-            steps = recipe.epochs * stream.epoch_steps
-        whole = f"{mark} {steps} {minutes}"
-        training = _Training(network, stream, recipe, opened, members, whole)
+        network = _new_network(kind, stream, recipe)
+        if recipe.minutes is None and steps is None:
+            steps = training_recipe.epochs * stream.epoch_steps
+        whole = f"{run.fingerprint} {steps} {recipe.minutes}"
+        training = _Training(network, stream, training_recipe, device, members, run.state, whole)
         first = members.rank == 0
-        with memory_errors(device):
-            step = training.resume(checkpoint) if checkpoint and checkpoint.exists() else 0
-            with Journal(journal if first else None, step, events if first else None) as rows:
+        with memory_errors(own):
+            step = training.resume()
+            with Journal(*((run.journal, step, run.events) if first else (None,))) as rows:
                 training.run(
                     steps,
-                    minutes,
-                    checkpoint if first else None,
-                    save_every,
+                    recipe.minutes,
+                    recipe.save_every,
                     rows,
-                    (progress if first else None) or silent,
+                    run.progress if first else silent,
                 )
     return training.result()
 
 
 def _new_network(
-    stream: TexelStream, settings: UnifiedSettings | CustomSettings, recipe: TrainingRecipe
+    kind: type[TexelNetwork], stream: TexelStream, recipe: NetworkRecipe
 ) -> TexelNetwork:
     whitening = Whitening.of(stream.sample())
-    start: dict[str, Any] = {"seed": recipe.seed, "variance": recipe.variance}
-    if isinstance(settings, UnifiedSettings):
-        return UnifiedNetwork(settings, whitening, **start)
-    if len(stream.directions) > 1:
+    if kind.fixed_directions and len(stream.directions) > 1:
         raise NacreError(
             f"{stream.examples[1]}: has other directions than {stream.examples[0]}; the files have "
             f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
             "out the others, or train a unified one"
         )
-    return CustomNetwork(*stream.directions[0], settings, whitening, **start)
+    directions = dict(zip(("wi", "wo"), stream.directions[0], strict=True))
+    training = recipe.training
+    return kind.made(directions, recipe.settings, whitening, None, training.seed, training.variance)
 
 
 class _Training:
@@ -156,46 +117,51 @@ class _Training:
         recipe: TrainingRecipe,
         device: Any,
         members: Processes,
-        mark: str,
+        state: Path | None,
+        fingerprint: str,
     ) -> None:
+        network = network.to(device)
         self._network, self._stream, self._recipe = network, stream, recipe
         self._device, self._members = device, members
-        network.to(device)
         self._parameters = list(network.parameters.values())
         for parameter in self._parameters:
             parameter.requires_grad_()
-        self._optimisers = optimisers(self._parameters, recipe)
+        self._optimizers = optimizers(self._parameters, recipe)
         self._inputs = [
             torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
         ]
         self._held_out = stream.held_out()
-        about = f"{network.model} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
-        self._mark = f"{about} {mark}"
+        about = f"{network.kind} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        self._store = Store(state, f"{about} {fingerprint}")
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
         self._best: dict[str, Any] = {"loss": math.inf, "step": 0, "parameters": []}
 
-    def resume(self, checkpoint: Path) -> int:
-        """Take up the state in a file; gives the step."""
-
-        def restore(state: dict[str, Any]) -> int:
-            for optimiser, saved in zip(self._optimisers, state["optimisers"], strict=True):
-                optimiser.load_state_dict(saved)
+    def resume(self) -> int:
+        """Take up the state that is kept; gives the step."""
+        state = self._store.load()
+        if state is None:
+            return 0
+        try:
+            for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
+                optimizer.load_state_dict(saved)
             self._set_parameters(state["parameters"])
             self._recent.copy_(state["recent"])
             self._loss, self._seconds = float(state["loss"]), float(state["seconds"])
             self._best, self._validation = state["best"], state["validation"]
             self._step = int(state["step"])
-            return self._step
+        except (LookupError, TypeError, ValueError, RuntimeError) as error:
+            raise NacreError(
+                f"{self._store.file()}: cannot be read, remove it to begin anew: {reason(error)}"
+            ) from error
+        return self._step
 
-        return load_state(checkpoint, self._mark, restore)
-
-    def _save(self, checkpoint: Path | None) -> None:
-        if checkpoint is None:
+    def _save(self) -> None:
+        if self._members.rank:
             return
         state = {
-            "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
+            "optimizers": [optimizer.state_dict() for optimizer in self._optimizers],
             "parameters": [p.detach() for p in self._parameters],
             "recent": self._recent,
             "loss": self._loss,
@@ -205,7 +171,7 @@ class _Training:
             "step": self._step,
         }
         with uninterrupted():
-            save_state(checkpoint, self._mark, state)
+            self._store.save(state)
 
     def _set_parameters(self, values: Sequence[Tensor]) -> None:
         for mine, saved in zip(self._parameters, values, strict=True):
@@ -215,14 +181,13 @@ class _Training:
         self,
         steps: int | None,
         minutes: float | None,
-        checkpoint: Path | None,
         save_every: float,
         journal: Journal,
         report: Progress,
     ) -> None:
         """Take the steps that are left."""
         last = _FOREVER if steps is None else steps
-        saved = before = time.monotonic()
+        before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
             while self._step < last and not self._patience_over():
@@ -237,33 +202,32 @@ class _Training:
                     self._descend(batch, rate)
                     now = time.monotonic()
                     self._seconds, before = self._seconds + now - before, now
-                    looked = self._step % self._recipe.validate_every == 0
-                    if looked:
-                        self._look()
+                    validated = self._step % self._recipe.validate_every == 0
+                    if validated:
+                        self._validate()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
-                        self._note(journal, rate, looked)
-                    if time.monotonic() - saved > save_every:
-                        self._save(checkpoint)
-                        saved = time.monotonic()
+                        self._note(journal, rate, validated)
+                    if self._store.due(save_every):
+                        self._save()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
                 note = "" if self._validation is None else f", held out {self._validation:.4f}"
                 report("training", int(done), int(total), f"loss {self._loss:.4f}{note}")
-            self._look()
+            self._validate()
             # What is interrupted before the caller has written the network goes on from here.
-            self._save(checkpoint)
+            self._save()
         except KeyboardInterrupt:
-            self._save(checkpoint)
+            self._save()
             raise
         finally:
             batches.close()
 
     def _descend(self, batch: Batch, rate: float) -> None:
         """One step."""
-        for optimiser in self._optimisers:
-            for group in optimiser.param_groups:
+        for optimizer in self._optimizers:
+            for group in optimizer.param_groups:
                 group["lr"] = rate
-            optimiser.zero_grad()
+            optimizer.zero_grad()
         random = np.random.default_rng((self._recipe.seed, 4, self._step))
         count = batch.values.shape[1]
         seen = self._seen(random, count)
@@ -276,8 +240,8 @@ class _Training:
         loss = self._losses(batch, seen, compared, orders)
         loss.backward()
         self._members.average_gradients(self._parameters)
-        for optimiser in self._optimisers:
-            optimiser.step()
+        for optimizer in self._optimizers:
+            optimizer.step()
         self._recent += loss.detach()
         self._step += 1
 
@@ -286,9 +250,9 @@ class _Training:
         recipe = self._recipe
         if self._network.fixed_directions:
             return None
-        share = random.uniform(recipe.encoder_share, 1.0)
-        most = count if recipe.encoder_directions is None else recipe.encoder_directions
-        return _chosen(random, count, min(most, math.ceil(share * count)))
+        fraction = random.uniform(recipe.encoder_fraction, 1.0)
+        limit = count if recipe.encoder_directions is None else recipe.encoder_directions
+        return _chosen(random, count, min(limit, math.ceil(fraction * count)))
 
     def _losses(
         self,
@@ -321,20 +285,20 @@ class _Training:
         difference = found.float() - goal
         return (difference.abs() if self._recipe.loss == "l1" else difference.square()).mean()
 
-    def _note(self, journal: Journal, rate: float, looked: bool) -> None:
+    def _note(self, journal: Journal, rate: float, validated: bool) -> None:
         """Write down the mean loss since the last time."""
         taken = self._step % _REPORT_EVERY or _REPORT_EVERY
         self._loss = float(self._recent.item()) / taken
         self._recent.zero_()
         if not math.isfinite(self._loss):
             raise NacreError(
-                f"training diverged at step {self._step:,}; remove the checkpoint, if there is "
+                f"training diverged at step {self._step:,}; remove the state, if there is "
                 "one, and lower the learning rate"
             )
-        validation = self._validation if looked else None
+        validation = self._validation if validated else None
         journal.add(self._step, self._seconds, rate, self._loss, validation)
 
-    def _look(self) -> None:
+    def _validate(self) -> None:
         """Find the loss on held-out texels."""
         if not self._held_out:
             return
@@ -343,8 +307,8 @@ class _Training:
             for index, held in enumerate(self._held_out):
                 random = np.random.default_rng((self._recipe.seed, 5, index))
                 entries = held.values.shape[1]
-                most = None if self._network.fixed_directions else self._recipe.encoder_directions
-                seen = _chosen(random, entries, most)
+                limit = None if self._network.fixed_directions else self._recipe.encoder_directions
+                seen = _chosen(random, entries, limit)
                 compared = _chosen(random, entries, _COMPARED)
                 for start in range(0, len(held.values), self._recipe.batch):
                     values = held.values[start : start + self._recipe.batch]
@@ -361,7 +325,7 @@ class _Training:
             }
 
     def _patience_over(self) -> bool:
-        """Whether as many looks as patience has found nothing better."""
+        """Whether as many validations as patience allows found nothing better."""
         patience = self._recipe.patience
         if not (patience and self._held_out):
             return False
@@ -373,26 +337,25 @@ class _Training:
         if self._best["parameters"]:
             self._set_parameters(self._best["parameters"])
             step, validation = self._best["step"], self._best["loss"]
-        network.to("cpu")
-        network.metadata = {
+        metadata = {
             "materials": self._stream.names,
             "training": asdict(self._recipe),
             "steps": step,
             "loss": self._loss if math.isfinite(self._loss) else None,
             "held out": validation,
         }
-        return network
+        return network.to("cpu").replaced(metadata=metadata)
 
 
 def _sizes(stream: TexelStream) -> list[int]:
-    """Numbers by which streams of other data are told apart."""
+    """Numbers by which streams of other data differ."""
     return [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
 
 
 def _chosen(
-    random: np.random.Generator, count: int, most: int | None
+    random: np.random.Generator, count: int, limit: int | None
 ) -> npt.NDArray[np.int64] | None:
-    """Some of `count` entries in their order, at most `most`; None for all."""
-    if most is None or most >= count:
+    """Some of `count` entries in their order, at most `limit`; None for all."""
+    if limit is None or limit >= count:
         return None
-    return np.sort(random.permutation(count)[:most])
+    return np.sort(random.permutation(count)[:limit])

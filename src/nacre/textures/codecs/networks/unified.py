@@ -7,16 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.textures.codecs.networks.decoder import HIDDEN, INPUTS
+from nacre.numerics.mlp import forward
 from nacre.textures.codecs.networks.mlp import (
+    HIDDEN,
+    INPUTS,
     Shapes,
     Tensor,
+    check_sizes,
     mlp_layers,
     mlp_shapes,
-    run_mlp,
     torch,
 )
-from nacre.textures.codecs.networks.network import TexelNetwork, check_sizes
+from nacre.textures.codecs.networks.network import TexelNetwork
 
 POOLINGS = "mean", "max"
 _SLOPE = 0.25
@@ -42,7 +44,7 @@ class UnifiedSettings:
     pooling
         "mean" or "max": how entries of a texel become one vector.
     decoder, decoder_hidden
-        See :class:`nacre.textures.codecs.networks.decoder.Decoder`.
+        See :class:`nacre.textures.codecs.networks.mlp.Decoder`.
     """
 
     latent: int = 32
@@ -82,7 +84,8 @@ class UnifiedNetwork(TexelNetwork):
     See :class:`TexelNetwork` for the parameters.
     """
 
-    model = "unified"
+    kind = "unified"
+    settings_type = UnifiedSettings
     settings: UnifiedSettings
 
     def shapes(self) -> Shapes:
@@ -109,8 +112,8 @@ class UnifiedNetwork(TexelNetwork):
         """
         layers = mlp_layers(self.parameters, "angular")
         if self.settings.pooling == "max":
-            return run_mlp(directions, layers)
-        return run_mlp(directions, layers[:-1]).relu_()
+            return forward(directions, layers)
+        return forward(directions, layers[:-1]).relu_()
 
     def encode(self, values: Tensor, prepared: Tensor) -> Tensor:
         """See :class:`TexelNetwork`."""
@@ -118,7 +121,7 @@ class UnifiedNetwork(TexelNetwork):
         pooled = pooled.flatten(1) + self.parameters["pooled.bias"]
         slope = self.parameters["pooled.slope"].to(pooled.dtype)
         activated = torch.nn.functional.prelu(pooled, slope)
-        return run_mlp(activated, mlp_layers(self.parameters, "encoder"))
+        return forward(activated, mlp_layers(self.parameters, "encoder"))
 
     def _mean(self, values: Tensor, hidden: Tensor) -> Tensor:
         """Means over entries of weights times values, shape (b, 3, m)."""
@@ -147,14 +150,14 @@ class UnifiedNetwork(TexelNetwork):
 def _largest(values: Tensor, weights: Tensor) -> Tensor:
     """At which entry values (b, 3, n) times weights (3, n, m) are largest, shape (b, 3, m)."""
     step = max(1, _PRODUCTS // (weights[:, 0].numel() * len(values)))
-    most = index = None
+    largest = index = None
     for start in range(0, weights.shape[1], step):
         run = slice(start, start + step)
         found, place = (values[:, :, run, None] * weights[:, run]).max(2)
         place += start
-        if most is None:
-            most, index = found, place
+        if largest is None:
+            largest, index = found, place
         else:
-            index = torch.where(found > most, place, index)
-            most = torch.maximum(most, found)
+            index = torch.where(found > largest, place, index)
+            largest = torch.maximum(largest, found)
     return index

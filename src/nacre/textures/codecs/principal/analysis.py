@@ -14,16 +14,16 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
 from nacre.measured.textures.transposition import transposed
-from nacre.numerics.channels import CHROMA, GREY, split_colors
+from nacre.numerics.channels import LUMA, split_colors
+from nacre.numerics.pca import BY_PERMUTATION, leading_components, strongest
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.basis.components import principal_functions
-from nacre.textures.codecs.basis.symmetry import symmetric_turns
 from nacre.textures.codecs.principal.codec import PcaCodec
+from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
 
 _DARK = 0.01
 """Added to the brightness of texels, so that black ones do not weigh endlessly."""
-_LEAST_NOISE = 1e-12
+_SMALLEST_NOISE = 1e-12
 _BLOCK = 1 << 26
 """Bytes that are read at a time."""
 _Orders = Sequence[npt.NDArray[Any]]
@@ -35,16 +35,16 @@ class PcaRecipe:
 
     Parameters
     ----------
-    values
-        Of a code: how many components.
+    code_dim
+        How many components.
     texels
         Of each texture, chosen at random.
     permute
         Whether a texel counts with all six orders of its channels, see
-        :mod:`nacre.numerics.channels`. Components are then of gray values or of one value of the
-        pairs, and of the latter each serves both values.
-    turn
-        Whether it counts with its turns about the normal that the directions allow.
+        :mod:`nacre.numerics.channels`. Components are then of luma or of chroma, and the
+        latter serve both values.
+    rotate
+        Whether it counts with its rotations about the normal that the directions allow.
     weigh
         Whether it counts by one over its brightness, so that dark materials are not forgotten.
     memory
@@ -58,31 +58,36 @@ class PcaRecipe:
         If a number is not positive.
     """
 
-    values: int = 32
+    code_dim: int = 32
     texels: int = 100
     permute: bool = True
-    turn: bool = True
+    rotate: bool = True
     weigh: bool = True
     memory: int = 1 << 31
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("values", "texels", "memory"):
+        for name in ("code_dim", "texels", "memory"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
     @classmethod
-    def own(cls, values: int = 32, **settings: Any) -> PcaRecipe:
+    def own(cls, code_dim: int = 32, **settings: Any) -> PcaRecipe:
         """For the components of one texture's own texels, as they are."""
-        given: dict[str, Any] = {"texels": 1 << 20, "permute": False, "turn": False, "weigh": False}
-        return cls(values, **given | settings)
+        given: dict[str, Any] = {
+            "texels": 1 << 20,
+            "permute": False,
+            "rotate": False,
+            "weigh": False,
+        }
+        return cls(code_dim, **given | settings)
 
 
 def find_components(
     textures: Sequence[Callable[[], Btf]],
     recipe: PcaRecipe,
     progress: Progress = silent,
-    fewest: int | None = None,
+    min_count: int | None = None,
 ) -> PcaCodec:
     """The codec of the components with the largest variances.
 
@@ -95,8 +100,8 @@ def find_components(
         Which texels count, and how.
     progress
         Called as it goes on.
-    fewest
-        Components that will do where there are not as many as the recipe says; none less where
+    min_count
+        Components that suffice where there are not as many as the recipe says; all of them where
         None. There are no more than texels, nor than values of a texel.
 
     Raises
@@ -106,13 +111,13 @@ def find_components(
     NacreError
         If there are too few components, or directions differ.
     """
-    wi, wo, rows, names = _gathered(textures, recipe, progress, fewest or recipe.values)
+    wi, wo, rows, names = _gathered(textures, recipe, progress, min_count or recipe.code_dim)
     count = len(rows[0])
-    recipe = replace(recipe, values=min(recipe.values, count, 3 * len(wi)))
-    orders: _Orders = symmetric_turns(wi, wo) if recipe.turn else [np.arange(len(wi))]
+    recipe = replace(recipe, code_dim=min(recipe.code_dim, count, 3 * len(wi)))
+    orders: _Orders = symmetric_rotations(wi, wo) if recipe.rotate else [np.arange(len(wi))]
     weights = np.ones(count, np.float32)
     if recipe.weigh:
-        brightness = rows[0].mean(axis=1) * (GREY if recipe.permute else 1.0)
+        brightness = rows[0].mean(axis=1) * (LUMA if recipe.permute else 1.0)
         weights = 1.0 / (np.maximum(brightness, 0.0) + _DARK)
         weights /= weights.mean()
     progress("components", 0, 1, "")
@@ -121,7 +126,7 @@ def find_components(
     else:
         mean, components, variances = _of_channels(rows[0], weights, orders, recipe)
     energy = sum(float(np.einsum("ij,ij->", part, part)) for part in rows) / count
-    noise = max((energy - float(variances.sum())) / mean.size, _LEAST_NOISE)
+    noise = max((energy - float(variances.sum())) / mean.size, _SMALLEST_NOISE)
     progress("components", 1, 1, "")
     return PcaCodec(
         wi,
@@ -137,24 +142,26 @@ def find_components(
 def _of_pairs(
     rows: Sequence[Floats], weights: Floats, orders: _Orders, recipe: PcaRecipe
 ) -> tuple[Floats, Floats, Floats]:
-    """Mean, components and variances of gray values (t, n) and values of pairs (2 t, n).
+    """Mean, components and variances of luma (t, n) and chroma (2 t, n).
 
     These are the eigenvectors of the covariance of all six orders of the channels: it has one block
-    for gray values and two that are alike, so that a component of pairs comes twice.
+    for luma and two that are alike, so that a component of chroma comes twice.
     """
-    grey, chroma = rows
-    mean = _centred(grey, weights, orders)
+    luma, chroma = rows
+    mean = _centred(luma, weights, orders)
     chroma *= np.tile(np.sqrt(weights), 2)[:, None]
-    greys, grey_variances = principal_functions(grey, orders, recipe.values, recipe.seed)
-    half = -(-recipe.values // 2)
-    chromas, chroma_variances = principal_functions(chroma, orders, half, recipe.seed)
-    color = np.stack([np.full(3, GREY, np.float32), *CHROMA])
-    functions = np.concatenate([greys, np.repeat(chromas, 2, axis=1)], axis=1)
-    variances = np.concatenate([grey_variances, np.repeat(chroma_variances, 2)])
-    which = np.concatenate([np.zeros(greys.shape[1], int), np.tile([1, 2], chromas.shape[1])])
-    best = np.argsort(-variances, kind="stable")[: recipe.values]
-    components = functions.T[best, :, None] * color[which[best], None, :]
-    return np.repeat(GREY * mean[:, None], 3, axis=1), components, np.maximum(variances[best], 0.0)
+    lumas, luma_variances = leading_components(luma, orders, recipe.code_dim, recipe.seed)
+    half = -(-recipe.code_dim // 2)
+    chromas, chroma_variances = leading_components(chroma, orders, half, recipe.seed)
+    functions = lumas.T, chromas.T
+    best = strongest([luma_variances, chroma_variances], BY_PERMUTATION, recipe.code_dim)
+    colors = best.colors.astype(np.float32)
+    chosen = zip(best.part, best.component, colors, strict=True)
+    components = np.stack(
+        [functions[part][index][:, None] * color for part, index, color in chosen]
+    )
+    variances = np.maximum(best.variances, 0.0).astype(np.float32)
+    return np.repeat(LUMA * mean[:, None], 3, axis=1), components, variances
 
 
 def _of_channels(
@@ -163,7 +170,7 @@ def _of_channels(
     """Mean, components and variances of red, green and blue as they are, shape (t, 3 n)."""
     orders = [(3 * order[:, None] + np.arange(3)).reshape(-1) for order in orders]
     mean = _centred(rows, weights, orders)
-    found, variances = principal_functions(rows, orders, recipe.values, recipe.seed)
+    found, variances = leading_components(rows, orders, recipe.code_dim, recipe.seed)
     components = np.ascontiguousarray(found.T).reshape(-1, len(mean) // 3, 3)
     return mean.reshape(-1, 3), components, np.maximum(variances, 0.0)
 
@@ -178,11 +185,11 @@ def _centred(rows: Floats, weights: Floats, orders: _Orders) -> Floats:
 
 
 def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress, fewest: int
+    textures: Sequence[Callable[[], Btf]], recipe: PcaRecipe, progress: Progress, min_count: int
 ) -> tuple[Floats, Floats, list[Floats], list[str]]:
     """Directions, random texels of every texture as rows, and names.
 
-    Rows are of gray values, shape (t, n), and of values of pairs, (2 t, n); or of all channels
+    Rows are of luma, shape (t, n), and of chroma, (2 t, n); or of all channels
     together, (t, 3 n).
     """
     random = np.random.default_rng(recipe.seed)
@@ -194,18 +201,18 @@ def _gathered(
         first = first or texture
         if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
             raise NacreError(f"{texture.name}: is not measured at the directions of {first.name}")
-        most = max(1, recipe.memory // (12 * texture.pair_count * len(textures)))
-        picks.append(random_texels(texture, min(recipe.texels, most), random))
+        limit = max(1, recipe.memory // (12 * texture.pair_count * len(textures)))
+        picks.append(random_texels(texture, min(recipe.texels, limit), random))
         names.append(texture.name)
     total = sum(map(len, picks))
-    if first is None or total < fewest:
-        raise NacreError(f"{total} texels are too few for {fewest} principal components")
+    if first is None or total < min_count:
+        raise NacreError(f"{total} texels are too few for {min_count} principal components")
     pairs = first.pair_count
-    if 3 * pairs < fewest:
+    if 3 * pairs < min_count:
         raise NacreError(
-            f"{pairs} pairs of directions are too few for {fewest} principal components"
+            f"{pairs} pairs of directions are too few for {min_count} principal components"
         )
-    grey = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
+    luma = np.empty((total, pairs if recipe.permute else 3 * pairs), np.float32)
     chroma = np.empty((2 if recipe.permute else 0, total, pairs), np.float32)
     row = 0
     for index, (open_texture, chosen) in enumerate(zip(textures, picks, strict=True)):
@@ -214,9 +221,9 @@ def _gathered(
                 texels = texture.texels(chosen[part])
                 place = slice(row, row + len(texels))
                 if recipe.permute:
-                    grey[place], chroma[:, place] = split_colors(texels)
+                    luma[place], chroma[:, place] = split_colors(texels)
                 else:
-                    grey[place] = texels.reshape(len(texels), -1)
+                    luma[place] = texels.reshape(len(texels), -1)
                 row += len(texels)
         progress("reading", index + 1, len(textures), texture.name)
-    return np.array(first.wi), np.array(first.wo), [grey, chroma.reshape(-1, pairs)], names
+    return np.array(first.wi), np.array(first.wo), [luma, chroma.reshape(-1, pairs)], names

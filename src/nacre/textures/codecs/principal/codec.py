@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from nacre.array import Floats
 from nacre.errors import NacreError
+from nacre.io.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 from nacre.measured.textures.directions import SAME
-from nacre.textures.codecs.codec import TexelCodec, TexelMap
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
 
-_LEAST = 1e-12
+if TYPE_CHECKING:
+    from nacre.textures.codecs.principal.analysis import PcaRecipe
+
+_SMALLEST = 1e-12
 """Of variances, relative to the largest, so that none divides by zero."""
+_FILE_KIND = "principal components"
+"""What files call this kind of codec."""
+_VERSION = 1
+_LARGEST = 1e12
+_ARRAYS = ("wi", "wo", "mean", "components", "variances")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +41,9 @@ class PcaCodec(TexelCodec):
     mean
         What all texels have, shape (n, 3).
     components
-        Orthonormal, the strongest first, shape (values, n, 3).
+        Orthonormal, the strongest first, shape (code_dim, n, 3).
     variances
-        Mean squares of weights, shape (values,).
+        Mean squares of weights, shape (code_dim,).
     noise
         Variance of reflectance about the sums, which is what the components leave.
     metadata
@@ -54,40 +63,37 @@ class PcaCodec(TexelCodec):
     noise: float
     metadata: dict[str, Any] = field(default_factory=dict)
 
+    kind = "pca"
+    any_directions = False
+
     def __post_init__(self) -> None:
-        n, values = len(self.wi), len(self.variances)
+        n, code_dim = len(self.wi), len(self.variances)
         for name, shape in (
             ("wi", (n, 3)),
             ("wo", (n, 3)),
             ("mean", (n, 3)),
-            ("variances", (values,)),
-            ("components", (values, n, 3)),
+            ("variances", (code_dim,)),
+            ("components", (code_dim, n, 3)),
         ):
-            if getattr(self, name).shape != shape or not n or not values:
+            if getattr(self, name).shape != shape or not n or not code_dim:
                 raise ValueError(f"{name} have shape {getattr(self, name).shape}, expected {shape}")
         if not ((self.variances >= 0.0).all() and self.variances.max() > 0.0 and self.noise > 0.0):
             raise ValueError("variances and noise must be positive")
 
     @property
-    def values(self) -> int:  # type: ignore[override]
-        """Values of a code."""
+    def code_dim(self) -> int:  # type: ignore[override]
+        """Number of values of a code."""
         return len(self.variances)
 
-    def first(self, values: int) -> PcaCodec:
-        """The codec of the strongest components only.
-
-        Raises
-        ------
-        ValueError
-            If there are not as many.
-        """
-        if not 1 <= values <= self.values:
-            raise ValueError(f"{values} of {self.values} components")
-        left_out = float(self.variances[values:].sum()) / self.mean.size
+    def first(self, code_dim: int) -> PcaCodec:
+        """See :meth:`TexelCodec.first`."""
+        if not 1 <= code_dim <= self.code_dim:
+            raise NacreError(f"there are {self.code_dim} principal components only")
+        left_out = float(self.variances[code_dim:].sum()) / self.mean.size
         return replace(
             self,
-            components=self.components[:values],
-            variances=self.variances[:values],
+            components=self.components[:code_dim],
+            variances=self.variances[:code_dim],
             noise=self.noise + left_out,
         )
 
@@ -101,7 +107,7 @@ class PcaCodec(TexelCodec):
         """
         mean, columns = self._at(wi, wo)
         wide = columns.astype(np.float64)
-        variances = np.maximum(self.variances, _LEAST * self.variances.max())
+        variances = np.maximum(self.variances, _SMALLEST * self.variances.max())
         normal = wide @ wide.T + np.diag(self.noise / variances)
         solve = np.linalg.solve(normal, wide).astype(np.float32).T
         shift = mean @ solve
@@ -125,8 +131,8 @@ class PcaCodec(TexelCodec):
         mean, columns = self._at(wi, wo)
 
         def decode(codes: Floats) -> Floats:
-            if codes.shape[1:] != (self.values,):
-                raise ValueError(f"codes are {codes.shape}, expected (b, {self.values})")
+            if codes.shape[1:] != (self.code_dim,):
+                raise ValueError(f"codes are {codes.shape}, expected (b, {self.code_dim})")
             found = codes @ columns
             found += mean
             return np.maximum(found, 0.0, out=found).reshape(len(codes), len(wi), 3)
@@ -134,7 +140,7 @@ class PcaCodec(TexelCodec):
         return decode
 
     def _at(self, wi: Floats, wo: Floats) -> tuple[Floats, Floats]:
-        """Mean, shape (3 n,), and components, (values, 3 n), at n pairs among their own."""
+        """Mean, shape (3 n,), and components, (code_dim, 3 n), at n pairs among their own."""
         tree = KDTree(np.concatenate([self.wi, self.wo], axis=1))
         distance, rows = tree.query(np.concatenate([wi, wo], axis=1), distance_upper_bound=SAME)
         strangers = int(np.count_nonzero(~np.isfinite(distance)))
@@ -144,4 +150,53 @@ class PcaCodec(TexelCodec):
                 f"only, {strangers:,} of {len(wi):,} are others; find components for these, or "
                 "take a codec of any directions"
             )
-        return self.mean[rows].reshape(-1), self.components[:, rows].reshape(self.values, -1)
+        return self.mean[rows].reshape(-1), self.components[:, rows].reshape(self.code_dim, -1)
+
+    def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
+        """See :meth:`TexelCodec.pack`; single always."""
+        tensors = {name: np.ascontiguousarray(getattr(self, name), np.float32) for name in _ARRAYS}
+        header = {
+            "version": _VERSION,
+            "model": _FILE_KIND,
+            "values": "pi f_r, linear Rec. 709",
+            "noise": float(self.noise),
+            "metadata": self.metadata,
+        }
+        return header, tensors
+
+    @classmethod
+    def unpack(cls, header: dict[str, Any], tensors: Tensors) -> PcaCodec:
+        """See :meth:`TexelCodec.unpack`."""
+        check_header(header, _VERSION)
+        noise = header["noise"]
+        if not isinstance(noise, float) or not 0.0 < noise < _LARGEST:
+            raise ValueError(f"noise is {noise!r}, expected a number above 0")
+        arrays = {name: tensors[name] for name in _ARRAYS}
+        for name, array in arrays.items():
+            if array.dtype != np.float32:
+                raise ValueError(f"{name} are not float32 numbers")
+        check_numbers(arrays, _LARGEST)
+        check_unit_vectors({name: arrays[name] for name in ("wi", "wo")})
+        return cls(**arrays, noise=noise, metadata=header["metadata"])
+
+    @classmethod
+    def recipe(cls, *, code_dim: int | None = None, seed: int = 0) -> PcaRecipe:
+        """See :meth:`TexelCodec.recipe`.
+
+        Parameters
+        ----------
+        code_dim
+            How many components; 32 where None.
+        seed
+            Of the choice of texels.
+        """
+        from nacre.textures.codecs.principal.analysis import PcaRecipe
+
+        return PcaRecipe(seed=seed) if code_dim is None else PcaRecipe(code_dim, seed=seed)
+
+    @classmethod
+    def train(cls, run: TrainingRun, recipe: PcaRecipe) -> PcaCodec:
+        """See :meth:`TexelCodec.train`; takes seconds, and keeps no state."""
+        from nacre.textures.codecs.principal.analysis import find_components
+
+        return find_components(run.textures, recipe, run.progress)

@@ -1,0 +1,55 @@
+"""Charts of numbers: the colors of their lines, and what their axes look like."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nacre.errors import require
+from nacre.figures.page import FAINT, INK
+
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Of Okabe and Ito's palette for all kinds of color vision."""
+
+_GRID = "#e4e4e1"
+
+
+def charts(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
+    """A figure of some inches, and axes side by side in it.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    figure = require("matplotlib.figure", "plot").Figure(
+        (width, height), facecolor="white", layout="constrained"
+    )
+    return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def dress(
+    axes: Any, title: str = "", x: str = "", y: str = "", log: str = "", grid: str = "both"
+) -> None:
+    """Titles, a faint grid and no frame.
+
+    Parameters
+    ----------
+    axes
+        Of Matplotlib.
+    title, x, y
+        Above, below and beside them.
+    log
+        Names of the axes that are logarithmic, as in "xy".
+    grid
+        "x", "y" or "both".
+    """
+    for name in log:
+        axes.set(**{f"{name}scale": "log"})
+    axes.set_title(title, fontsize=9, color=INK)
+    axes.set_xlabel(x, fontsize=8, color=FAINT)
+    axes.set_ylabel(y, fontsize=8, color=FAINT)
+    axes.tick_params(which="both", length=0, labelsize=8, labelcolor=INK)
+    axes.grid(axis=grid, color=_GRID, linewidth=0.5)
+    axes.set_axisbelow(True)
+    for spine in axes.spines.values():
+        spine.set_visible(False)

@@ -1,0 +1,70 @@
+"""The sheet of `nacre compare`: both spheres under both lights, and where they differ."""
+
+from __future__ import annotations
+
+import math
+
+from nacre.array import Floats
+from nacre.color import tone_map
+from nacre.figures.difference_sheet import Row, difference_sheet
+from nacre.figures.page import Bytes, scale_end
+from nacre.metrics.comparison import Comparison, LightComparison
+from nacre.metrics.metrics import flip
+
+_NAMES = {"environment": "Environment", "directional": "Directional light, 45°"}
+
+
+def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) -> Bytes:
+    """Draw a comparison.
+
+    Rows are lights; columns are the reference, the model, and the FLIP error map. Pictures are tone
+    mapped as for the metrics.
+
+    Parameters
+    ----------
+    comparison
+        What to draw.
+    views
+        Square linear renderings of both materials in one scene, for another row.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+        sRGB bytes.
+
+    Raises
+    ------
+    MissingExtraError
+        If Matplotlib is not installed.
+    """
+    rows = [
+        Row(
+            item.truth,
+            item.other,
+            item.flip_map,
+            _NAMES.get(item.light, item.light),
+            _figures(item),
+            sphere=True,
+        )
+        for item in comparison.lights
+    ]
+    maps = [item.flip_map[comparison.mask] for item in comparison.lights]
+    if views is not None:
+        first, second = (tone_map(view) for view in views)
+        errors = flip(first, second)
+        rows.append(Row(*views, errors, "Path traced", f"FLIP {errors.mean():.4f}", smooth=True))
+    scale = scale_end(maps)
+    angles = comparison.angles
+    notes = (
+        f"Over {angles.count:,} pairs of directions: log-cosine error {angles.log_cosine:.4f}, "
+        f"median relative error {angles.relative_median:.1%}",
+        f"FLIP error from 0 (equal) to 1; colors end at {scale:g}",
+    )
+    names = comparison.truth, comparison.other
+    return difference_sheet(rows, scale, "Difference (FLIP)", names, notes)
+
+
+def _figures(item: LightComparison) -> str:
+    errors = item.errors
+    psnr = "infinite" if math.isinf(errors.psnr) else f"{errors.psnr:.1f} dB"
+    return f"SSIM {errors.ssim:.4f}     PSNR {psnr}     FLIP {errors.flip:.4f}"

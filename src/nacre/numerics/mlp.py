@@ -1,0 +1,202 @@
+"""Small multilayer perceptrons: their layers, and one forward pass for every array library.
+
+Rows of NumPy arrays, tensors of PyTorch, components of any library (see :mod:`nacre.array`) and
+Dr.Jit's cooperative vectors all go through :func:`forward`; a layer is a pair of weights (inputs,
+outputs) and biases (outputs,) of the same library. Where a network is more than a chain, with sums
+around layers for instance, :func:`dense` is one step of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Floats, namespace
+
+RELU, TANH = "relu", "tanh"
+SILU = "silu"
+"""x / (1 + exp(-x)), also known as swish."""
+SILU_BY_TANH = "silu by tanh"
+"""The same function in the form x / 2 (1 + tanh(x / 2)), whose last bits differ."""
+
+_CLIP = 60.0
+"""Bound of the exponent of :data:`SILU`: exp does not overflow float32."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One dense layer: `inputs @ weights + biases`. Unpacks into the two.
+
+    Parameters
+    ----------
+    weights
+        Shape (inputs, outputs); kept as float32.
+    biases
+        Shape (outputs,); kept as float32.
+    """
+
+    weights: npt.NDArray[np.float32]
+    biases: npt.NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        for name in ("weights", "biases"):
+            array = np.ascontiguousarray(getattr(self, name), np.float32)
+            object.__setattr__(self, name, array)
+        shape = self.weights.shape
+        if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:
+            raise ValueError(f"weights {shape} and biases {self.biases.shape} are not a layer")
+
+    def __iter__(self) -> Iterator[npt.NDArray[np.float32]]:
+        return iter((self.weights, self.biases))
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of weights and biases."""
+        return self.weights.nbytes + self.biases.nbytes
+
+
+AnyLayer: TypeAlias = Layer | tuple[Any, Any]
+
+
+def widths(layers: Sequence[Layer]) -> tuple[int, ...]:
+    """Inputs of the first layer, then the outputs of each.
+
+    Raises
+    ------
+    ValueError
+        If there is no layer, or the layers do not chain.
+    """
+    if not layers:
+        raise ValueError("a network has at least one layer")
+    found = (len(layers[0].weights), *(len(layer.biases) for layer in layers))
+    if found[:-1] != tuple(len(layer.weights) for layer in layers):
+        raise ValueError(f"layers do not chain: {[layer.weights.shape for layer in layers]}")
+    return found
+
+
+def forward(values: Any, layers: Sequence[AnyLayer], activation: str = RELU) -> Any:
+    """Outputs of a network.
+
+    Parameters
+    ----------
+    values
+        Inputs: a NumPy array or tensor of shape (..., inputs), a sequence of one array or number
+        an input, or a cooperative vector.
+    layers
+        The last one is linear.
+    activation
+        What follows each of the others: :data:`RELU`, :data:`TANH`, :data:`SILU` or
+        :data:`SILU_BY_TANH`.
+
+    Returns
+    -------
+    array, tensor, list of arrays, or cooperative vector
+        As `values`, with as many outputs as the last layer.
+    """
+    *hidden, last = layers
+    for layer in hidden:
+        values = dense(values, layer, activation)
+    return dense(values, last)
+
+
+def dense(values: Any, layer: AnyLayer, activation: str | None = None) -> Any:
+    """One layer, and the activation after it; see :func:`forward`.
+
+    Tensors may be of many networks at once: values (networks, n, inputs), weights (networks,
+    inputs, outputs) and biases (networks, outputs).
+    """
+    product, functions = _library(values)
+    result = product(values, *layer)
+    return result if activation is None else functions[activation](result)
+
+
+_Functions: TypeAlias = dict[str, Callable[[Any], Any]]
+
+
+def _library(values: Any) -> tuple[Callable[[Any, Any, Any], Any], _Functions]:
+    """The product with a layer, and the activations by name, of the library of some values."""
+    if isinstance(values, np.ndarray):
+        return _rows, _NUMPY
+    if isinstance(values, list | tuple):
+        return _components, {RELU: _relu_components}
+    if type(values).__module__.partition(".")[0] == "torch":
+        return _tensors, {RELU: _relu_in_place, TANH: _tanh_tensor, SILU: _silu_tensor}
+    return _cooperative, {RELU: _relu_cooperative, SILU: _silu_cooperative}
+
+
+def _rows(values: Floats, weights: Floats, biases: Floats) -> Floats:
+    product: Floats = values @ weights.astype(values.dtype, copy=False) + biases
+    return product
+
+
+def silu(x: Floats) -> Floats:
+    """The activation :data:`SILU` of an array."""
+    return x / (1.0 + np.exp(-np.clip(x, -_CLIP, _CLIP)))
+
+
+def _silu_by_tanh(x: Floats) -> Floats:
+    result: Floats = 0.5 * x * (1.0 + np.tanh(0.5 * x))
+    return result
+
+
+_NUMPY: _Functions = {
+    RELU: lambda x: np.maximum(x, 0.0),
+    TANH: np.tanh,
+    SILU: silu,
+    SILU_BY_TANH: _silu_by_tanh,
+}
+
+
+def _components(values: Sequence[Array], weights: Any, biases: Any) -> list[Array]:
+    return namespace(*values).dense(values, weights, biases)
+
+
+def _relu_components(values: Sequence[Array]) -> list[Array]:
+    xp = namespace(*values)
+    return [xp.maximum(v, 0.0) for v in values]
+
+
+def _tensors(values: Any, weights: Any, biases: Any) -> Any:
+    import torch
+
+    if weights.ndim == 3:
+        return torch.baddbmm(biases[:, None], values, weights)
+    return torch.addmm(biases, values, weights) if values.ndim == 2 else values @ weights + biases
+
+
+def _relu_in_place(values: Any) -> Any:
+    return values.relu_()
+
+
+def _tanh_tensor(values: Any) -> Any:
+    return values.tanh()
+
+
+def _silu_tensor(values: Any) -> Any:
+    import torch
+
+    return torch.nn.functional.silu(values)
+
+
+def _cooperative(values: Any, weights: Any, biases: Any) -> Any:
+    from drjit import nn
+
+    return nn.matvec(weights, values, biases)
+
+
+def _relu_cooperative(values: Any) -> Any:
+    import drjit
+
+    return drjit.maximum(values, 0.0)
+
+
+def _silu_cooperative(values: Any) -> Any:
+    """By way of tanh: these vectors have no other function of an exponential."""
+    import drjit
+
+    half = values * 0.5
+    return drjit.fma(half, drjit.tanh(half), half)

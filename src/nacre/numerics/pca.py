@@ -1,0 +1,206 @@
+"""Principal components: of few rows or many, of rows that are never in memory as a whole, of rows
+that count in several orders of their columns, and of colors with all permutations of the channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Floats
+from nacre.numerics.channels import CHROMA, LUMA
+
+Double = npt.NDArray[np.float64]
+
+_OVERSAMPLING = 16
+"""Directions followed beyond those asked for, which makes these converge in few passes."""
+_POWERS = 4
+"""Passes over rows in memory."""
+PASSES = 2
+"""Times that :func:`leading_directions` goes through the rows."""
+
+BY_CHANNEL = (np.eye(3),)
+"""Every channel counts as a row of its own; see :class:`ColoredComponents`."""
+BY_PERMUTATION = (np.full((1, 3), LUMA), CHROMA.astype(np.float64))
+"""Every color counts with its six permutations of the channels: a component belongs to the luma, or
+to both chroma components."""
+
+Runs = Callable[[], Iterable[Sequence[Floats]]]
+"""Goes through all rows once: yields the same run of rows of each matrix, shapes (b, width)."""
+
+
+def largest_first(matrix: Floats, count: int | None = None) -> tuple[Double, Double]:
+    """Eigenvalues (k,) of a symmetric matrix, the largest first, and eigenvectors (n, k).
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, n), like a covariance.
+    count
+        k; all where None.
+    """
+    values, vectors = np.linalg.eigh(np.asarray(matrix, np.float64))
+    return values[::-1][:count], vectors[:, ::-1][:, :count]
+
+
+def snapshots(
+    slabs: Callable[[], Iterable[Floats]], count: int
+) -> tuple[Double, npt.NDArray[np.float32]]:
+    """Components of few rows of many columns, by the products of the rows among each other.
+
+    Parameters
+    ----------
+    slabs
+        Goes through the columns once, a slab of shape (rows, b) at a time; called twice. The mean
+        is off already.
+    count
+        Of components, at most: those without variance are left out.
+
+    Returns
+    -------
+    squares
+        Sums of the squares of the rows along each component, the largest first.
+    components
+        Unit vectors, shape (components, columns).
+    """
+    gram = sum(np.asarray(slab @ slab.T) for slab in slabs())
+    squares, vectors = largest_first(np.asarray(gram), count)
+    kept = squares > 1e-9 * squares[0]
+    scaled = vectors[:, kept] / np.sqrt(squares[kept])
+    components = np.concatenate([scaled.T @ slab for slab in slabs()], axis=1)
+    return squares[kept], components.astype(np.float32)
+
+
+def leading_components(
+    rows: Floats, orders: Sequence[npt.NDArray[Any]], count: int, seed: int = 0
+) -> tuple[Floats, Floats]:
+    """The leading components of rows that are counted in several orders of their columns.
+
+    Subspace iteration (Halko, Martinsson and Tropp 2011); the reordered rows are never made.
+
+    Parameters
+    ----------
+    rows
+        Shape (rows, n).
+    orders
+        A group of orders of the n columns, like those of
+        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
+    count
+        Of components.
+    seed
+        Of the subspace that it begins with.
+
+    Returns
+    -------
+    tuple
+        Orthonormal components, shape (n, count), the strongest first, and their variances: mean
+        squares of the rows along them, shape (count,).
+    """
+    width = min(count + _OVERSAMPLING, rows.shape[1])
+    random = np.random.default_rng(seed)
+    space = random.standard_normal((rows.shape[1], width), dtype=np.float32)
+    for _ in range(_POWERS):
+        space = np.linalg.qr(space)[0]
+        powered = np.zeros_like(space)
+        for order in orders:
+            powered[order] += rows.T @ (rows @ space[order])
+        space = powered
+    space = np.linalg.qr(space)[0]
+    covariance = np.zeros((width, width))
+    for order in orders:
+        projected = rows @ space[order]
+        covariance += projected.T @ projected
+    variances, vectors = largest_first(covariance / (len(rows) * len(orders)), count)
+    return space @ vectors.astype(np.float32), variances.astype(np.float32)
+
+
+def leading_directions(
+    runs: Runs, matrices: int, width: int, count: int, seed: int
+) -> list[npt.NDArray[np.float64]]:
+    """Approximate right singular vectors of several matrices, which are gone through together.
+
+    Subspace iteration from random directions (Halko, Martinsson and Tropp 2011, "Finding Structure
+    with Randomness", algorithm 4.4): products X^T (X Q) are summed over runs of rows of X.
+
+    Parameters
+    ----------
+    runs
+        Gives the rows, :data:`PASSES` times.
+    matrices
+        How many there are.
+    width
+        Length of a row.
+    count
+        Vectors wanted, at most `width`.
+    seed
+        Of the first directions.
+
+    Returns
+    -------
+    vectors
+        Of each matrix, shape (width, count), orthonormal, the largest singular value first.
+    """
+    random = np.random.default_rng(seed)
+    columns = min(width, count + _OVERSAMPLING)
+    bases = [random.standard_normal((width, columns)) for _ in range(matrices)]
+    for _ in range(PASSES):
+        narrow = [basis.astype(np.float32) for basis in bases]
+        sums = np.zeros((matrices, width, columns))
+        for run in runs():
+            for rows, basis, total in zip(run, narrow, sums, strict=True):
+                total += rows.T @ (rows @ basis)
+        bases = [np.linalg.svd(total, full_matrices=False)[0] for total in sums]
+    return [basis[:, :count] for basis in bases]
+
+
+class ColoredComponents(NamedTuple):
+    """Which components a code of colors has room for.
+
+    The covariance of colors that count with all permutations of their channels commutes with these:
+    its eigenvectors are products of a component with the luma, or with each of two chroma
+    components. So components are found of the luma and of the chroma apart, each at a third of the
+    size, and the strongest are chosen.
+    """
+
+    part: npt.NDArray[np.int64]
+    """Which of the parts each comes from, shape (k,)."""
+    component: npt.NDArray[np.int64]
+    """Which component of the part, shape (k,)."""
+    colors: Floats
+    """Its unit color, shape (k, 3)."""
+    variances: Double
+    """Of each, largest first, shape (k,)."""
+
+
+def strongest(
+    variances: Sequence[npt.ArrayLike], colors: Sequence[Floats], count: int
+) -> ColoredComponents:
+    """The components of the largest variances; of both colors of a component the second may be
+    left out.
+
+    Parameters
+    ----------
+    variances
+        Of the components of each part.
+    colors
+        Of each part, shape (colors, 3): :data:`BY_PERMUTATION` or :data:`BY_CHANNEL`.
+    count
+        k, at most.
+    """
+    rows = [
+        (float(variance), part, index, color)
+        for part, (found, its_colors) in enumerate(zip(variances, colors, strict=True))
+        for index, variance in enumerate(np.asarray(found))
+        for color in its_colors
+    ]
+    rows.sort(key=lambda row: -row[0])  # stable: colors of one component stay together
+    chosen = rows[:count]
+    return ColoredComponents(
+        np.array([part for _, part, _, _ in chosen], np.int64),
+        np.array([index for _, _, index, _ in chosen], np.int64),
+        np.array([color for *_, color in chosen]).reshape(-1, 3),
+        np.array([variance for variance, *_ in chosen]),
+    )

@@ -1,0 +1,164 @@
+"""Scenes in Mitsuba's XML: read with the plugins of this package registered, and rendered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+from nacre.array import Image
+from nacre.errors import FormatError, NacreError, is_shortage
+from nacre.io.files import PathLike
+from nacre.render.engine import mitsuba
+from nacre.render.plugins import register
+from nacre.render.preview import render_scene
+
+MAX_DEPTH = 64
+"""Levels of elements within one another: Mitsuba's parser calls itself for each, until its stack
+ends the process."""
+
+
+def render_file(
+    path: PathLike,
+    spp: int | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Image:
+    """Render a scene file, with the plugins `nbrdf`, `brdf`, `neuralbtf` and `measuredbtf`.
+
+    Parameters
+    ----------
+    path
+        A Mitsuba scene (`.xml`); files that it names are found beside it. Its first sensor is
+        rendered.
+    spp
+        Samples per pixel; those of the scene's sampler where None.
+    seed
+        Of the samples.
+    progress
+        Called with the fraction that is done, in (0, 1], after each pass.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+        Linear Rec. 709 RGB, float32.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is no scene, or has no sensor.
+    NacreError
+        If it needs more memory than there is, or its film does not give colors.
+    MissingExtraError, LLVMError
+        See :func:`nacre.render.mitsuba`.
+    """
+    scene = load_scene(path)
+    sensors = scene.sensors()
+    if not sensors:
+        raise FormatError(f"{path}: has no sensor: add one to say what the picture shows")
+    count = spp or int(sensors[0].sampler().sample_count())
+    try:
+        return render_scene(scene, count, seed, progress)
+    except NacreError:
+        raise
+    except RuntimeError as error:
+        raise NacreError(f"{path}: {_one_line(error)}") from error
+
+
+def load_scene(path: PathLike) -> Any:
+    """A scene file as Mitsuba's scene.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read or is no scene that Mitsuba can make.
+    """
+    found = _load(path)
+    if not isinstance(found, mitsuba().Scene):
+        raise FormatError(f"{path}: is no <scene>, but a {type(found).__name__}")
+    return found
+
+
+def scene_bsdfs(path: PathLike) -> list[Any]:
+    """The BSDFs of a file: those of shapes, those that no shape has, or its only one.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, or Mitsuba can make nothing of it.
+    """
+    found, mi = _load(path), mitsuba()
+    if isinstance(found, mi.BSDF):
+        return [found]
+    if not isinstance(found, mi.Scene):
+        return []
+    bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
+
+    class Children(mi.TraversalCallback):  # type: ignore[misc]
+        def put(self, _name: str, value: Any, *_: Any) -> None:
+            if isinstance(value, mi.BSDF):
+                bsdfs.append(value)
+
+    found.traverse(Children())
+    return list(dict.fromkeys(bsdfs))
+
+
+def _load(path: PathLike) -> Any:
+    """What Mitsuba makes of a file."""
+    check_depth(path)
+    mi = mitsuba()
+    register()
+    try:
+        return mi.load_file(str(path))
+    except NacreError:
+        raise
+    except Exception as error:  # Mitsuba raises what its parser, plugins and bindings meet
+        if is_shortage(error):
+            raise NacreError(f"{path}: not enough memory to load the scene") from error
+        raise FormatError(f"{path}: Mitsuba: {_one_line(error)}") from error
+
+
+def check_depth(path: PathLike) -> None:
+    """Refuse a file that is no XML, or nested so deeply that Mitsuba's parser would not survive it.
+
+    Raises
+    ------
+    FormatError
+        If it is, or cannot be read.
+    """
+    depth = 0
+
+    def opened(name: str, _: Any) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > MAX_DEPTH:
+            line = parser.CurrentLineNumber
+            raise FormatError(
+                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others; no scene needs that"
+            )
+
+    def closed(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = opened, closed
+    if not Path(path).is_file():
+        raise FormatError(f"{path}: no such file")
+    try:
+        with Path(path).open("rb") as file:
+            parser.ParseFile(file)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    except expat.ExpatError as error:
+        raise FormatError(f"{path}: is not XML: {error}") from error
+
+
+def _one_line(error: Exception) -> str:
+    """What Mitsuba says; of an error in a plugin of ours what that says, without a traceback."""
+    where, traceback, inner = str(error).partition("Traceback (most recent call last):")
+    if traceback:
+        last = inner.strip().splitlines()[-1]
+        return f"{' '.join(where.split())} {last.partition(': ')[2]}"
+    return " ".join(where.split())

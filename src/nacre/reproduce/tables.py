@@ -1,0 +1,39 @@
+"""Tables as Markdown and as comma-separated values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from nacre.io.files import atomic_path
+from nacre.io.text_file import write_rows
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown, all but its first column to the right; ends in a line break."""
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+def write_csv(head: Sequence[str], rows: Iterable[Sequence[object]], path: Path) -> None:
+    """Write comma-separated values; numbers have six digits.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    cells = [[f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in rows]
+    write_rows([head, *cells], path)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write text, whole or not at all.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be written.
+    """
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

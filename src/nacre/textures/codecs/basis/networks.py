@@ -1,0 +1,199 @@
+"""Smooth functions of a light and a view, whose weighted sums are apparent BRDFs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components, Floats, namespace
+from nacre.geometry import dot, half_vector, split, stereographic
+from nacre.numerics.mlp import SILU, Layer, dense
+
+_CHUNK = 1 << 12
+"""Pairs of directions at a time."""
+_SHARPEST = 0.005
+"""Added to the sine of half-vector angles, so that their logarithm is bounded."""
+INPUTS = 12
+"""Of the network."""
+
+
+class FunctionValues(NamedTuple):
+    """The functions at n pairs of directions."""
+
+    mean: Floats
+    """What all texels have, shape (n,)."""
+    luma: Floats
+    """Shape (n, luma_count)."""
+    chroma: Floats
+    """Shape (n, chroma_count)."""
+
+    def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
+        """The values at some of the pairs."""
+        return FunctionValues(self.mean[chosen], self.luma[chosen], self.chroma[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class AngularFunctions:
+    """Functions that a network gives for a pair of directions.
+
+    All layers but the last are followed by x / (1 + exp(-x)); of the hidden ones, all but the first
+    add to what came before them. Roots of reflectance are sums of the functions, as luma and
+    chroma, see :mod:`nacre.textures.codecs.basis.colors`.
+
+    Parameters
+    ----------
+    hidden
+        Layers of one width.
+    wide
+        A layer after those: the more units, the better the last one can combine them.
+    last
+        Gives the mean, then functions of luma, then those of chroma.
+    luma_count
+        How many of the functions are for luma.
+
+    Raises
+    ------
+    ValueError
+        If layers do not chain, or `luma_count` is out of range.
+    """
+
+    hidden: Sequence[Layer]
+    wide: Layer
+    last: Layer
+    luma_count: int = field(metadata={"file": "greys"})
+
+    def __post_init__(self) -> None:
+        width = INPUTS
+        for layer in [*self.hidden, self.wide, self.last]:
+            if layer.weights.shape != (width, len(layer.biases)):
+                raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
+            width = len(layer.biases)
+        if not 0 < self.luma_count < width or len({len(h.biases) for h in self.hidden}) != 1:
+            raise ValueError(f"{self.luma_count} of {width - 1} functions are of luma")
+
+    @property
+    def chroma_count(self) -> int:
+        """How many of the functions are for chroma."""
+        return len(self.last.biases) - 1 - self.luma_count
+
+    def __call__(self, wi: Floats, wo: Floats) -> FunctionValues:
+        """The functions at pairs of unit directions, shapes (n, 3)."""
+        chunks = [
+            self._values(direction_inputs(wi[i : i + _CHUNK], wo[i : i + _CHUNK]))
+            for i in range(0, len(wi), _CHUNK)
+        ]
+        values = np.concatenate(chunks) if chunks else np.empty((0, len(self.last.biases)))
+        mean, luma, chroma = np.split(values, [1, 1 + self.luma_count], axis=1)
+        return FunctionValues(mean[:, 0].copy(), np.ascontiguousarray(luma), chroma.copy())
+
+    def _values(self, inputs: Floats) -> Floats:
+        first, *others = self.hidden
+        state: Floats = dense(inputs, first, SILU)
+        for layer in others:
+            state = state + dense(state, layer, SILU)
+        outputs: Floats = dense(dense(state, self.wide, SILU), self.last)
+        return outputs
+
+
+def direction_inputs(wi: Floats, wo: Floats) -> Floats:
+    """What the network sees of pairs of directions: shape (n, :data:`INPUTS`), about within -2..2.
+
+    Stereographic light, view and half vector, which have no pole to be rough at; the cosines; and
+    logarithms of the angles between light and view and between half vector and normal, in which
+    highlights of any width are smooth.
+    """
+    a, b = split(wi.astype(np.float64)), split(wo.astype(np.float64))
+    return np.stack(direction_components(a, b), axis=-1).astype(np.float32)
+
+
+def direction_components(wi: Components, wo: Components) -> list[Array]:
+    """The same of components of any array library, as a list."""
+    xp = namespace(*wi, *wo)
+    half = half_vector(wi, wo)
+    cosine = xp.minimum(xp.maximum(dot(wi, wo), -1.0), 1.0)
+    return [
+        *(1.5 * c for w in (wi, wo, half) for c in stereographic(w)),
+        *(2.0 * w[2] - 1.0 for w in (wi, wo, half)),
+        cosine,
+        xp.log(_SHARPEST + 1.0 - half[2]) / 2.0 + 1.5,
+        xp.log(_SHARPEST + 1.0 - cosine) / 2.0 + 1.0,
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class SkipNetwork:
+    """x @ linear + network(x): what is nearly linear needs no more than a small network.
+
+    Parameters
+    ----------
+    linear
+        Shape (inputs, outputs).
+    layers
+        Of the network; all but the last are followed by x / (1 + exp(-x)). It may see more inputs
+        than the linear map, see :meth:`given`.
+
+    Raises
+    ------
+    ValueError
+        If the layers do not chain from the inputs to the outputs.
+    """
+
+    linear: Floats
+    layers: Sequence[Layer]
+
+    def __post_init__(self) -> None:
+        inputs, outputs = self.linear.shape
+        width = max(inputs, len(self.layers[0].weights)) if self.layers else inputs
+        for layer in self.layers:
+            if layer.weights.shape != (width, len(layer.biases)):
+                raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
+            width = len(layer.biases)
+        if len(self.layers) < 2 or width != outputs:
+            raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
+
+    def given(self, further: Floats) -> SkipNetwork:
+        """The network with the inputs that the linear map does not see held fixed."""
+        first, *others = self.layers
+        inputs = len(self.linear)
+        biases = np.asarray(first.biases + further @ first.weights[inputs:], np.float32)
+        return SkipNetwork(self.linear, [Layer(first.weights[:inputs], biases), *others])
+
+    def __call__(self, x: Floats) -> Floats:
+        """Outputs (b, outputs) of inputs (b, inputs)."""
+        *hidden, last = self.layers
+        state = x
+        for layer in hidden:
+            state = dense(state, layer, SILU)
+        result: Floats = x @ self.linear + state @ last.weights + last.biases
+        return result
+
+    def jacobian(self, x: Floats) -> tuple[Floats, Floats]:
+        """Outputs (b, outputs), and their derivatives by the inputs (b, inputs, outputs)."""
+        *hidden, last = self.layers
+        first, *others = hidden
+        state, slope = _silu_and_slope(x @ first.weights + first.biases)
+        change: Floats = first.weights * slope[:, None]
+        for layer in others:
+            state, slope = _silu_and_slope(state @ layer.weights + layer.biases)
+            change = _rows_times(change, layer.weights) * slope[:, None]
+        value = x @ self.linear + state @ last.weights + last.biases
+        slopes = _rows_times(change, last.weights)
+        slopes += self.linear
+        return value, slopes
+
+
+def _rows_times(many: Floats, matrix: Floats) -> Floats:
+    """Matrices (b, k, m) times one, as a single product."""
+    count, rows, inputs = many.shape
+    product: Floats = many.reshape(count * rows, inputs) @ matrix
+    return product.reshape(count, rows, matrix.shape[1])
+
+
+def _silu_and_slope(x: Floats) -> tuple[Floats, Floats]:
+    sigmoid = 1.0 / (1.0 + np.exp(-np.clip(x, -60.0, 60.0)))
+    value = x * sigmoid
+    return value, sigmoid + value * (1.0 - sigmoid)

@@ -1,0 +1,167 @@
+"""Codecs of textures trained into files, in several sittings if need be."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from nacre.errors import FormatError, NacreError
+from nacre.formats import load_btf
+from nacre.io.files import PathLike
+from nacre.measured.textures.image_folder import Quantity
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
+from nacre.textures.codecs.codec_file import save_codec
+from nacre.workflows.identity import source_fingerprint
+
+
+@dataclass(frozen=True, eq=False)
+class TrainedCodec:
+    """What :func:`train_codec` wrote.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    codec
+        What is in it.
+    nbytes
+        Size of the file.
+    """
+
+    path: Path
+    codec: TexelCodec
+    nbytes: int
+
+
+def kinds_with(setting: str) -> list[str]:
+    """Kinds of codecs whose recipe takes a setting."""
+    return [kind for kind, codec in CODECS.members() if setting in codec.recipe_settings()]
+
+
+def training_files(output: PathLike, model: str) -> list[Path]:
+    """Files beside the output that a training writes, for refusing to replace an input."""
+    output = Path(output)
+    journal = [_beside(output, "journal.csv")] if CODECS.find(model).journaled else []
+    return [output, _beside(output, "state"), *journal]
+
+
+def train_codec(
+    files: Sequence[PathLike],
+    output: PathLike,
+    *,
+    model: str = "basis",
+    pixels: Quantity | None = None,
+    half: bool = False,
+    resume: bool = False,
+    events: PathLike | None = None,
+    progress: Progress = silent,
+    **settings: Any,
+) -> TrainedCodec | None:
+    """Train a codec on textures and write it.
+
+    Until it is done, state beside the output (names that begin with `OUTPUT.state`) keeps what
+    there is: nothing is lost after Ctrl-C, and a minute at most when the process is killed. Codecs
+    that are :attr:`TexelCodec.journaled` leave a table of losses, `OUTPUT.journal.csv`.
+
+    Parameters
+    ----------
+    files
+        Textures: files, folders of images, or lists of photographs.
+    output
+        File (`.safetensors`) to write.
+    model
+        Kind of codec, one of :data:`nacre.textures.codecs.CODECS`.
+    pixels
+        What the pixels of folders of images hold, see :func:`nacre.textures.load`.
+    half
+        Whether weights are written in half precision.
+    resume
+        Whether to go on where an earlier call was stopped.
+    events
+        Folder for a log that TensorBoard reads.
+    progress
+        Called as the training goes on.
+    settings
+        As :meth:`TexelCodec.recipe` of the kind takes them: `code_dim`, `steps`, `seed`, ...
+
+    Returns
+    -------
+    TrainedCodec
+        None in all processes but the first where `torchrun` started several.
+
+    Raises
+    ------
+    FormatError
+        If a texture cannot be read, or the output cannot be written.
+    NacreError
+        If a setting is not for this kind of codec or is impossible, an earlier call was stopped and
+        `resume` is not given, or the training fails; see :meth:`TexelCodec.train`.
+    """
+    kind, output = CODECS.find(model), Path(output)
+    if output.suffix.lower() != ".safetensors":
+        raise FormatError(f"{output}: a model is a .safetensors file")
+    allowed = kind.recipe_settings()
+    for name in settings:
+        if name not in allowed:
+            kinds = " and ".join(kinds_with(name)) or "none"
+            raise NacreError(f"{name} is for models of kind {kinds}, not {model}")
+    if events is not None and not kind.journaled:
+        kinds = " and ".join(name for name, codec in CODECS.members() if codec.journaled)
+        raise NacreError(f"events are for models of kind {kinds}, not {model}")
+    if not kind.distributed and int(os.environ.get("WORLD_SIZE", "1")) > 1:
+        raise NacreError(f"a model of kind {model} is trained by one process; leave out torchrun")
+    recipe = kind.recipe(**settings)
+    state = _beside(output, "state")
+    _check_begun(output, kind.state_files(state), resume)
+    fingerprint = f"{[source_fingerprint(path) for path in files]} {pixels}"
+    run = TrainingRun(
+        list(files),
+        partial(load_btf, quantity=pixels),
+        state,
+        fingerprint,
+        _beside(output, "journal.csv") if kind.journaled else None,
+        None if events is None else Path(events),
+        progress,
+    )
+    codec = kind.train(run, recipe)
+    if not is_first_process():
+        return None
+    save_codec(codec, output, "half" if half else "single")
+    for path in kind.state_files(state):
+        path.unlink(missing_ok=True)
+    return TrainedCodec(output, codec, output.stat().st_size)
+
+
+def is_first_process() -> bool:
+    """Whether this is the only process that trains, or the first that `torchrun` started."""
+    return os.environ.get("RANK", "0") == "0"
+
+
+def _beside(output: Path, ending: str) -> Path:
+    return output.with_name(f"{output.name}.{ending}")
+
+
+def _check_begun(output: Path, own: Sequence[Path], resume: bool) -> None:
+    """Refuse to begin where a training was stopped, or to go on with one of another model.
+
+    States of the output begin with its name; `own` are those of this kind of model.
+    """
+    begin = f"{output.name}.state"
+    states = sorted(output.parent.glob(f"{glob.escape(begin)}*"))
+    others = [path for path in states if path not in own]
+    if others:
+        raise NacreError(
+            f"{others[0]}: something else was stopped here, an encoding or another model; name "
+            f"another output, or remove {begin}* to begin anew"
+        )
+    if states and not resume:
+        raise NacreError(
+            f"{states[0]}: a training was stopped here; add --resume to go on, or remove {begin}* "
+            "to begin anew"
+        )
