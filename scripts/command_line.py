@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import re
 import textwrap
@@ -30,8 +29,6 @@ output.
 """
 SHARED = {"quiet", "verbose", "version", "help", "json", "force"}
 """Options that the head of the page explains."""
-ELSEWHERE = {"reproduce": {"reproduce btf-...": "nacre.cli.reproduce_btf"}}
-"""Commands that another one hands over to, behind which they stand: name and module."""
 
 
 def commands(group: click.Group, context: click.Context) -> Iterator[tuple[str, click.Command]]:
@@ -44,8 +41,6 @@ def commands(group: click.Group, context: click.Context) -> Iterator[tuple[str, 
             yield from ((f"{name} {rest}", c) for rest, c in commands(command, inner))
         else:
             yield name, command
-        for full, module in ELSEWHERE.get(name, {}).items():
-            yield full, importlib.import_module(module).command
 
 
 def page() -> str:
