@@ -176,17 +176,17 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
     [
         (("btf", "info", "absent.npz"), "absent.npz: cannot be read"),
         (("btf", "info", "."), "neither images named"),
-        (("btf", "info", "cloth.npz", "--pixels", "radiance"), "state nothing"),
-        (("btf", "convert", "cloth.npz", "-o", "x.csv"), "no format of textures ends in '.csv'"),
+        (("btf", "info", "cloth.npz", "--pixels", "radiance"), "quantity: is not for"),
+        (("btf", "convert", "cloth.npz", "-o", "x.csv"), "files hold one material"),
         (("btf", "convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
         (("btf", "convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
         (("btf", "convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),
         (("btf", "picture", "cloth.npz", "-o", "x.gif"), "a picture ends in one of"),
         (("btf", "picture", "cloth.npz", "-o", "x.png", "--light", "90,0"), "below 90"),
         (("btf", "picture", "cloth.npz", "-o", "x.png", "--view", "x"), "expected a polar"),
-        (("info", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
-        (("fit", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
-        (("convert", "cloth.npz", "x.binary"), "see nacre btf info"),
+        (("info", "cloth.npz"), "is a texture (BTF), not one material; nacre btf average"),
+        (("fit", "cloth.npz"), "is a texture (BTF), not one material; nacre btf average"),
+        (("convert", "cloth.npz", "x.binary"), "nacre btf average makes one of it"),
     ],
 )
 def test_mistakes_end_in_one_line(

@@ -71,12 +71,12 @@ def test_the_way_from_a_texture_to_a_report(felt, capsys):
 def test_what_is_in_a_model_is_shown(felt, capsys):
     assert run("btf", "info", "model.safetensors") == 0
     shown = capsys.readouterr().out
-    assert "model                     basis\n" in shown
-    assert "layers, decoder           2, 5, 5, 7\n" in shown
+    assert "model               basis\n" in shown
+    assert "layers, decoder     2, 5, 5, 7\n" in shown
     assert run("btf", "info", "model.safetensors", "--json") == 0
     found = json.loads(capsys.readouterr().out)
     size = Path("model.safetensors").stat().st_size
-    assert (found["facts"]["values a code"], found["facts"]["bytes"]) == (2, size)
+    assert (found["facts"]["latent size"], found["facts"]["bytes"]) == (2, size)
     assert found["units"] == {"bytes": "bytes"}
     assert run("btf", "info", "model.safetensors", "--pixels", "radiance") == 2
     assert "model.safetensors: is a model, which has no images" in capsys.readouterr().err

@@ -57,7 +57,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("btf convert model.safetensors -o x.npz", "is a model of textures, expected a texture"),
         ("btf picture paint.safetensors -o x.png", "is one material, expected a texture"),
         ("btf train texture.npz model.safetensors -o x.safetensors", "is a model of textures"),
-        ("btf train factored -o x.safetensors", "where files in it are textures, name these"),
+        (
+            "btf train factored -o x.safetensors",
+            "where files in it are materials or textures, name these",
+        ),
         ("btf capture fabric01 --dome texture.npz -o x.npz", "expected bonn, utia or a list"),
         ("btf capture texture.npz -o x.npz", "is a texture, expected the name of a recipe"),
         ("btf convert texture.npz -o taken.npz", "taken.npz: is a directory"),

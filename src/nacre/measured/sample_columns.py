@@ -50,7 +50,7 @@ _ALIASES = {
     "green": "g",
     "blue": "b",
 }
-_COLOURS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
+_COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
 
@@ -204,7 +204,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
         raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
     columns = Columns(names, scales, separator)
     values = [name for name in names if name not in ANGLES]
-    if sorted(values) in _COLOURS:
+    if sorted(values) in _COLORS:
         return columns
     if not values or len(columns.bands) < len(values):
         found = ", ".join(values)[:80] or "none"

@@ -9,7 +9,7 @@ import click
 
 from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.console import Stages, check_outputs, console, counted, file_path, print_facts
+from nacre.cli.console import Stages, console, counted, file_path, print_facts
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -63,13 +63,9 @@ def command(
     temporary file; that much is done again.
     """
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import PUBLISHED
     from nacre.workflows.encoding import encode_texture
 
-    listed = [directions] if directions is not None else []
-    state = output.with_name(f"{output.name}.state")
-    check_outputs([output, state], [source, model or PUBLISHED, *listed])
-    if not listed:
+    if directions is None:
         expect(source, "a texture", "an encoded texture")
     if model is not None:
         expect(model, "a model of textures")

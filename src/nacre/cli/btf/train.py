@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from nacre.cli.btf.kinds import expect
 from nacre.cli.btf.options import pixels_option
-from nacre.cli.console import Stages, check_outputs, console, counted, file_path
+from nacre.cli.console import Stages, console, counted, file_path
 from nacre.cli.ranges import SEED, FiniteRange
 
 _OPTIONS = {"recipe_name": "--recipe"}
@@ -136,7 +136,6 @@ def command(
         is_first_process,
         kinds_with,
         train_codec,
-        training_files,
     )
 
     for path in files:
@@ -163,8 +162,6 @@ def command(
                 shown = _OPTIONS.get(option, f"--{option.replace('_', '-')}")
                 raise click.BadParameter(f"{shown} is for --model {' and '.join(kinds)}")
             settings[name] = value
-    if output.suffix.lower() == ".safetensors":
-        check_outputs(training_files(output, model), files)
     with Stages() as stages:
         found = train_codec(
             files,
