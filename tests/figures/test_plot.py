@@ -116,7 +116,7 @@ def test_bad_targets_and_arguments_are_refused(tmp_path):
         with pytest.raises(NacreError, match="1 to 7 materials"):
             lobe_figure(materials)
     nothing = Constant(0.5)
-    nothing.valid_components = lambda wi, wo: wi[2] > 2.0
+    nothing = nothing.replaced(valid_components=lambda wi, wo: wi[2] > 2.0)
     with pytest.raises(NacreError, match="nothing to plot"):
         lobe_figure({"nothing": nothing})
     for wrong in ({"channel": "hue"}, {"floor": 0.0}, {"incidence": []}):
