@@ -130,5 +130,5 @@ def test_black_has_a_plot():
 
 def test_the_missing_extra_is_named(monkeypatch, tmp_path):
     monkeypatch.setitem(__import__("sys").modules, "matplotlib.figure", None)
-    with pytest.raises(MissingExtraError, match=r"nacre\[plot\]"):
+    with pytest.raises(MissingExtraError, match=r"nacre-materials\[plot\]"):
         check_plot_path(tmp_path / "x.png")
