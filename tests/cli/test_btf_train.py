@@ -110,7 +110,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     ("options", "message"),
     [
         (["-o", "model.npz"], "a model is a .safetensors file"),
-        (["--steps", "3", "--minutes", "1"], "give one of them"),
+        (["--model", "unified", "--steps", "3", "--minutes", "1"], "give one of them"),
         (["--model", "custom", "--pooling", "max"], "--pooling is for --model unified"),
         (["--model", "unified", "--device", "cuda:99"], "device 'cuda:99' cannot be used"),
         (["--batch", "0"], "--batch"),
@@ -201,7 +201,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(
             patch.setattr(f"nacre.textures.codecs.basis.{module}.descend", interrupted)
         assert run(*arguments) == 130
     names = {path.name for path in tmp_path.iterdir()}
-    assert f"model.safetensors.state.{where}-steps.stage" in names
+    assert f"model.safetensors.state.{where}-steps.state" in names
     assert not output.exists()
     capsys.readouterr()
     assert run(*arguments) == 2

@@ -141,7 +141,7 @@ def test_reproduce_lists_methods(here, capsys):
         (["fig16", "a.safetensors", "--epochs", "3"], "--epochs is not for fig16"),
         (["fig13", "a.safetensors", "--basis", "plain.safetensors"], "predicts no lobes"),
         (["fig13", "a.safetensors", "--basis", "none.safetensors"], "cannot be read"),
-        (["table2", "a.safetensors", "b.safetensors"], "table2 takes 5 materials at least, got 2"),
+        (["table2", "a.safetensors", "b.safetensors"], "table2 takes at least 5 materials, got 2"),
         (["table2", "a.safetensors", "--methods", "ggx"], "'ggx' is no method"),
         (["table2", "a.safetensors", "--basis", "plain.safetensors"], "--basis is not for table2"),
         (

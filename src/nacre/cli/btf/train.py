@@ -9,7 +9,6 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
 from nacre.cli.progress import progress
 from nacre.cli.report import counted, report_file
 
@@ -138,15 +137,8 @@ def command(
     processes where torchrun starts them: torchrun --nproc-per-node 2 -m nacre btf train ...
     """
     from nacre.runtime.progress import silent
-    from nacre.workflows.codec_training import (
-        is_first_process,
-        kinds_with,
-        train_codec,
-        training_files,
-    )
+    from nacre.workflows.codec_training import is_first_process, kinds_with, train_codec
 
-    for path in paths:
-        expect(path, "a texture", "an encoded texture")
     settings: dict[str, Any] = {}
     for name, value in chosen.items():
         if not options.is_given(name):
@@ -159,8 +151,6 @@ def command(
             option = name.removesuffix("_name").replace("_", "-")
             raise click.BadParameter(f"--{option} is for --model {' and '.join(kinds)}")
         settings[setting] = value
-    if output.suffix.lower() == ".safetensors":
-        options.check_outputs([output], paths, training_files(output, model))
     found = train_codec(
         paths,
         output,
