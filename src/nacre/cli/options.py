@@ -230,13 +230,18 @@ def check_outputs(
     FormatError
         If a folder is absent or not writable, or an output is a folder or an input.
     """
+    from nacre.cli.report import detail
+
+    inputs, outputs = list(inputs), list(outputs)
     taken = {path.resolve() for path in inputs}
-    outputs = list(outputs)
     for path in (*outputs, *internal):
         if path.resolve() in taken:
             raise FormatError(f"{path}: is the input as well; name another output")
     for path in outputs:
         check_writable(path)
+    for verb, paths in (("reads", inputs), ("writes", outputs)):
+        for path in paths:
+            detail(f"{verb} {path.resolve()}")
 
 
 def input_argument(name: str = "path", **settings: Any) -> Callable[[_Function], _Function]:
