@@ -61,7 +61,7 @@ def test_without_the_denoiser_there_are_more_samples(
     assert default_spp() == PLAIN_SPP > DENOISED_SPP
     seen: list[float] = []
     render_preview(Constant(0.5), "sphere", size=8, progress=seen.append)
-    assert len(seen) == PLAIN_SPP // 16
+    assert len(seen) == -(-PLAIN_SPP // 16)
     monkeypatch.setattr(sys, "path", [])
     if "pyoidn" not in sys.modules:
         with pytest.raises(MissingExtraError, match=r"render"):

@@ -1,7 +1,8 @@
 """The grammar of files of scattered samples: header lines, names of columns, rows of numbers.
 
 Columns may be parted by commas, semicolons, tabs or blanks, whichever the line that names them has;
-where it is not a comma, decimals may be written with one. docs/formats.md has the grammar.
+where it is not a comma, decimals may be written with one. The grammar is in
+docs/reference/formats.md.
 """
 
 from __future__ import annotations

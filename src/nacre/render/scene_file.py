@@ -95,7 +95,7 @@ def scene_bsdfs(path: PathLike) -> list[Any]:
         return []
     bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
 
-    class Children(mi.TraversalCallback):  # type: ignore[misc]
+    class Children(mi.TraversalCallback):  # type: ignore[misc,name-defined]
         def put(self, _name: str, value: Any, *_: Any) -> None:
             if isinstance(value, mi.BSDF):
                 bsdfs.append(value)
@@ -156,7 +156,7 @@ def check_depth(path: PathLike) -> None:
 
 
 def _one_line(error: Exception) -> str:
-    """What Mitsuba says; of an error in a plugin of ours what that says, without a traceback."""
+    """What Mitsuba says, without the traceback of an error within a plugin of this package."""
     where, traceback, inner = str(error).partition("Traceback (most recent call last):")
     if traceback:
         last = inner.strip().splitlines()[-1]

@@ -29,7 +29,7 @@ SIZE = 128
 """Pixels along an edge of the picture."""
 
 MARGIN = 0.03
-"""Part of the half frame that stays free around the sphere."""
+"""Fraction of the half frame that stays free around the sphere."""
 
 _PAIRS = 1 << 16
 """Pairs of directions that a thread holds at a time: about 10 MB with what `eval` needs."""
@@ -38,7 +38,7 @@ Floats = npt.NDArray[np.floating]
 Image = npt.NDArray[np.float32]
 Mask = npt.NDArray[np.bool_]
 Progress = Callable[[float], None]
-"""Called with the part that is done, in (0, 1], from the thread that asked for the picture."""
+"""Called with the fraction that is done, in (0, 1], from the thread that asked for the picture."""
 
 
 def standard_lights(
@@ -93,7 +93,7 @@ def frames(normals: Floats) -> Floats:
     """Rotations from the common frame to the local frames of normals.
 
     The tangent runs east along the circles of latitude about +y, as on a lathe; the bitangent runs
-    north. That is the frame of Mitsuba's `sphere` after its z axis is turned to +y.
+    north. That is the frame of Mitsuba's `sphere` after its z axis is rotated to +y.
 
     Parameters
     ----------
@@ -167,9 +167,12 @@ def smooth_edges(
     size = len(image)
     shifts = (np.arange(points) + 0.5) / points - 0.5
     grid = [sphere_normals(size, np.array([x, y])) for y in shifts for x in shifts]
-    coverage = np.mean([mask for _, mask in grid], axis=0, dtype=np.float32)
-    rendered = coverage > 0.0 if light.count == 1 else (coverage > 0.0) & (coverage < 1.0)
-    smooth = np.where(rendered[..., None], np.float32(0.0), image)
+    masks = np.stack([mask for _, mask in grid])
+    coverage: npt.NDArray[np.float32] = masks.mean(axis=0, dtype=np.float32)
+    rendered: Mask = np.asarray(coverage > 0.0)
+    if light.count > 1:
+        rendered &= coverage < 1.0
+    smooth: Image = np.where(rendered[..., None], np.float32(0.0), image)
     for normals, mask in grid:
         chosen = mask & rendered
         shaded = _shade_all(brdf, light, frames(normals[chosen]))
