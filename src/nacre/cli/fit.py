@@ -109,7 +109,7 @@ class _Widths(options.Integers):
     applies="brdf",
     metavar="ADDRESS",
     help="Dask cluster to fit on (extra: cluster): tcp://HOST:8786, or local for processes on "
-    "this machine. See docs/cluster.md.",
+    "this machine. See docs/guide/clusters.md.",
 )
 @options.option(
     "--data",

@@ -278,7 +278,7 @@ resolution_option = _shared(
     "--resolution",
     type=Integers("90,90,180"),
     metavar="N,N,...",
-    show_default="see docs/formats.md",
+    show_default="see docs/reference/formats.md",
     help="Nodes of a table: theta_h,theta_d,phi_d for .binary and .npz; "
     "phi_i,theta_i,square,azimuths,polars for .bsdf.",
 )
