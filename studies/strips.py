@@ -31,7 +31,7 @@ from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.study import Study, progress
 
-TEXELS, REPEAT = 96, 4
+TEXELS, REPEAT = 64, 3
 
 
 def reflectance(spp: int, seed: int) -> Bytes:
@@ -40,7 +40,9 @@ def reflectance(spp: int, seed: int) -> Bytes:
         path = Path(folder) / "paint.binary"
         nacre.save(MitsubaBrdf(PAINT, "virtual car paint"), path)
         measured = nacre.load(path)
-    neural = nacre.fit(measured, nacre.Recipe.preset("best", seed=seed), progress=progress)
+    neural = nacre.fit(
+        measured, nacre.Recipe.preset("standard", inputs="enhanced", seed=seed), progress=progress
+    )
     views = [render_preview(m, size=CELL_PIXELS, spp=spp, seed=seed) for m in (measured, neural)]
     return strip(views, ("Measured", "Neural"))
 
@@ -71,7 +73,7 @@ def main() -> None:
     """Write both strips."""
     study = Study(__doc__, __file__)
     options = study.options()
-    spp, texels = (16, 24) if options.quick else (512, TEXELS)
+    spp, texels = (16, 24) if options.quick else (256, TEXELS)
     write_bytes(reflectance(spp, options.seed), study.output / "strip-reflectance.jpg")
     write_bytes(texture(spp, options.seed, texels), study.output / "strip-texture.jpg")
 

@@ -291,7 +291,7 @@ def test_a_library_is_up_to_date(tmp_path):
     assert [record.source for record in outcome.failed] == ["broken.binary"]
     fitted, unchanged = ([r.source for r in part] for part in (outcome.fitted, outcome.unchanged))
     both = ["ggx.binary", "ward.binary"]
-    # Another version fits anew, as docs/library.md has it.
+    # Another version fits anew, as docs/guide/libraries.md has it.
     assert (unchanged, fitted) == ((both, []) if nacre.__version__ == "0.1.0" else ([], both))
 
 

@@ -16,6 +16,13 @@ from tests.render.reflectances import Constant, Lobe
 pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
 
 
+class Unknown(Constant):
+    """Known nowhere."""
+
+    def valid_components(self, wi, wo):
+        return wi[2] > 2.0
+
+
 class Cone(Constant):
     """Known for viewers within 40 degrees of the normal."""
 
@@ -115,10 +122,8 @@ def test_bad_targets_and_arguments_are_refused(tmp_path):
     for materials in ({}, many):
         with pytest.raises(NacreError, match="1 to 7 materials"):
             lobe_figure(materials)
-    nothing = Constant(0.5)
-    nothing.valid_components = lambda wi, wo: wi[2] > 2.0
     with pytest.raises(NacreError, match="nothing to plot"):
-        lobe_figure({"nothing": nothing})
+        lobe_figure({"nothing": Unknown(0.5)})
     for wrong in ({"channel": "hue"}, {"floor": 0.0}, {"incidence": []}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             lobe_figure({"grey": Constant(0.5)}, **wrong)
@@ -130,5 +135,5 @@ def test_black_has_a_plot():
 
 def test_the_missing_extra_is_named(monkeypatch, tmp_path):
     monkeypatch.setitem(__import__("sys").modules, "matplotlib.figure", None)
-    with pytest.raises(MissingExtraError, match=r"nacre\[plot\]"):
+    with pytest.raises(MissingExtraError, match=r"nacre-materials\[plot\]"):
         check_plot_path(tmp_path / "x.png")

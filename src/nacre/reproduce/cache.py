@@ -110,6 +110,7 @@ class Cache:
                 return load(path)
             except NacreError:
                 pass  # damaged
+        path.unlink(missing_ok=True)
         self.folder.mkdir(parents=True, exist_ok=True)
         state = path.with_suffix(".state")
         if self.fresh:

@@ -14,6 +14,7 @@ from nacre.latent import find_basis
 from nacre.latent.basis import LatentBasis
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.tables import write_csv, write_text
+from nacre.reproduce.trial import TRUTH
 from nacre.runtime.progress import Progress, silent
 
 LeftOut = tuple[str, str, Sequence[str]]
@@ -98,7 +99,7 @@ class Request:
         NacreError
             If there is none of a name.
         """
-        names = list(known)
+        names = [name for name in known if name != TRUTH]
         for name in self.methods:
             if name not in names:
                 raise NacreError(f"{name!r} is no method here; --list prints them")
