@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
-from nacre.sampling import BlinnPhongMixture, check_isotropic, fit_lobes
+from nacre.sampling import BlinnPhongMixture, UniformSampler, check_isotropic, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
 from tests.latent.made import random_basis
@@ -153,7 +154,8 @@ def test_shapes_broadcast_down_to_one_direction(brdf):
 
 def test_nothing_is_reflected_at_or_below_the_horizon(brdf):
     wi, wo = (w[:100].copy() for w in pairs())
-    for below in (-wi, wi * [1, 1, 0]):
+    level = wi * [1, 1, 0]
+    for below in (-wi, level / np.linalg.norm(level, axis=1, keepdims=True)):
         assert (brdf.eval(below, wo) == 0).all()
         assert (brdf.eval(wo, below) == 0).all()
         assert (brdf.pdf(below, wo) == 0).all()
@@ -302,3 +304,27 @@ def test_what_overflows_is_clamped():
         assert values.dtype == dtype
         np.testing.assert_allclose(values[:, 0], math.e - 1.0, rtol=1e-6)
         assert (values[:, 2] == np.finfo(np.float32).max).all()
+
+
+@dataclass
+class Flat(Brdf):
+    """A dataclass, whose constructor calls no other; the class has defaults of its own."""
+
+    value: float
+    name = "flat"
+    sampler = UniformSampler()
+
+    def eval_components(self, wi, wo):
+        f = self.value + 0.0 * wi[2]
+        return f, f, f
+
+
+def test_a_subclass_needs_no_constructor_of_ours():
+    made = Flat(0.2)
+    other = made.replaced(name="other", source={"file": "x"})
+    assert (made.name, made.source, made.sampler.kind) == ("flat", None, "uniform")
+    assert (other.name, other.source, other.value) == ("other", {"file": "x"}, 0.2)
+    with pytest.raises(AttributeError, match=r"use replaced\(value="):
+        made.value = 0.3
+    with pytest.raises(AttributeError, match="has no attribute 'titel'"):
+        made.replaced(titel="x")

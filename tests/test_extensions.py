@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import importlib
+import os
 import shutil
+import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import nacre
+from nacre import formats
+from nacre.analytic import MODELS
+from nacre.formats import FORMATS
 from nacre.latent import BASES, load_basis, load_code
+from nacre.neural import NeuralBrdf
+from nacre.neural.training import initial_layers
+from nacre.sampling import SAMPLERS
 from nacre.textures import LatentMap
 from nacre.textures.codecs import CODECS, load_codec
 from nacre.textures.codecs.codec_file import codec_facts
@@ -22,32 +31,85 @@ from tests.cli.support import run
 from tests.latent.made import MATERIALS, NEW
 from tests.textures.codecs.networks.made import OTHER, texture, write
 
-EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "nacre_example"
-ENTRY_POINTS = """
-[nacre.bases]
-lobes = nacre_example.basis:LobeBasis
-[nacre.codecs]
-cosines = nacre_example.codec:CosineCodec
-"""
+EXAMPLE = Path(__file__).parents[1] / "docs" / "examples"
+"""The source tree of the package `nacre-example`."""
+REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of packages that has the example, as pip installs it without a network."""
+    folder = tmp_path_factory.mktemp("example")
+    shutil.copytree(EXAMPLE, folder / "source", ignore=shutil.ignore_patterns("__pycache__"))
+    options = "--no-deps --no-build-isolation --no-index --disable-pip-version-check -q --target"
+    pip = [sys.executable, "-m", "pip", "install", *options.split()]
+    subprocess.run([*pip, str(folder / "site"), str(folder / "source")], check=True)
+    return folder / "site"
 
 
 @pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def installed(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The example as an installed package; gives a folder to work in."""
-    site = tmp_path / "site"
-    shutil.copytree(EXAMPLE, site / "nacre_example")
-    facts = site / "nacre_example-0.1.dist-info"
-    facts.mkdir()
-    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: nacre-example\nVersion: 0.1\n")
-    (facts / "entry_points.txt").write_text(ENTRY_POINTS)
     monkeypatch.syspath_prepend(site)
-    for registry in (BASES, CODECS):
+    for registry in REGISTRIES:
         monkeypatch.setattr(registry, "_entry_points", None)
         monkeypatch.setattr(registry, "_members", {})
     importlib.invalidate_caches()
+    monkeypatch.chdir(tmp_path)
     yield tmp_path
     for name in [name for name in sys.modules if name.partition(".")[0] == "nacre_example"]:
         del sys.modules[name]
+
+
+def test_the_package_has_a_member_of_each_family(installed: Path) -> None:
+    for registry in REGISTRIES:
+        brought = [
+            member
+            for _, member in registry.members()
+            if type(member).__module__.startswith("nacre_example")
+            or getattr(member, "__module__", "").startswith("nacre_example")
+            or getattr(getattr(member, "load", None), "__module__", "") == "nacre_example.format"
+        ]
+        assert len(brought) == 1, registry.what
+
+
+def test_a_format_of_another_package_serves_the_commands(installed: Path, site: Path) -> None:
+    """In a process of its own, as a user has it."""
+    truth = MATERIALS[0]()
+    nacre.save(truth, installed / "paint.json")
+    path = os.pathsep.join([str(site), *filter(None, sys.path)])
+
+    def python(*words: str) -> str:
+        done = subprocess.run(
+            [sys.executable, *words],
+            env={**os.environ, "PYTHONPATH": path},
+            check=False,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    python("-c", "import nacre; nacre.save(nacre.load('paint.json'), 'paint.polar')")
+    assert "paint" in python("-m", "nacre", "info", "paint.polar")
+    python("-m", "nacre", "compare", "paint.json", "paint.polar")
+    back = nacre.load("paint.polar")
+    assert formats.identify("paint.polar") is next(iter(formats.formats()))
+    wi, wo = np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, 0.28, 0.96]])
+    np.testing.assert_allclose(back.eval(wi, wo), truth.eval(wi, wo), rtol=0.02)
+    Path("cut.polar").write_bytes(Path("paint.polar").read_bytes()[:1000])
+    with pytest.raises(nacre.FormatError, match=r"cut\.polar: is not a whole polar table"):
+        nacre.load("cut.polar")
+
+
+def test_a_member_that_does_not_load_is_left_out_with_a_warning(
+    installed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "nacre_example.format", None)
+    with pytest.warns(RuntimeWarning, match="'polar table' of the package nacre-example does not"):
+        found = formats.formats()
+    assert "polar table" not in [entry.name for entry in found]
+    assert len(found) > 10
 
 
 def test_a_codec_of_another_package_is_trained_encodes_and_plans(installed: Path) -> None:
@@ -103,3 +165,39 @@ def test_a_latent_basis_of_another_package_serves_the_commands(
     assert run("latent", "train", *names, "--steps", "5", *options) == 2
     assert run("latent", "encode", "new.json", "--basis", "b.safetensors", "--no-refine",
                "-o", "d.json") == 2  # fmt: skip
+
+
+def test_an_analytic_model_of_another_package_is_fitted_and_stored(
+    installed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(installed)
+    truth = MODELS["minnaert"](diffuse=(0.3, 0.2, 0.1), k=1.5, name="moon")
+    nacre.save(truth, "moon.json")
+    assert repr(nacre.load("moon.json")) == repr(truth)
+    fitted = nacre.analytic.fit(truth, MODELS.find("minnaert"), samples=500, starts=4)
+    np.testing.assert_allclose(fitted.values["k"], 1.5, rtol=1e-3)
+    assert run("fit", "moon.json", "--model", "minnaert", "-o", "again.json") == 0
+    wi = np.array([[0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
+    again = nacre.load("again.json").eval(wi, wi[::-1])
+    np.testing.assert_allclose(again, truth.eval(wi, wi[::-1]), rtol=1e-3)
+
+
+def test_a_sampler_of_another_package_stays_with_a_network(
+    installed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = installed / "network.safetensors"
+    sampler = SAMPLERS["power-cosine"](3.0)
+    network = NeuralBrdf(initial_layers((4,), 0), sampler=sampler)
+    nacre.save(network, path)
+    loaded = nacre.load(path)
+    assert loaded.sampler == sampler
+    wo = np.array([0.0, 0.6, 0.8])
+    u = np.random.default_rng(0).random((20_000, 3))
+    wi, pdf = loaded.sample(wo, u)
+    np.testing.assert_allclose(loaded.pdf(wi, wo), pdf, rtol=1e-12)
+    assert (1.0 / pdf).mean() == pytest.approx(2.0 * np.pi, rel=0.2)  # of the hemisphere
+
+    monkeypatch.setattr(SAMPLERS, "_entry_points", {})
+    monkeypatch.setattr(SAMPLERS, "_members", {})
+    with pytest.raises(nacre.FormatError, match="'power-cosine'; update nacre, or install the pa"):
+        nacre.load(path)

@@ -38,7 +38,7 @@ from nacre.latent.file import load_code
 from nacre.measured.textures.direction_list import named_directions
 from nacre.runtime.store import Store
 from nacre.textures.codecs import load_codec
-from nacre.textures.embedding_map import load_embedding_map
+from nacre.textures.embedding import load_embedding_map
 from nacre.workflows import Manifest, NetworkFitting, fit_library
 from tests.cli.support import run
 
@@ -99,7 +99,7 @@ def of_packed(name: str) -> Results:
 def of_basis(name: str) -> Results:
     """What a basis makes of a code."""
     basis = find_basis(str(WRITTEN / name))
-    return of_brdf(basis.decode(np.linspace(-0.7, 0.6, len(basis))), name.endswith("-neural"))
+    return of_brdf(basis.decode(np.linspace(-0.7, 0.6, basis.code_dim)), name.endswith("-neural"))
 
 
 def of_code(name: str) -> Results:
@@ -118,10 +118,10 @@ def of_texture(name: str) -> Results:
     texture: Any = load_texture(WRITTEN / name)
     every = slice(None)
     found = {"wi": texture.wi, "wo": texture.wo, "texels": texture.texels(every)}
-    if not hasattr(texture, "latent"):
+    if texture.latent is None:
         return found | {"images": texture.images(slice(0, 2))}
     wi, wo = decodable(texture.latent.codec, texture.wi, texture.wo)
-    other = texture.decoded(wi[:9], wo[:9]).texels(every)
+    other = texture.at_directions(wi[:9], wo[:9]).texels(every)
     return found | {"codes": texture.latent.codes, "other": other}
 
 
@@ -143,7 +143,7 @@ def of_model(name: str) -> Results:
     """Codes of the texels of the capture, and what fixed codes decode to."""
     codec, texture = load_codec(WRITTEN / name), load_texture(WRITTEN / "textures" / "capture.npz")
     texels = texture.texels(slice(None))
-    codes = np.random.default_rng(4).normal(size=(3, codec.values)).astype(np.float32)
+    codes = np.random.default_rng(4).normal(size=(3, codec.code_dim)).astype(np.float32)
     encode = codec.encoder(texture.wi, texture.wo)
     decode = codec.decoder(*decodable(codec, texture.wi, texture.wo))
     return {"codes": encode(texels), "decoded": decode(codes)}
@@ -291,7 +291,7 @@ def test_a_library_is_up_to_date(tmp_path):
     assert [record.source for record in outcome.failed] == ["broken.binary"]
     fitted, unchanged = ([r.source for r in part] for part in (outcome.fitted, outcome.unchanged))
     both = ["ggx.binary", "ward.binary"]
-    # Another version fits anew, as docs/library.md has it.
+    # Another version fits anew, as docs/guide/libraries.md has it.
     assert (unchanged, fitted) == ((both, []) if nacre.__version__ == "0.1.0" else ([], both))
 
 

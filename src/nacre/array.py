@@ -4,12 +4,15 @@ Reflectance formulas in this package are written on *components*: plain tuples o
 per coordinate or color channel. The functions of a :class:`Namespace` do the arithmetic that
 operators cannot, so the same formula runs on NumPy arrays, PyTorch tensors and Dr.Jit arrays
 (where it is traced into a renderer's kernel).
+
+Types of NumPy arrays say their shapes, for type checkers and readers (see jaxtyping); nothing is
+checked when the code runs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +24,25 @@ Components: TypeAlias = tuple[Array, Array, Array]
 """Three arrays of one shape: the coordinates of a vector or the channels of a color."""
 
 Floats: TypeAlias = npt.NDArray[np.floating]
+"""NumPy array of float32 or float64, of any shape."""
+
 Weights: TypeAlias = npt.NDArray[np.float32]
+"""NumPy array of float32, of any shape."""
+
+if TYPE_CHECKING:
+    from jaxtyping import Bool, Float
+
+    Vectors: TypeAlias = Float[Floats, "*batch 3"]
+    Colors: TypeAlias = Float[Floats, "*batch 3"]
+    Spectra: TypeAlias = Float[Floats, "*batch bands"]
+    Scalars: TypeAlias = Float[Floats, "*batch"]
+    Mask: TypeAlias = Bool[npt.NDArray[np.bool_], "*batch"]
+    VectorList: TypeAlias = Float[Floats, "n 3"]
+    ColorList: TypeAlias = Float[Floats, "n 3"]
+    SpectrumList: TypeAlias = Float[Floats, "n bands"]
+else:
+    Vectors = Colors = Spectra = Scalars = VectorList = ColorList = SpectrumList = Floats
+    Mask = npt.NDArray[np.bool_]
 Image: TypeAlias = npt.NDArray[np.float32]
 """A picture, shape (height, width, 3): linear Rec. 709 RGB."""
 

@@ -12,7 +12,19 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats, namespace
+from nacre.array import (
+    Array,
+    Colors,
+    Components,
+    Floats,
+    Mask,
+    Scalars,
+    Spectra,
+    SpectrumList,
+    VectorList,
+    Vectors,
+    namespace,
+)
 from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, split
 from nacre.numerics.direction_samples import Scattered
@@ -57,6 +69,14 @@ class Sampler(Frozen):
         :meth:`from_description` makes the sampler of them again.
         """
         return {"kind": self.kind, **(asdict(self) if is_dataclass(self) else {})}
+
+    @classmethod
+    def parametrizations(cls) -> Mapping[str, Any]:
+        """How networks predict samplers of this kind, by name in files.
+
+        See :class:`nacre.sampling.parametrizations.Parametrization`.
+        """
+        return {}
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> Sampler:
@@ -162,7 +182,7 @@ class Brdf(Described):
         """
         return None
 
-    def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
+    def eval_bands(self, wi: VectorList, wo: VectorList) -> SpectrumList:
         """f_r in 1/sr per band, shape (n, bands), for directions of shape (n, 3).
 
         What a reflectance with :attr:`wavelengths` gives to :meth:`eval_spectral`; results below
@@ -199,7 +219,7 @@ class Brdf(Described):
         isotropy = "isotropic" if self.isotropic else "anisotropic"
         return isotropy if self.nbytes is None else f"{isotropy}, {readable_size(self.nbytes)}"
 
-    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """f_r in 1/sr, linear RGB, without the cosine.
 
         Parameters
@@ -227,7 +247,7 @@ class Brdf(Described):
         f: Floats = _in_chunks(values, wi, wo, (3,))
         return f
 
-    def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Spectra:
         """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
 
         Between bands f_r is linear in the wavelength. :meth:`eval` is the color of these spectra,
@@ -261,7 +281,7 @@ class Brdf(Described):
         f: Floats = _in_chunks(values, wi, wo, bands)
         return f
 
-    def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Mask:
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
         holds no valid sample. Raises ValueError as :meth:`eval` does.
         """
@@ -275,7 +295,7 @@ class Brdf(Described):
         known: npt.NDArray[np.bool_] = _in_chunks(values, wi, wo, (), np.bool_)
         return known
 
-    def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Floats, Floats]:
+    def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Vectors, Scalars]:
         """Directions to the light drawn for given directions to the viewer.
 
         Parameters
@@ -302,7 +322,7 @@ class Brdf(Described):
         visible = (wo[..., 2] > 0) & (wi[2] > 0)
         return join(wi), np.where(visible, pdf, 0.0).astype(wo.dtype)
 
-    def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Scalars:
         """Density in 1/sr with which :meth:`sample` draws `wi` for `wo`, shape (...).
 
         Raises ValueError as :meth:`eval` does.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components
+from nacre.array import Array, Colors, Components, Floats
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear Rec. 709 red, green and blue in luminance (ITU-R BT.709)."""
@@ -16,7 +16,7 @@ def luminance(rgb: Components) -> Array:
     return LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
 
 
-def xyz_to_rgb(xyz: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+def xyz_to_rgb(xyz: Colors) -> npt.NDArray[np.float64]:
     """Linear Rec. 709 RGB of CIE 1931 XYZ, shape (..., 3); Y of (f, f, f) is f (ITU-R BT.709)."""
     chromaticities = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
     x, y = chromaticities.T
@@ -27,7 +27,7 @@ def xyz_to_rgb(xyz: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
     return rgb
 
 
-def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray[np.floating]:
+def tone_map(image: Floats, gamma: float = 2.2) -> Floats:
     """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2).
 
     Parameters
@@ -37,11 +37,11 @@ def tone_map(image: npt.NDArray[np.floating], gamma: float = 2.2) -> npt.NDArray
     gamma
         Exponent of the display.
     """
-    mapped: npt.NDArray[np.floating] = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
+    mapped: Floats = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
     return mapped
 
 
-def srgb_to_linear(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+def srgb_to_linear(encoded: Floats) -> Floats:
     """Undo the sRGB curve (IEC 61966-2-1).
 
     Parameters
@@ -55,7 +55,5 @@ def srgb_to_linear(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.floating
         Linear values in [0, 1].
     """
     low = encoded / 12.92
-    linear: npt.NDArray[np.floating] = np.where(
-        encoded <= 0.04045, low, ((encoded + 0.055) / 1.055) ** 2.4
-    )
+    linear: Floats = np.where(encoded <= 0.04045, low, ((encoded + 0.055) / 1.055) ** 2.4)
     return linear

@@ -17,7 +17,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, namespace
+from nacre.array import Array, Components, Vectors, namespace
 
 _TINY = 1e-30
 _POLE = 2.0**-49
@@ -32,7 +32,7 @@ def split(vectors: npt.ArrayLike) -> Components:
     return array[..., 0], array[..., 1], array[..., 2]
 
 
-def join(components: Components) -> npt.NDArray[np.floating]:
+def join(components: Components) -> Vectors:
     """NumPy array of shape (..., 3) from three components."""
     return np.stack(np.broadcast_arrays(*components), axis=-1)
 

@@ -51,7 +51,7 @@ from nacre.sampling import fit_blinn_phong, fit_lobes
 from nacre.sampling.lobes import MAX_EXPONENT
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import Moment, second_moment
-from nacre.sampling.parametrizations import MixtureFamily
+from nacre.sampling.parametrizations import MixtureParametrization
 from studies.ablations.sampling import fit_plain_ggx
 from studies.study import Study, data, log, rgl_tables
 
@@ -161,7 +161,9 @@ def value(sampler: Sampler, moment: Moment) -> float:
 
 def refined(predict: LobePredictor, code: Floats, brdf: Brdf, steps: int) -> Sampler:
     """Newton steps from predicted lobes."""
-    function = MixtureMoment(second_moment(brdf), MixtureFamily.cosines, MixtureFamily.lobes, None)
+    function = MixtureMoment(
+        second_moment(brdf), MixtureParametrization.cosines, MixtureParametrization.lobes, None
+    )
     return function.mixture(minimize(function, predict.free(code), steps)[1])
 
 

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 from nacre.cli import main
 
 
-def run(*arguments: object) -> int:
-    """Exit code of a command in this process."""
+def run(*arguments: object, quiet: bool = True) -> int:
+    """Exit code of a command in this process, by default without progress and notes."""
     try:
-        main([str(argument) for argument in arguments])
+        main([*(["-q"] if quiet else []), *map(str, arguments)])
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def run_json(capsys: Any, *arguments: object) -> Any:
+    """What a command reports with --json."""
+    capsys.readouterr()
+    assert run(*arguments, "--json") == 0
+    return json.loads(capsys.readouterr().out)
 
 
 def assert_refused(capsys: Any, words: str, *arguments: object) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 from pathlib import Path
@@ -15,7 +14,7 @@ from nacre.btf import TableBtf
 from nacre.color import tone_map
 from nacre.measured.textures import UTIA
 from nacre.measured.textures.directions import from_degrees
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.specimens.images import png_bytes
 
 mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
@@ -46,37 +45,38 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_info_shows_what_is_there(capsys, cloth: TableBtf) -> None:
-    assert run("btf", "info", "cloth.npz") == 0
+    assert run("info", "cloth.npz") == 0
     shown = capsys.readouterr().out
     for words in ("cloth.npz", "6,561", "75  [degrees]", "236,196  [bytes]", "float16"):
         assert words in shown
-    assert run("btf", "info", "cloth.npz", "--json") == 0
-    facts = json.loads(capsys.readouterr().out)["facts"]
+    (facts,) = run_json(capsys, "info", "cloth.npz")
+    assert (facts["file"], facts["kind"]) == ("cloth.npz", "btf")
+    assert facts["light_polar_angle_max_deg"] == pytest.approx(75.0, abs=0.01)
     assert (facts["width"], facts["height"], facts["lights"], facts["views"]) == (3, 2, 81, 81)
-    assert facts["bytes"] == Path("cloth.npz").stat().st_size
-    np.testing.assert_allclose(facts["value range"], [0.25, 1.0], atol=0.01)
+    assert facts["size_bytes"] == Path("cloth.npz").stat().st_size
+    np.testing.assert_allclose(facts["value_range"], [0.25, 1.0], atol=0.01)
     expected = cloth.values.astype(float).mean(axis=(0, 1, 2))
-    np.testing.assert_allclose(facts["mean value"], expected, rtol=1e-3)
+    np.testing.assert_allclose(facts["mean_value"], expected, rtol=1e-3)
 
 
 def test_info_tells_of_pairs_that_repeat(capsys, cloth: TableBtf) -> None:
-    assert run("btf", "info", "cloth.npz") == 0
+    assert run("info", "cloth.npz") == 0
     assert "repeat" not in capsys.readouterr().out
     wi, wo = cloth.wi.copy(), cloth.wo.copy()
     wi[5:7], wo[5:7] = wi[4], wo[4]
     nacre.save(TableBtf(cloth.values, wi, wo), "again.npz")
-    assert run("btf", "info", "again.npz", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["facts"]["pairs that repeat others"] == 2
+    (facts,) = run_json(capsys, "info", "again.npz")
+    assert facts["pairs_that_repeat_others"] == 2
 
 
 def test_a_folder_becomes_an_archive(capsys, folder: Path) -> None:
-    assert run("btf", "info", folder) == 0
+    assert run("info", folder) == 0
     assert "sRGB, 8 bits, RGB" in capsys.readouterr().out
-    assert run("btf", "convert", folder, "-o", "felt.npz", "--pixels", "radiance") == 0
+    assert run("convert", folder, "-o", "felt.npz", "--pixels", "radiance") == 0
     assert "felt.npz: 5 x 4 texels, 2 pairs" in capsys.readouterr().out
     expected = nacre.load(folder, quantity="radiance").texels(slice(None))
     np.testing.assert_allclose(nacre.load("felt.npz").texels(slice(None)), expected, rtol=5e-4)
-    assert run("btf", "convert", "felt.npz", "-o", "x.npz", "--precision", "single") == 0
+    assert run("convert", "felt.npz", "-o", "x.npz", "--precision", "single") == 0
     assert nacre.load("x.npz").describe()["values"] == "float32"
 
 
@@ -84,7 +84,7 @@ def test_a_command_that_is_terminated_leaves_nothing(
     capsys, cloth: TableBtf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "fsync", lambda _: os.kill(os.getpid(), signal.SIGTERM))
-    assert run("btf", "convert", "cloth.npz", "-o", "x.npz") == 143
+    assert run("convert", "cloth.npz", "-o", "x.npz") == 143
     assert capsys.readouterr().err.strip() == "nacre: terminated"
     assert [path.name for path in Path().iterdir()] == ["cloth.npz"]
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
@@ -94,7 +94,7 @@ def test_negative_values_that_a_factored_file_loses_are_told(capsys, cloth: Tabl
     values = cloth.values.astype(np.float32)
     values[0] -= 2.0
     nacre.save(TableBtf(values, cloth.wi, cloth.wo), "low.npz")
-    assert run("btf", "convert", "low.npz", "-o", "x.btf") == 0
+    assert run("convert", "low.npz", "-o", "x.btf") == 0
     shown = capsys.readouterr().out
     assert "x.btf: 50 % of the values were negative and became 0" in shown
     back = nacre.load("x.btf").texels(slice(None)).reshape(values.shape)
@@ -104,7 +104,7 @@ def test_negative_values_that_a_factored_file_loses_are_told(capsys, cloth: Tabl
 
 
 def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
-    assert run("btf", "convert", "cloth.npz", "-o", "x.btf", "--components", "1") == 0
+    assert run("convert", "cloth.npz", "-o", "x.btf", "--components", "1") == 0
     shown = capsys.readouterr().out
     assert "x.btf: 3 x 2 texels, 6,561 pairs of directions, " in shown
     back, values = nacre.load("x.btf").texels(slice(None)), cloth.texels(slice(None))
@@ -112,12 +112,12 @@ def test_the_error_of_a_factored_file_is_told(capsys, cloth: TableBtf) -> None:
     assert error > 1e-3
     assert f"mean absolute error {error:.3g} % of the mean absolute value" in shown
     assert "negative" not in shown
-    assert run("btf", "convert", "x.btf", "-o", "y.npz") == 0
+    assert run("convert", "x.btf", "-o", "y.npz") == 0
     assert "error" not in capsys.readouterr().out
 
 
 def test_a_picture_of_the_nearest_pair(capsys, cloth: TableBtf) -> None:
-    options = ("--light", "58,3", "--view", "30,-91")
+    options = ("--wi", "58,3", "--wo", "30,-91")
     assert run("btf", "picture", "cloth.npz", "-o", "x.exr", *options) == 0
     shown = capsys.readouterr().out
     assert "60.0" in shown
@@ -165,7 +165,7 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
     values = np.zeros((9, 602, 2, 3), np.float32)
     values[:, ::3] = 0.9
     nacre.save(TableBtf(values, wi, wi[[0, 0]]), "wide.npz")
-    assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--view", "0,0") == 0
+    assert run("btf", "picture", "wide.npz", "-o", "x.exr", "--wo", "0,0") == 0
     sheet = np.array(mi.Bitmap("x.exr")).reshape(3, 2, 201, 3)
     np.testing.assert_allclose(sheet[:, :, :-1], 0.3, rtol=1e-5)
     np.testing.assert_allclose(sheet[:, :, -1], 0.45, rtol=1e-5)
@@ -174,19 +174,19 @@ def test_a_sheet_of_large_pictures_is_reduced(tmp_path: Path, monkeypatch) -> No
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("btf", "info", "absent.npz"), "absent.npz: cannot be read"),
-        (("btf", "info", "."), "neither images named"),
-        (("btf", "info", "cloth.npz", "--pixels", "radiance"), "state nothing"),
-        (("btf", "convert", "cloth.npz", "-o", "x.csv"), "no format of textures ends in '.csv'"),
-        (("btf", "convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
-        (("btf", "convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
-        (("btf", "convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),
+        (("info", "absent.npz"), "absent.npz: cannot be read"),
+        (("info", "."), "neither images named"),
+        (("info", "cloth.npz", "--pixels", "radiance"), "says what its values are"),
+        (("convert", "cloth.npz", "-o", "x.csv"), "files hold one material, not a texture"),
+        (("convert", "cloth.npz", "-o", "x.npz", "--components", "9"), "components: is not"),
+        (("convert", "cloth.npz", "-o", "cloth.npz"), "is the input as well"),
+        (("convert", "cloth.npz", "-o", "absent/x.npz"), "does not exist"),
         (("btf", "picture", "cloth.npz", "-o", "x.gif"), "a picture ends in one of"),
-        (("btf", "picture", "cloth.npz", "-o", "x.png", "--light", "90,0"), "below 90"),
-        (("btf", "picture", "cloth.npz", "-o", "x.png", "--view", "x"), "expected a polar"),
-        (("info", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
-        (("fit", "cloth.npz"), "is a texture (BTF), not one material; see nacre btf info"),
-        (("convert", "cloth.npz", "x.binary"), "see nacre btf info"),
+        (("btf", "picture", "cloth.npz", "-o", "x.png", "--wi", "90,0"), "below 90"),
+        (("btf", "picture", "cloth.npz", "-o", "x.png", "--wo", "x"), "expected a polar"),
+        (("convert", "cloth.npz", "-o", "x.binary"), "x.binary"),
+        (("latent", "encode", "cloth.npz", "-o", "x.json"), "not one material"),
+        (("btf", "tile", "cloth.npz", "-o", "x.npz"), "not one material"),
     ],
 )
 def test_mistakes_end_in_one_line(

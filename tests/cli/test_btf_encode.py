@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from nacre.measured.textures import UTIA
 from nacre.textures import NeuralBtf
 from nacre.textures.codecs import save_codec
 from nacre.workflows import encoding
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.specimens.images import png_bytes
 from tests.textures.codecs.basis.made import codec
 
@@ -31,13 +30,13 @@ def felt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TableBtf:
     return made
 
 
-ENCODE = "btf", "encode", "felt.npz", "-o", "felt.safetensors", "--model", "model.safetensors"
+ENCODE = "fit", "felt.npz", "-o", "felt.safetensors", "--codec", "model.safetensors"
 
 
 def test_the_way_from_a_texture_to_a_report(felt, capsys):
     assert run(*ENCODE) == 0
     shown = capsys.readouterr().out
-    assert "4 x 3, 2 values each" in shown
+    assert ["width", "4"] in [line.split() for line in shown.splitlines()]
     assert "pairs compared a texel" in shown
     found = nacre.load("felt.safetensors")
     assert isinstance(found, NeuralBtf)
@@ -49,41 +48,39 @@ def test_the_way_from_a_texture_to_a_report(felt, capsys):
 
     assert run("btf", "decode", "felt.safetensors", "-o", "again.npz") == 0
     assert "again.npz: 4 x 3 texels, 6,561 pairs" in capsys.readouterr().out
-    report = "btf", "compare", "felt.npz", "again.npz"
-    assert run(*report, "--json", "--picture", "sheet.png") == 0
-    figures = json.loads(capsys.readouterr().out)
+    report = "compare", "felt.npz", "again.npz"
+    figures = run_json(capsys, *report, "-o", "sheet.png")
     difference = nacre.load("again.npz").texels(slice(None)) - felt.texels(slice(None))
     mse = 1e4 * np.mean(difference.astype(float) ** 2)
-    assert figures["errors"]["MSE x 1e4"] == pytest.approx(mse, rel=1e-4)
+    assert figures["mse_x_1e4"] == pytest.approx(mse, rel=1e-4)
     assert metadata["errors"]["MSE x 1e4"] == pytest.approx(mse, rel=0.05)
-    assert figures["pairs"] == 6561
-    assert len(figures["worst texels"]) == 5
+    assert figures["pairs_compared"] == 6561
+    assert len(figures["worst_texels"]) == 5
     image = pytest.importorskip("PIL.Image", reason="needs the extra 'render'")
     with image.open("sheet.png") as picture:
         assert picture.size == (880, 1314)
         assert len(picture.getcolors(1 << 20)) > 50
-    assert run("btf", "compare", "felt.npz", "felt.safetensors", "--pairs", 50) == 0
+    assert run("compare", "felt.npz", "felt.safetensors", "--pairs", 50) == 0
     shown = capsys.readouterr().out
     for words in ("felt.safetensors against felt.npz", "PSNR", "75-90 degrees", "worst texels"):
         assert words in shown
 
 
 def test_what_is_in_a_model_is_shown(felt, capsys):
-    assert run("btf", "info", "model.safetensors") == 0
+    assert run("info", "model.safetensors") == 0
     shown = capsys.readouterr().out
-    assert "model                     basis\n" in shown
-    assert "layers, decoder           2, 5, 5, 7\n" in shown
-    assert run("btf", "info", "model.safetensors", "--json") == 0
-    found = json.loads(capsys.readouterr().out)
-    size = Path("model.safetensors").stat().st_size
-    assert (found["facts"]["values a code"], found["facts"]["bytes"]) == (2, size)
-    assert found["units"] == {"bytes": "bytes"}
-    assert run("btf", "info", "model.safetensors", "--pixels", "radiance") == 2
-    assert "model.safetensors: is a model, which has no images" in capsys.readouterr().err
+    facts = [line.split() for line in shown.splitlines()]
+    assert ["model", "basis"] in facts
+    assert ["latent", "size", "2"] in facts
+    (found,) = run_json(capsys, "info", "model.safetensors")
+    assert (found["file"], found["kind"]) == ("model.safetensors", "codec")
+    assert found["size_bytes"] == Path("model.safetensors").stat().st_size
+    assert run("info", "model.safetensors", "--pixels", "radiance") == 2
+    assert "model.safetensors: has no images" in capsys.readouterr().err
 
 
 def test_other_directions(felt, capsys):
-    assert run(*ENCODE, "--half") == 0
+    assert run(*ENCODE, "--precision", "half") == 0
     Path("list.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,10\n45,90,0,0\n")
     Path("each.csv").write_text("theta,phi\n0,0\n45,90\n")
     counts = {"bonn": 22801, "utia": 6561, "list.csv": 2, "each.csv": 4, "felt.npz": 6561}
@@ -106,28 +103,27 @@ def test_other_directions(felt, capsys):
 
 
 def test_other_commands_take_an_encoded_texture(felt, capsys):
-    assert run(*ENCODE, "--half") == 0
+    assert run(*ENCODE, "--precision", "half") == 0
     capsys.readouterr()
-    assert run("btf", "info", "felt.safetensors", "--json") == 0
-    facts = json.loads(capsys.readouterr().out)["facts"]
+    (facts,) = run_json(capsys, "info", "felt.safetensors")
     assert facts["format"] == "nacre encoded texture"
     assert facts["codes"] == "float16"
-    assert run("btf", "convert", "felt.safetensors", "-o", "x.npz") == 0
+    assert run("convert", "felt.safetensors", "-o", "x.npz") == 0
     assert run("btf", "picture", "felt.safetensors", "-o", "x.png") == 0
-    assert run("info", "felt.safetensors") == 2
-    assert "is a texture of 4 x 3 texels, not one material" in capsys.readouterr().err
+    assert run("latent", "encode", "felt.safetensors", "-o", "x.json") == 2
+    assert "not one material" in capsys.readouterr().err
 
 
 def test_the_model_may_stay_in_a_file_of_its_own(felt, capsys, tmp_path):
     assert run(*ENCODE) == 0
     whole = Path("felt.safetensors").stat().st_size
-    assert run(*ENCODE, "--reference") == 0
+    assert run(*ENCODE, "--no-embed") == 0
     assert "keep model.safetensors beside it" in capsys.readouterr().out
     assert Path("felt.safetensors").stat().st_size < whole / 1.5
-    assert run("btf", "info", "felt.safetensors") == 0
+    assert run("info", "felt.safetensors") == 0
     (tmp_path / "sub").mkdir()
-    elsewhere = "btf", "encode", "felt.npz", "-o", "sub/felt.safetensors"
-    assert run(*elsewhere, "--model", "model.safetensors", "--reference") == 2
+    elsewhere = "fit", "felt.npz", "-o", "sub/felt.safetensors"
+    assert run(*elsewhere, "--codec", "model.safetensors", "--no-embed") == 2
     assert "copy it there, or embed" in capsys.readouterr().err
 
 
@@ -176,8 +172,8 @@ def photographs(tmp_path):
 
 
 def test_no_encoding_goes_on_with_other_pixels(photographs, felt, capsys, monkeypatch):
-    options = "-o", "x.safetensors", "--model", "model.safetensors", "--texels-per-block", 3
-    first = "btf", "encode", photographs, *options
+    options = "-o", "x.safetensors", "--codec", "model.safetensors", "--texels-per-block", 3
+    first = "fit", photographs, *options
     run_interrupted(monkeypatch, *first, "--pixels", "radiance")
     capsys.readouterr()
     assert run(*first, "--pixels", "reflectance", "--resume") == 2
@@ -189,13 +185,11 @@ def test_no_encoding_goes_on_with_other_pixels(photographs, felt, capsys, monkey
 
 def test_a_list_of_photographs_is_what_its_folder_is(photographs, felt, capsys):
     listed, pixels = photographs / "directions.csv", ("--pixels", "radiance")
-    assert run("btf", "compare", photographs, listed, *pixels, "--json") == 0
-    assert json.loads(capsys.readouterr().out)["errors"]["MSE x 1e4"] == 0.0
-    assert run("btf", "convert", photographs, "-o", "radiance.npz", *pixels) == 0
+    assert run_json(capsys, "compare", photographs, listed, *pixels)["mse_x_1e4"] == 0.0
+    assert run("convert", photographs, "-o", "radiance.npz", *pixels) == 0
     capsys.readouterr()
-    assert run("btf", "compare", "radiance.npz", listed, *pixels, "--json") == 0
-    assert json.loads(capsys.readouterr().out)["errors"]["MSE x 1e4"] < 1e-3
-    assert run("btf", "encode", listed, "-o", "x.safetensors", "--model", "model.safetensors") == 0
+    assert run_json(capsys, "compare", "radiance.npz", listed, *pixels)["mse_x_1e4"] < 1e-3
+    assert run("fit", listed, "-o", "x.safetensors", "--codec", "model.safetensors") == 0
     size = sum(path.stat().st_size for path in photographs.iterdir())
     assert f"bytes of the source             {size:,}" in capsys.readouterr().out
 
@@ -204,11 +198,11 @@ def test_measurements_are_not_overwritten(photographs, felt, capsys):
     before = (photographs / "a.png").read_bytes(), Path("felt.npz").read_bytes()
     assert run(*ENCODE) == 0
     for arguments in (
-        ("picture", photographs, "-o", photographs / "a.png"),
-        ("compare", photographs, photographs, "--picture", photographs / "a.png"),
-        ("decode", "felt.safetensors", "--directions", "felt.npz", "-o", "felt.npz"),
+        ("btf", "picture", photographs, "-o", photographs / "a.png"),
+        ("compare", photographs, photographs, "-o", photographs / "a.png"),
+        ("btf", "decode", "felt.safetensors", "--directions", "felt.npz", "-o", "felt.npz"),
     ):
-        assert run("btf", *arguments) == 2
+        assert run(*arguments) == 2
         assert "is the input as well" in capsys.readouterr().err
     assert ((photographs / "a.png").read_bytes(), Path("felt.npz").read_bytes()) == before
 
@@ -219,11 +213,11 @@ def test_a_folder_of_images_is_encoded(felt, tmp_path, capsys):
     for theta in (0, 30, 60):
         image = np.full((4, 5, 3), 128 + theta, np.uint8)
         (folder / f"tl{theta:03}_pl000_tv000_pv000.png").write_bytes(png_bytes(image, 5, 4))
-    options = "-o", "cloth.safetensors", "--model", "model.safetensors"
-    assert run("btf", "encode", folder, *options) == 0
-    assert "5 x 4, 2 values each" in capsys.readouterr().out
+    options = "-o", "cloth.safetensors", "--codec", "model.safetensors"
+    assert run("fit", folder, *options) == 0
+    assert "code dim" in capsys.readouterr().out
     assert nacre.load("cloth.safetensors").pair_count == 3
-    assert run("btf", "compare", folder, "cloth.safetensors") == 0
+    assert run("compare", folder, "cloth.safetensors") == 0
 
 
 def test_a_network_for_other_directions_is_an_error_of_one_line(felt, capsys):
@@ -244,8 +238,13 @@ def test_a_network_for_other_directions_is_an_error_of_one_line(felt, capsys):
 
 def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert run("btf", "capture", "wood12", "-o", "wood.npz", "--texels", 4, "--dome", "utia") == 0
-    assert run("btf", "encode", "wood.npz", "-o", "wood.safetensors", "--half", "--reference") == 0
+    assert (
+        run("btf", "capture", "wood12", "-o", "wood.npz", "--texels", 4, "--directions", "utia")
+        == 0
+    )
+    assert (
+        run("fit", "wood.npz", "-o", "wood.safetensors", "--precision", "half", "--no-embed") == 0
+    )
     assert Path("wood.safetensors").stat().st_size < 10_000
     decoded, truth = nacre.load("wood.safetensors"), nacre.load("wood.npz")
     values = truth.texels(slice(None))
@@ -256,23 +255,26 @@ def test_the_model_that_comes_along_encodes_an_unseen_capture(tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("encode", "felt.npz", "-o", "x.npz", "--model", "model.safetensors"), "a .safetensors"),
-        (("encode", "felt.npz", "-o", "x.safetensors", "--model", "no"), "no: cannot be read"),
+        (("fit", "felt.npz", "-o", "x.npz", "--codec", "model.safetensors"), "a .safetensors"),
+        (("fit", "felt.npz", "-o", "x.safetensors", "--codec", "no"), "no: cannot be read"),
         (
-            ("encode", "felt.npz", "-o", "model.safetensors", "--model", "model.safetensors"),
+            ("fit", "felt.npz", "-o", "model.safetensors", "--codec", "model.safetensors"),
             "is the input as well",
         ),
-        (("decode", "felt.npz", "-o", "x.npz"), "is a texture, expected an encoded"),
-        (("decode", "model.safetensors", "-o", "x.npz"), "is a model of textures, expected an"),
-        (("decode", "model.safetensors", "-o", "x.foo"), "no format of textures ends in"),
+        (("btf", "decode", "felt.npz", "-o", "x.npz"), "is a texture, expected an encoded"),
+        (("btf", "decode", "model.safetensors", "-o", "x.npz"), "is a texture codec, expected an"),
+        (("btf", "decode", "model.safetensors", "-o", "x.foo"), "no format of textures ends in"),
         (("compare", "felt.npz", "small.npz"), "4 x 3 and 2 x 2 texels"),
-        (("compare", "felt.npz", "felt.npz", "--picture", "x.foo"), "a picture ends in"),
-        (("compare", "felt.npz", "felt.npz", "--pixels", "radiance"), "neither texture lies in"),
+        (("compare", "felt.npz", "felt.npz", "-o", "x.foo"), "a picture ends in"),
+        (
+            ("compare", "felt.npz", "felt.npz", "--pixels", "radiance"),
+            "neither texture is a folder",
+        ),
     ],
 )
 def test_mistakes_are_errors_of_one_line(felt, capsys, arguments, message):
     nacre.save(TableBtf(felt.values[:2, :2], felt.wi, felt.wo), "small.npz")
-    assert run("btf", *arguments) == 2
+    assert run(*arguments) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,10 @@ from nacre.btf import TableBtf
 from nacre.measured.textures import BONN
 from nacre.neural import Layer, NeuralBrdf
 from nacre.textures.codecs import save_codec
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.textures.codecs.basis.made import codec
 
-MODEL = "--model", "model.safetensors"
+MODEL = "--codec", "model.safetensors"
 
 
 @pytest.fixture
@@ -26,13 +25,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     wi, wo = (w[:1] for w in BONN.pairs())
     nacre.save(TableBtf(np.full((2, 2, 1, 3), 0.5, np.float32), wi, wo), "texture.npz")
     save_codec(codec(), "model.safetensors")
-    assert run("btf", "encode", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
+    assert run("fit", "texture.npz", "-o", "code.safetensors", *MODEL) == 0
     nacre.save(NeuralBrdf([Layer(np.ones((6, 3), "f4"), np.ones(3, "f4"))]), "paint.safetensors")
     (tmp_path / "taken.npz").mkdir()
     (tmp_path / "textures").mkdir()
     (tmp_path / "textures" / "tl000_pl000_tv000_pv000.png").touch()
     (tmp_path / "factored").mkdir()
-    assert run("btf", "convert", "texture.npz", "-o", "factored/x.btf") == 0
+    assert run("convert", "texture.npz", "-o", "factored/x.btf") == 0
     return tmp_path
 
 
@@ -40,32 +39,55 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("arguments", "words"),
     [
         ("btf decode texture.npz -o x.npz", "texture.npz: is a texture, expected an encoded"),
-        ("btf decode model.safetensors -o x.npz", "is a model of textures, expected an encoded"),
-        ("btf decode paint.safetensors -o x.npz", "is one material, expected an encoded texture"),
+        ("btf decode model.safetensors -o x.npz", "is a texture codec, expected an encoded"),
+        (
+            "btf decode paint.safetensors -o x.npz",
+            "is one material (nacre neural material), expected",
+        ),
         (
             "btf decode code.safetensors --directions berlin -o x.npz",
             "is neither a dome (bonn, utia)",
         ),
-        ("btf decode code.safetensors --directions model.safetensors -o x.npz", "is a model of"),
-        ("btf encode model.safetensors -o x.safetensors", "nacre btf encode --model takes it"),
-        ("btf encode paint.safetensors -o x.safetensors", "is one material, expected a texture"),
         (
-            "btf encode texture.npz -o x.safetensors --model code.safetensors",
-            "code.safetensors: is an encoded texture, expected a model of textures",
+            "btf decode code.safetensors --directions model.safetensors -o x.npz",
+            "is a texture codec",
         ),
-        ("btf compare texture.npz model.safetensors", "model.safetensors: is a model of textures"),
-        ("btf convert model.safetensors -o x.npz", "is a model of textures, expected a texture"),
-        ("btf picture paint.safetensors -o x.png", "is one material, expected a texture"),
-        ("btf train texture.npz model.safetensors -o x.safetensors", "is a model of textures"),
-        ("btf train factored -o x.safetensors", "where files in it are textures, name these"),
-        ("btf capture fabric01 --dome texture.npz -o x.npz", "expected bonn, utia or a list"),
+        (
+            "fit model.safetensors -o x.safetensors",
+            "is a texture codec; nacre fit encodes textures by it",
+        ),
+        ("fit paint.safetensors -o x.safetensors --resume", "--resume is for textures (BTFs)"),
+        ("fit texture.npz -o x.safetensors --preset draft", "--preset is for networks"),
+        ("fit texture.npz -o x.safetensors --model ggx", "--model is for reflectances (BRDFs)"),
+        ("fit texture.npz paint.safetensors", "one texture at a time"),
+        ("compare texture.npz paint.safetensors", "paint.safetensors: is a reflectance, and"),
+        ("render texture.npz --height 9", "--height is for reflectances (BRDFs)"),
+        ("render texture.npz --shape ball", "for which there are cylinder, sphere"),
+        ("convert texture.npz -o x.npz --material a", "--material is for reflectances"),
+        ("info texture.npz --no-physics", "--physics is for reflectances"),
+        (
+            "fit texture.npz -o x.safetensors --codec code.safetensors",
+            "code.safetensors: is an encoded texture, expected a texture codec",
+        ),
+        ("compare texture.npz model.safetensors", "is a texture codec"),
+        ("convert model.safetensors -o x.npz", "is a texture codec"),
+        (
+            "btf picture paint.safetensors -o x.png",
+            "is one material (nacre neural material), expected",
+        ),
+        ("btf train texture.npz model.safetensors -o x.safetensors", "is a texture codec"),
+        (
+            "btf train factored -o x.safetensors",
+            "where files in it are materials or",
+        ),
+        ("btf capture fabric01 --directions texture.npz -o x.npz", "expected bonn, utia or a list"),
         ("btf capture texture.npz -o x.npz", "is a texture, expected the name of a recipe"),
-        ("btf convert texture.npz -o taken.npz", "taken.npz: is a directory"),
-        ("btf convert texture.npz -o textures", "textures: is a directory"),
+        ("convert texture.npz -o taken.npz", "taken.npz: is a directory"),
+        ("convert texture.npz -o textures", "textures: is a directory"),
         ("btf capture --all -o texture.npz", "texture.npz: is a file, expected a folder"),
-        ("fit textures -o library", "no measured materials found, but textures (BTFs); see nacre"),
-        ("fit factored -o library", "no measured materials found, but textures (BTFs); see nacre"),
-        ("reproduce btf-foo texture.npz", "'btf-table1'"),
+        ("fit textures -o library", "library: has no ending; write library.safetensors"),
+        ("fit factored -o library", "no measured materials found, but textures (BTFs); fit these"),
+        ("reproduce btf-foo texture.npz", "'btf-foo' is no known experiment"),
     ],
 )
 def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):
@@ -78,13 +100,13 @@ def test_what_a_file_is_and_who_takes_it(here, capsys, arguments, words):
 
 
 def test_one_is_no_plural(here, capsys):
-    assert run("btf", "convert", "texture.npz", "-o", "x.npz") == 0
+    assert run("convert", "texture.npz", "-o", "x.npz") == 0
     assert "2 x 2 texels, 1 pair of directions, " in capsys.readouterr().out
 
 
 def test_textures_that_do_not_differ_have_an_infinite_psnr_which_json_has_not(here, capsys):
-    assert run("btf", "compare", "texture.npz", "texture.npz") == 0
+    assert run("compare", "texture.npz", "texture.npz") == 0
     (line,) = (x for x in capsys.readouterr().out.splitlines() if "PSNR" in x)
     assert line.split()[1] == "inf"
-    assert run("btf", "compare", "texture.npz", "texture.npz", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["errors"]["PSNR"] is None
+    found = run_json(capsys, "compare", "texture.npz", "texture.npz")
+    assert found["psnr_db"] is None

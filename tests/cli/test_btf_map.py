@@ -43,8 +43,8 @@ def _rows(path: str) -> list[dict[str, str]]:
 
 
 def test_a_map_is_drawn_saved_and_added_to(here, capsys) -> None:
-    arguments = "felt01.safetensors felt02.safetensors -o map.png --csv map.csv"
-    options = "--save map.safetensors --texels 8"
+    arguments = "felt01.safetensors felt02.safetensors -o map.png --table map.csv"
+    options = "--save map.safetensors --count 8"
     assert run("btf", "map", *arguments.split(), *options.split()) == 0
     assert "map.png: 16 texels of 2 textures" in capsys.readouterr().out
     assert read_header("map.png").width > 1000
@@ -53,25 +53,27 @@ def test_a_map_is_drawn_saved_and_added_to(here, capsys) -> None:
     assert {row["family"] for row in first[1]} == {"felt"}
     assert run("btf", "map", *arguments.split(), *options.split()) == 0
     assert Path("map.png").read_bytes() == first[0]
-    more = "wood01.safetensors --into map.safetensors -o more.png --csv more.csv --swatches"
-    assert run("btf", "map", *more.split(), "--texels", 3) == 0
+    more = "wood01.safetensors --into map.safetensors -o more.png --table more.csv --colors"
+    assert run("btf", "map", *more.split(), "--count", 3) == 0
     rows = _rows("more.csv")
     assert rows[:16] == first[1]
     assert [row["texture"] for row in rows[16:]] == ["wood01"] * 3
 
 
 def test_the_nearest_texels_are_told_and_shown(here, capsys) -> None:
-    near = "felt01.safetensors 2 1 felt01.safetensors felt02.safetensors wood01.safetensors"
+    near = "felt01.safetensors felt01.safetensors felt02.safetensors wood01.safetensors --texel 2,1"
     assert run("btf", "nearest", *near.split(), "--json", "--count", 4) == 0
     found = json.loads(capsys.readouterr().out)["nearest"]
     assert len(found) == 4
     assert [n["distance"] for n in found] == sorted(n["distance"] for n in found)
     assert all((n["file"], n["x"], n["y"]) != ("felt01.safetensors", 2, 1) for n in found)
-    assert run("btf", "nearest", "felt01.safetensors", 0, 0, "--json", "--count", 99) == 0
+    assert (
+        run("btf", "nearest", "felt01.safetensors", "--texel", "0,0", "--json", "--count", 99) == 0
+    )
     found = json.loads(capsys.readouterr().out)["nearest"]
     assert len({(n["x"], n["y"]) for n in found} | {(0, 0)}) == 12
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    assert run("btf", "nearest", *near.split(), "--one-each", "--picture", "near.png") == 0
+    assert run("btf", "nearest", *near.split(), "--one-each", "-o", "near.png") == 0
     assert "near.png: 4 spheres" in capsys.readouterr().out
     assert read_header("near.png").width > 300
 
@@ -80,18 +82,21 @@ def test_the_nearest_texels_are_told_and_shown(here, capsys) -> None:
     ("arguments", "words"),
     [
         ("map texture.npz -o x.png", "is a texture, expected an encoded texture"),
-        ("map model.safetensors -o x.png", "is a model of textures, expected an encoded texture"),
+        ("map model.safetensors -o x.png", "is a texture codec, expected an encoded texture"),
         ("map felt01.safetensors other.safetensors -o x.png", "encoded by another model than felt"),
         ("map felt01.safetensors felt01.safetensors -o x.png", "felt01: appears twice"),
-        ("map felt01.safetensors -o x.png --texels 4", "5 texels at least, got 4"),
+        ("map felt01.safetensors -o x.png --count 4", "5 texels at least, got 4"),
         ("map felt01.safetensors -o x.jpg", "a plot ends in one of"),
         ("map felt01.safetensors -o x.png --save x.json", "is saved as a .safetensors file"),
         ("map felt01.safetensors -o x.png --into felt02.safetensors", "not a map of texels"),
         ("map felt01.safetensors -o x.png --into absent.safetensors", "cannot be read"),
-        ("nearest felt01.safetensors 4 0", "has 4 x 3 texels, none in column 4, row 0"),
-        ("nearest felt01.safetensors 0 0 other.safetensors", "encoded by another model than felt"),
-        ("nearest felt01.safetensors 0 0 texture.npz", "is a texture, expected an encoded"),
-        ("nearest felt01.safetensors 0 0 --picture felt01.safetensors", "a plot ends in one of"),
+        ("nearest felt01.safetensors --texel 4,0", "has 4 x 3 texels, none in column 4, row 0"),
+        (
+            "nearest felt01.safetensors other.safetensors --texel 0,0",
+            "encoded by another model than felt",
+        ),
+        ("nearest felt01.safetensors texture.npz --texel 0,0", "is a texture, expected an encoded"),
+        ("nearest felt01.safetensors --texel 0,0 -o felt01.safetensors", "a plot ends in one of"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:

@@ -14,7 +14,7 @@ from tests.cli.support import assert_refused, run
 from tests.textures.codecs.basis.made import codec
 from tests.textures.support import linear, write_image
 
-MODEL = "--model", "model.safetensors"
+MODEL = "--codec", "model.safetensors"
 
 
 @pytest.fixture
@@ -28,7 +28,22 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
     pytest.importorskip("PIL", reason="needs the extra 'render'")
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    assert run("btf", "plan", 12, "-o", "d.csv", *MODEL, "--lights", 60, "--views", 50) == 0
+    assert (
+        run(
+            "btf",
+            "plan",
+            "--count",
+            12,
+            "-o",
+            "d.csv",
+            *MODEL,
+            "--max-light-angle",
+            60,
+            "--max-view-angle",
+            50,
+        )
+        == 0
+    )
     assert "d.csv: 12 pairs" in capsys.readouterr().out
     wi, wo = named_directions("d.csv")
     assert wi[:, 2].min() > np.cos(np.radians(60.1))
@@ -36,7 +51,7 @@ def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
     images = np.random.default_rng(0).integers(20, 250, (12, 5, 7, 3), np.uint8)
     for (_, row), image in zip(read_rows("d.csv"), images, strict=True):
         write_image(Path("photos", row["file"]), image)
-    encode = "btf", "encode", "photos", "-o", "c.safetensors", *MODEL
+    encode = "fit", "photos", "-o", "c.safetensors", *MODEL
     assert run(*encode, "--directions", "d.csv") == 0
     found = nacre.load("c.safetensors")
     values = np.stack([linear(image) for image in images], axis=2).reshape(35, 12, 3)
@@ -50,8 +65,8 @@ def test_photographs_of_a_plan_are_encoded(here, capsys) -> None:
 
 
 def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
-    assert run("btf", "plan", 10, "-o", "ten.csv", *MODEL, "--flash") == 0
-    assert run("btf", "plan", 5, "-o", "five.csv", *MODEL, "--flash") == 0
+    assert run("btf", "plan", "--count", 10, "-o", "ten.csv", *MODEL, "--flash") == 0
+    assert run("btf", "plan", "--count", 5, "-o", "five.csv", *MODEL, "--flash") == 0
     ten, five = (Path(f"{n}.csv").read_text().splitlines() for n in ("ten", "five"))
     assert ten[:6] == five
     wi, wo = named_directions("ten.csv")
@@ -61,16 +76,16 @@ def test_the_first_half_of_a_plan_is_a_plan(here) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("plan 5 -o x.txt", "a list of directions is a .csv file"),
-        ("plan 0 -o x.csv", "0 is not in the range"),
-        ("plan 5 -o x.csv --lights 90", "90.0 is not in the range"),
-        ("plan 5 -o x.csv --model one.csv", "one.csv: cannot be read"),
+        ("btf plan --count 5 -o x.txt", "a list of directions is a .csv file"),
+        ("btf plan --count 0 -o x.csv", "0 is not in the range"),
+        ("btf plan --count 5 -o x.csv --max-light-angle 90", "90.0 is not in the range"),
+        ("btf plan --count 5 -o x.csv --codec one.csv", "one.csv: cannot be read"),
         (
-            "encode model.safetensors -o c.safetensors --directions one.csv",
+            "fit model.safetensors -o c.safetensors --directions one.csv",
             "for a folder of images",
         ),
-        ("encode photos -o c.safetensors --directions one.csv", "one.csv: cannot be read"),
+        ("fit photos -o c.safetensors --directions one.csv", "one.csv: cannot be read"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:
-    assert_refused(capsys, words, "btf", *arguments.split())
+    assert_refused(capsys, words, *arguments.split())

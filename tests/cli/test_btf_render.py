@@ -1,4 +1,4 @@
-"""`nacre btf render`."""
+"""`nacre render` of textures."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ def test_an_encoded_texture_beside_the_measured_one(
 ) -> None:
     import mitsuba as mi
 
-    options = ("--size", 24, "--spp", 2, "--geometry", "sphere", "--decoder", "network")
-    small = ("btf", "render", "cloth.safetensors", *options, "-o", "out.exr")
+    options = ("--size", 24, "--spp", 2, "--shape", "sphere", "--decode", "network")
+    small = ("render", "cloth.safetensors", *options, "-o", "out.exr")
     assert run(*small, "--reference", "grey.npz", *LIT) == 0
     shown = capsys.readouterr().out
     assert "out.exr: 48 x 24 pixels, 2 samples per pixel, MSE x 1e4 " in shown
     image = np.array(mi.Bitmap("out.exr"))
     halves = image[:, :24], image[:, 24:]
     assert np.abs(halves[0] - halves[1])[8:16, 8:16].mean() > 1e-3
-    assert run("btf", "render", "grey.npz", *options, "-o", "alone.exr") == 0
+    assert run("render", "grey.npz", *options[:-2], "-o", "alone.exr") == 0
     alone = np.array(mi.Bitmap("alone.exr"))
     assert alone[12, 12].min() > 0.05
-    assert run("btf", "render", "grey.npz", *options, *LIT, "-o", "lit.exr") == 0
+    assert run("render", "grey.npz", *options[:-2], *LIT, "-o", "lit.exr") == 0
     np.testing.assert_allclose(image[:, :24], np.array(mi.Bitmap("lit.exr")), atol=1e-4)
 
 
@@ -54,7 +54,7 @@ def test_errors_are_shown_beside_renderings(
     from PIL import Image
 
     options = ("--size", 24, "--spp", 1, "--reference", "grey.npz", *LIT)
-    assert run("btf", "render", "cloth.safetensors", *options, "-o", "out.png") == 0
+    assert run("render", "cloth.safetensors", *options, "-o", "out.png") == 0
     with Image.open("out.png") as picture:
         assert picture.size == (800, 404)
     assert "out.png: 800 x 404 pixels" in capsys.readouterr().out
@@ -63,10 +63,10 @@ def test_errors_are_shown_beside_renderings(
 def test_an_animation_of_a_moving_light(capsys: pytest.CaptureFixture[str], cloth: Path) -> None:
     from PIL import Image
 
-    options = ("--size", 24, "--spp", 1, "--frames", 3, "--path", "over", *LIT)
-    assert run("btf", "render", "grey.npz", *options) == 0
+    options = ("--size", 24, "--spp", 1, "--frames", 3, "--light-path", "over", *LIT)
+    assert run("render", "grey.npz", *options) == 0
     assert "grey.gif: 3 frames of 24 x 24 pixels, 1 samples" in capsys.readouterr().out
-    assert run("btf", "render", "grey.npz", *options, "--reference", "grey.npz", "-o", "a.png") == 0
+    assert run("render", "grey.npz", *options, "--reference", "grey.npz", "-o", "a.png") == 0
     shown = capsys.readouterr().out
     assert "a.png: 3 frames of 800 x 404 pixels, 1 samples per pixel, MSE x 1e4 0," in shown
     figures = [float(line.split()[-1]) for line in shown.splitlines()[-4:]]
@@ -85,13 +85,13 @@ def test_mistakes_are_told_before_anything_is_rendered(
         (("cloth.safetensors", "--repeat", 0), "--repeat"),
         (("cloth.safetensors", "-o", "x.tif"), "a picture ends in one of"),
         (("cloth.safetensors", "-o", "x.gif"), "a picture ends in one of"),
-        (("cloth.safetensors", "--frames", 4), "--light directional or point"),
+        (("cloth.safetensors", "--frames", 4), "directional or point light"),
         (("cloth.safetensors", "--frames", 1, *LIT), "--frames"),
-        (("cloth.safetensors", "--path", "over", *LIT), "add --frames"),
+        (("cloth.safetensors", "--light-path", "over", *LIT), "--frames"),
         (("cloth.safetensors", "--frames", 4, *LIT, "-o", "x.mp4"), "one of .gif, .png, .webp"),
         (("cloth.safetensors", "--frames", 9999, *LIT), "make fewer or smaller ones"),
         (("cloth.safetensors", "--height-field", "no.png"), "no.png: height field cannot be read"),
     ):
-        assert run("btf", "render", *arguments) != 0
+        assert run("render", *arguments) != 0
         assert words in capsys.readouterr().err
     assert not list(cloth.glob("*.png"))

@@ -33,10 +33,10 @@ SYNTHESISE = "btf", "synthesize", "felt.safetensors", "-o", "big.safetensors"
 
 
 def test_a_larger_texture_is_an_encoded_texture(capsys):
-    assert run(*SYNTHESISE, "--size", 30, 20, "--tile", "--patch", 6, "--seed", 2, "--json") == 0
+    assert run(*SYNTHESISE, "--texels", "30x20", "--tile", "--patch", 6, "--seed", 2, "--json") == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["width"], facts["height"], facts["patch"], facts["overlap"]) == (30, 20, 6, 2)
-    assert facts["contrast of seams"] > 0.0
+    assert facts["contrast_of_seams"] > 0.0
     made = load_latent_map("big.safetensors")
     assert made.codes.shape == (20, 30, 2)
     assert made.metadata["source"]["sha256"] == digest("felt.safetensors")
@@ -44,10 +44,10 @@ def test_a_larger_texture_is_an_encoded_texture(capsys):
     before = {bytes(code) for code in latent(12, 16).codes.reshape(-1, 2)}
     assert {bytes(code) for code in made.codes.reshape(-1, 2)} <= before
     first = Path("big.safetensors").read_bytes()
-    assert run(*SYNTHESISE, "--size", 30, 20, "--tile", "--patch", 6, "--seed", 2) == 0
+    assert run(*SYNTHESISE, "--texels", "30x20", "--tile", "--patch", 6, "--seed", 2) == 0
     assert "share of the input used" in capsys.readouterr().out
     assert Path("big.safetensors").read_bytes() == first
-    assert run("btf", "info", "big.safetensors") == 0
+    assert run("info", "big.safetensors") == 0
     assert run(*SYNTHESISE) == 0
     assert load_latent_map("big.safetensors").codes.shape == (60, 80, 2)
 
@@ -58,7 +58,7 @@ def test_a_model_is_referred_to_only_beside_it(folder):
     save_latent_map(replace(latent(12, 16), reference=reference), "felt.safetensors")
     (folder / "other").mkdir()
     for output, expected in (("big.safetensors", reference), ("other/big.safetensors", None)):
-        assert run(*SYNTHESISE[:3], "-o", output, "--size", 16, 16) == 0
+        assert run(*SYNTHESISE[:3], "-o", output, "--texels", "16x16") == 0
         assert load_latent_map(output).reference == expected
 
 
@@ -69,7 +69,7 @@ def test_a_mixture(capsys):
     mask[:, 2:] = 255
     Image.fromarray(mask).save("mask.png")
     blend = "btf", "blend", "felt.safetensors", "silk.safetensors", "-o", "mixed.safetensors"
-    assert run(*blend, "--mask", "mask.png", "--size", 16, 16) == 0
+    assert run(*blend, "--mask", "mask.png", "--texels", "16x16") == 0
     assert "mixed.safetensors: 16 x 16 texels, 50.0 % silk.safetensors" in capsys.readouterr().out
     made = load_latent_map("mixed.safetensors")
     assert made.name == "felt to silk"
@@ -79,7 +79,7 @@ def test_a_mixture(capsys):
     ]
     assert made.metadata["blend"]["mask"]["sha256"] == digest("mask.png")
     np.testing.assert_array_equal(made.codes[:12, :4], latent(12, 16).codes[:, :4])
-    assert run(*blend, "--mask", "noise", "--mean") == 0
+    assert run(*blend, "--mask", "noise", "--no-keep-contrast") == 0
     assert load_latent_map("mixed.safetensors").codes.shape == (16, 16, 2)
 
 
@@ -89,7 +89,7 @@ def test_levels(capsys):
     command = "btf", "mipmap", "felt.safetensors"
     errors = {}
     for by in ("reflectance", "codes"):
-        assert run(*command, "--filter", by, "--json", "-o", "levels.png", "--light", "10,0") == 0
+        assert run(*command, "--filter", by, "--json", "-o", "levels.png", "--wi", "10,0") == 0
         found = json.loads(capsys.readouterr().out)
         assert [level["texels"] for level in found["levels"]] == [
             "8 x 6",
@@ -97,7 +97,7 @@ def test_levels(capsys):
             "2 x 1",
             "1 x 1",
         ]
-        errors[by] = [level["MSE x 1e4"] for level in found["levels"]]
+        errors[by] = [level["mse_x_1e4"] for level in found["levels"]]
         assert all(np.isfinite(errors[by]))
     assert errors["reflectance"] != errors["codes"]
     with Image.open("levels.png") as picture:
@@ -111,8 +111,8 @@ def test_levels(capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((*SYNTHESISE, "--size", 0, 4), "0 is not in the range x>=2"),
-        ((*SYNTHESISE, "--size", 8, 8, "--scale", 2), "either --size or --scale"),
+        ((*SYNTHESISE, "--texels", "1x4"), "expected 2x2 or more"),
+        ((*SYNTHESISE, "--texels", "8", "--scale", 2), "either --texels or --scale"),
         ((*SYNTHESISE, "--patch", 13), r"larger than the input (16 x 12)"),
         ((*SYNTHESISE, "--patch", 8, "--overlap", 5), "overlap by 1 to 4 texels, not 5"),
         ((*SYNTHESISE, "--scale", 0.01), "the output has 2 x 2 to 16,777,216 texels, not 0 x 0"),
@@ -121,7 +121,7 @@ def test_levels(capsys):
         ((*SYNTHESISE[:3], "-o", "felt.safetensors"), "is the input as well"),
         (("btf", "synthesize", "text.npz", "-o", "x.safetensors"), "text.npz"),
         (("btf", "blend", "felt.safetensors", "other.safetensors"), "by different models"),
-        (("btf", "blend", "felt.safetensors", "model.safetensors"), "is a model of textures"),
+        (("btf", "blend", "felt.safetensors", "model.safetensors"), "is a texture codec"),
         (
             ("btf", "blend", "felt.safetensors", "silk.safetensors", "--mask", "text.npz"),
             "a mask is a PNG or JPEG image of grays",

@@ -23,6 +23,12 @@ from tests.textures.codecs.networks.made import OTHER, texture, write
 __all__ = ["one_thread"]
 
 
+def test_any_registered_codec_can_be_named(files, tmp_path, capsys):
+    output = tmp_path / "model.safetensors"
+    assert run("btf", "train", *files, "-o", output, "--model", "magic") == 2
+    assert "'magic' is no known" in capsys.readouterr().err
+
+
 @pytest.fixture
 def files(tmp_path: Path) -> list[Path]:
     return write(tmp_path, 2)
@@ -35,16 +41,17 @@ def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_pat
         "unified",
         "--steps",
         12,
-        "--latent",
+        "--code-dim",
         5,
         "--pooling",
         "max",
         "--batch",
         6,
-        "--half",
+        "--precision",
+        "half",
     )
     assert run("btf", "train", *files, "-o", output, *options, "--loss", "l2") == 0
-    assert f"{output}: 12 steps, 5 values a code, loss on held-out" in capsys.readouterr().out
+    assert f"{output}: 12 steps, latent size 5, loss on held-out" in capsys.readouterr().out
     network = load_codec(output)
     assert isinstance(network, UnifiedNetwork)
     assert network.settings.pooling == "max"
@@ -72,7 +79,7 @@ def test_a_custom_network_has_its_own_loss_and_size(files, tmp_path):
 def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, monkeypatch):
     output, state = tmp_path / "model.safetensors", tmp_path / "model.safetensors.state"
     arguments = "btf", "train", *files, "-o", output, "--model", "unified"
-    arguments += "--steps", 12, "--latent", 4, "--batch", 6
+    arguments += "--steps", 12, "--code-dim", 4, "--batch", 6
 
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -103,7 +110,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
     ("options", "message"),
     [
         (["-o", "model.npz"], "a model is a .safetensors file"),
-        (["--steps", "3", "--minutes", "1"], "give one of them"),
+        (["--model", "unified", "--steps", "3", "--minutes", "1"], "give one of them"),
         (["--model", "custom", "--pooling", "max"], "--pooling is for --model unified"),
         (["--model", "unified", "--device", "cuda:99"], "device 'cuda:99' cannot be used"),
         (["--batch", "0"], "--batch"),
@@ -111,7 +118,7 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         (["--recipe", "efficient"], "--recipe is for --model unified and custom"),
         (["--minutes", "1"], "--minutes is for --model unified and custom"),
         (["--device", "cpu"], "--device is for --model unified and custom"),
-        (["--latent", "200"], "kind basis have up to 128 values"),
+        (["--code-dim", "200"], "kind basis have up to 128 values"),
         (["--seed", "99999999999999999999"], "--seed"),
         (["--model", "unified", "--learning-rate", "inf"], "inf is not in the range"),
         (["--model", "unified", "--learning-rate", "1e300"], "--learning-rate"),
@@ -148,13 +155,13 @@ def test_bad_files_are_errors_of_one_line(files, tmp_path, capsys):
     assert "2 sets of directions" in capsys.readouterr().err
 
 
-BASIS = "--steps", 20, "--latent", 5, "--seed", 3
+BASIS = "--steps", 20, "--code-dim", 5, "--seed", 3
 
 
 def test_the_default_model_is_trained_and_encodes_another_texture(files, tmp_path, capsys):
     output = tmp_path / "model.safetensors"
-    assert run("btf", "train", *files, "-o", output, *BASIS, "--half") == 0
-    assert f"{output}: 20 steps, 5 values a code" in capsys.readouterr().out
+    assert run("btf", "train", *files, "-o", output, *BASIS, "--precision", "half") == 0
+    assert f"{output}: 20 steps, latent size 5" in capsys.readouterr().out
     codec = load_codec(output)
     assert isinstance(codec, BasisCodec)
     assert codec.metadata["materials"] == ["0", "1"]
@@ -194,7 +201,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(
             patch.setattr(f"nacre.textures.codecs.basis.{module}.descend", interrupted)
         assert run(*arguments) == 130
     names = {path.name for path in tmp_path.iterdir()}
-    assert f"model.safetensors.state.{where}-steps.stage" in names
+    assert f"model.safetensors.state.{where}-steps.state" in names
     assert not output.exists()
     capsys.readouterr()
     assert run(*arguments) == 2
@@ -236,7 +243,7 @@ def test_bad_textures_leave_nothing_of_the_default_model_behind(files, tmp_path,
         ((files[0],), 10, "at least 40 texels to learn from; there are 36"),
         ((*files, bad), 5, f"{bad}: values: some are too large"),
     ):
-        options = "-o", tmp_path / "model.safetensors", "--latent", latent
+        options = "-o", tmp_path / "model.safetensors", "--code-dim", latent
         assert run("btf", "train", *given, *options) == 2
         assert words in capsys.readouterr().err
         assert sorted(tmp_path.iterdir()) == before
@@ -267,8 +274,8 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     basis, reference = BasisRecipe(), TrainingRecipe.named("reference")
     steps = basis.function_steps + basis.code_steps
     most = basis.luma_count + 2 * basis.chroma_count
-    assert f"[default: {steps}, of networks {TrainingRecipe().epochs} epochs" in shown
-    assert f"up to {most} of basis. [default: {basis.code_dim}, custom: 8]" in shown
+    assert f"[default: {steps}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
+    assert f"up to {most} for basis. [default: {basis.code_dim}; 8 for custom" in shown
     for word in ("batch", "learning_rate"):
         default = getattr(TrainingRecipe(), word), getattr(reference, word)
-        assert "[default: {}, of the reference {}]".format(*default) in shown
+        assert "[default: {}; {} with the reference recipe".format(*default) in shown

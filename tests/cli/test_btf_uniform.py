@@ -1,4 +1,4 @@
-"""`nacre btf average` and `nacre btf spread`."""
+"""`nacre btf average` and `nacre btf tile`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nacre.textures.codecs import save_codec
 from tests.cli.support import assert_refused, run
 from tests.textures.codecs.basis.made import codec
 
-MODEL = "--model", "model.safetensors"
+MODEL = "--codec", "model.safetensors"
 
 
 @pytest.fixture
@@ -36,16 +36,16 @@ def test_a_texture_becomes_a_material_and_that_a_texture(here, capsys) -> None:
     assert run("btf", "average", "texture.npz", "-o", "mean.safetensors", *MODEL) == 0
     assert "1 x 1" in capsys.readouterr().out
     assert nacre.load("mean.safetensors").name == "texture"
-    size = "--size", 4, 2
-    assert run("btf", "spread", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
+    size = "--texels", "4x2"
+    assert run("btf", "tile", "mean.safetensors", "-o", "4.safetensors", *size, *MODEL) == 0
     spread = nacre.load("4.safetensors")
     assert (spread.width, spread.height, spread.pair_count) == (4, 2, 151 * 151)
 
 
 def test_a_material_is_spread_over_given_directions(here) -> None:
     Path("two.csv").write_text("theta_l,phi_l,theta_v,phi_v\n0,0,30,0\n40,90,0,0\n")
-    arguments = "-o", "grey.npz", "--size", 3, 2, "--directions", "two.csv"
-    assert run("btf", "spread", "grey.json", *arguments) == 0
+    arguments = "-o", "grey.npz", "--texels", "3x2", "--directions", "two.csv"
+    assert run("btf", "tile", "grey.json", *arguments) == 0
     grey = nacre.load("grey.npz")
     assert (grey.width, grey.height, grey.pair_count) == (3, 2, 2)
     np.testing.assert_allclose(grey.texels(slice(None)), 0.5, rtol=1e-3)
@@ -54,17 +54,17 @@ def test_a_material_is_spread_over_given_directions(here) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("average gray.json -o x.npz", "is one material, expected a texture"),
-        ("average texture.npz -o x.json", "no format of textures ends in '.json'"),
-        ("average texture.npz -o x.npz --model model.safetensors", "--model encodes"),
+        ("average grey.json -o x.npz", "is one material (analytic), expected a texture"),
+        ("average texture.npz -o x.json", "analytic files hold one material"),
+        ("average texture.npz -o x.npz --codec model.safetensors", "--codec encodes"),
         (
-            "average texture.npz -o x.safetensors --model texture.npz",
-            "texture, expected a model",
+            "average texture.npz -o x.safetensors --codec texture.npz",
+            "texture, expected a texture codec",
         ),
         ("average texture.npz -o texture.npz", "texture.npz"),
-        ("spread texture.npz -o x.npz", "is a texture (BTF), not one material; see nacre btf info"),
-        ("spread gray.json -o x.npz --size 0 3", "0 is not in the range"),
-        ("spread gray.json -o x.npz --directions berlin", "berlin"),
+        ("tile texture.npz -o x.npz", "is a texture (BTF), not one material; nacre btf average"),
+        ("tile grey.json -o x.npz --texels 0x3", "expected 1 to 16384 texels"),
+        ("tile grey.json -o x.npz --directions berlin", "berlin"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(here, capsys, arguments, words) -> None:

@@ -19,9 +19,11 @@ from tests.scans import Gloss, scan
 TIMEOUT = 240
 
 
-def run(*arguments: object, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+def run(
+    *arguments: object, cwd: Path, quiet: bool = True, **environment: str
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "nacre", *map(str, arguments)],
+        [sys.executable, "-m", "nacre", *(["-q"] if quiet else []), *map(str, arguments)],
         cwd=cwd,
         capture_output=True,
         text=True,
@@ -70,7 +72,7 @@ def test_fit_takes_sizes_seeds_and_names(folder, tmp_path):
 
 
 def test_fit_takes_bytes_and_a_precision(folder, tmp_path):
-    options = ["--size", 900, "--epochs", 1, "--samples", 2000, "--precision", "half"]
+    options = ["--max-bytes", 900, "--epochs", 1, "--samples", 2000, "--precision", "half"]
     done = run("fit", folder / "table.binary", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     material = nacre.load(tmp_path / "table.safetensors")
@@ -104,7 +106,7 @@ def test_a_bad_file_among_several_does_not_stop_the_others(folder, tmp_path):
     (tmp_path / "bad.binary").write_bytes(b"bad")
     arguments = ["bad.binary", folder / "table.binary", "--epochs", 1, "--samples", 2000]
     done = run("fit", *arguments, cwd=tmp_path)
-    assert done.returncode == 2
+    assert done.returncode == 1
     assert "bad.binary: content is of no known format" in done.stderr
     assert "675 weights" in done.stdout
     assert {p.name for p in tmp_path.glob("*.safetensors")} == {"table.safetensors"}
@@ -142,13 +144,13 @@ def test_convert_goes_from_any_format_to_any_it_can(folder, tmp_path):
     expected = nacre.load(folder / "table.safetensors").eval(wi, wi)
     source = folder / "table.safetensors"
     for name in ("x.h5", "x.bsdf", "x.binary", "x.csv"):
-        done = run("convert", source, name, cwd=tmp_path)
+        done = run("convert", source, "-o", name, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert done.stdout == f"{name}: {(tmp_path / name).stat().st_size:,} bytes\n"
         found = nacre.load(tmp_path / name).eval(wi, wi)
         np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
         source = name
-    done = run("convert", "x.binary", "y.bsdf", cwd=tmp_path)
+    done = run("convert", "x.binary", "-o", "y.bsdf", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = nacre.load(tmp_path / "y.bsdf").eval(wi, wi)
     np.testing.assert_allclose(found, expected, rtol=0.02, atol=1e-6)
@@ -160,7 +162,7 @@ def test_convert_takes_a_resolution(folder, tmp_path):
         ("x.bsdf", "1,6,10,8,16", "vndf 8 x 16; rgb 10 x 10"),
     ):
         source = folder / "table.binary"
-        done = run("convert", source, name, "--resolution", nodes, cwd=tmp_path)
+        done = run("convert", source, "-o", name, "--resolution", nodes, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
@@ -260,35 +262,60 @@ def test_a_bad_file_gives_no_traceback(folder, tmp_path):
         (["fit", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
         (["fit", "table.binary", "--hidden", "21,x"], "expected whole numbers"),
         (["fit", "table.binary", "--epochs", "0"], "0 is not in the range"),
-        (["fit", "table.binary", "--size", "63"], "63 is not in the range"),
-        (["fit", "table.binary", "--size", "900", "--hidden", "9"], "exclude one another"),
-        (["fit", "table.binary", "--model", "ggx", "--size", "900"], "--size is for networks"),
+        (["fit", "table.binary", "--max-bytes", "63"], "63 is not in the range"),
+        (["fit", "table.binary", "--max-bytes", "900", "--hidden", "9"], "exclude one another"),
+        (
+            ["fit", "table.binary", "--model", "ggx", "--max-bytes", "900"],
+            "--max-bytes is for networks; ggx is an analytic model",
+        ),
+        (
+            ["fit", "table.binary", "-o", "fitted"],
+            "fitted: has no ending; write fitted.safetensors",
+        ),
+        (["fit", "table.binary", "-o", "-"], "standard output takes one analytic model"),
+        (["fit", "table.binary", "--codec", "x"], "--codec is for textures (BTFs)"),
+        (["render", "table.binary", "--frames", "3"], "--frames is for textures (BTFs)"),
+        (["render", "table.binary", "--shape", "cylinder"], "for which there are ball, sphere"),
+        (["render", "table.binary", "-o", "-"], "standard output takes no binary file"),
+        (["convert", "table.binary", "x.bsdf"], "Got unexpected extra argument (x.bsdf)"),
         (["fit", "table.binary", "--device", "abacus"], "abacus"),
         (["fit", "table.binary", "table.binary"], "same name"),
         (["fit", "table.binary", "other.binary", "-o", "x.safetensors"], "must be a folder"),
         (["fit", "table.safetensors"], "table.safetensors: is the input as well"),
         (["demo", "x_neural.safetensors", "-o", "x.png"], "is the input as well"),
         (["fit"], "Missing argument"),
-        (["convert", "table.binary", "table.binary"], "is the input as well"),
-        (["convert", "table.binary", "x.safetensors"], "fit the material first"),
-        (["convert", "table.binary", "x.txt"], "no format to write ends in '.txt'"),
-        (["convert", "turned.bin", "x.binary"], "turned is anisotropic"),
+        (["convert", "table.binary", "-o", "table.binary"], "is the input as well"),
+        (["convert", "table.binary", "-o", "x.safetensors"], "fit the material first"),
+        (["convert", "table.binary", "-o", "x.txt"], "no format to write ends in '.txt'"),
+        (["convert", "turned.bin", "-o", "x.binary"], "turned is anisotropic"),
         (
-            ["convert", "table.binary", "x.binary", "--resolution", "9,8"],
+            ["convert", "table.binary", "-o", "x.binary", "--resolution", "9,8"],
             "expected theta_h,theta_d",
         ),
-        (["convert", "table.binary", "x.binary", "--resolution", "a"], "expected whole numbers"),
-        (["convert", "table.binary", "x.binary", "--resolution", "9,8,"], "expected whole numbers"),
-        (["convert", "table.binary", "x.bsdf", "--resolution", "1,9,9,99,99"], "at most 8192"),
-        (["convert", "table.binary", "x.bin", "--resolution", "6,48"], "is fixed"),
+        (
+            ["convert", "table.binary", "-o", "x.binary", "--resolution", "a"],
+            "expected whole numbers",
+        ),
+        (
+            ["convert", "table.binary", "-o", "x.binary", "--resolution", "9,8,"],
+            "expected whole numbers",
+        ),
+        (
+            ["convert", "table.binary", "-o", "x.bsdf", "--resolution", "1,9,9,99,99"],
+            "at most 8192",
+        ),
+        (["convert", "table.binary", "-o", "x.bin", "--resolution", "6,48"], "is fixed"),
         (["fit", "turned.bin", "-o", "x.h5"], "hold isotropic reflectance only"),
-        (["convert", "absent.binary", "x.bsdf"], "absent.binary: cannot be read"),
+        (["convert", "absent.binary", "-o", "x.bsdf"], "absent.binary: cannot be read"),
         (["render", "table.binary", "-o", "x.gif"], "ends in one of .exr"),
         (["render", "table.binary", "--shape", "teapot"], "'teapot' is not one of"),
         (["render", "table.binary", "--environment", "sky.exr"], "sky.exr"),
         (["compare", "table.binary"], "Missing argument 'OTHER'"),
         (["compare", "table.binary", "table.binary", "-o", "x.exr"], "ends in one of .png, .jpg"),
         (["frobnicate"], "No such command"),
+        (["rendre"], "did you mean render"),
+        (["btf", "plam"], "did you mean plan?"),
+        (["help", "fit", "x"], "nacre fit has no commands of its own"),
         (["--wrong"], "No such option"),
     ],
 )
@@ -356,15 +383,15 @@ def test_analytic_models_are_fitted_shown_and_converted(folder, tmp_path):
     assert material.metadata["source"]["file"] == "table.binary"
     done = run("info", "table.json", cwd=tmp_path)
     assert "roughness" in done.stdout
-    done = run("convert", "table.json", "table.binary", cwd=tmp_path)
+    done = run("convert", "table.json", "-o", "table.binary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
 def test_every_preset_can_be_chosen(folder, tmp_path):
-    from nacre.cli.console import preset_option
+    from nacre.cli.options import preset_option
     from nacre.neural.recipe import PRESETS
 
-    (option,) = preset_option(lambda: None).__click_params__
+    (option,) = preset_option()(lambda: None).__click_params__
     assert tuple(option.type.choices) == tuple(PRESETS)
     settings = ["--preset", "draft", "--epochs", 2, "--samples", 4000]
     done = run("fit", folder / "table.binary", *settings, cwd=tmp_path)
@@ -397,9 +424,9 @@ def test_convert_takes_one_material_of_a_table(tmp_path):
         for name in ("brass", "steel")
     )
     (tmp_path / "ward.fit").write_text("\n".join(lines))
-    done = run("convert", "ward.fit", "x.json", cwd=tmp_path)
+    done = run("convert", "ward.fit", "-o", "x.json", cwd=tmp_path)
     assert done.returncode == 2
     assert "choose one of brass, steel" in done.stderr
-    done = run("convert", "ward.fit", "x.json", "--material", "steel", cwd=tmp_path)
+    done = run("convert", "ward.fit", "-o", "x.json", "--material", "steel", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert nacre.load(tmp_path / "x.json").name == "steel"

@@ -21,7 +21,7 @@ def test_wavelengths_are_kept_or_missed_aloud(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], target: str, kept: bool
 ) -> None:
     source = write(tmp_path / "made_spec.bsdf", tensor_bytes(spectral(material([0.0]))))
-    main(["convert", str(source), str(tmp_path / target)])
+    main(["convert", str(source), "-o", str(tmp_path / target)])
     assert ("not its wavelengths" in capsys.readouterr().err) == (not kept)
     back = nacre.load(tmp_path / target)
     if kept:
@@ -35,5 +35,5 @@ def test_samples_become_a_table_of_colors(
 ) -> None:
     source = write(tmp_path / "made_spec.bsdf", tensor_bytes(spectral(material([0.0]))))
     nacre.save(nacre.load(source), tmp_path / "a.csv")
-    main(["convert", str(tmp_path / "a.csv"), str(tmp_path / "a.bsdf")])
+    main(["convert", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.bsdf")])
     assert "not its wavelengths" in capsys.readouterr().err

@@ -31,7 +31,7 @@ def server(table):
 
 def download(*arguments, cwd, **environment):
     variables = {"NACRE_CACHE": str(cwd / "cache"), "NACRE_MIRROR": ""} | environment
-    return run("download", *arguments, cwd=cwd, **variables)
+    return run("download", *arguments, cwd=cwd, quiet=False, **variables)
 
 
 def test_prints_the_path_and_nothing_else(server, tmp_path):
@@ -55,7 +55,7 @@ def test_a_real_file_is_verified_and_loads(server, tmp_path):
     options = ("--mirror", server.url, "--accept-terms", "-o", "materials")
     done = download("rgl", "paper_white", *options, cwd=tmp_path)
     assert done.stdout == "materials/paper_white_rgb.bsdf\n"
-    assert "paper_white: downloaded, SHA-256 is as expected" in done.stderr
+    assert "paper_white: downloaded, SHA-256 verified" in done.stderr
     assert nacre.load(tmp_path / "materials" / "paper_white_rgb.bsdf").name
     assert len(server.requests) == 2
 

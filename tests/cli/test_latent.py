@@ -11,6 +11,7 @@ import nacre
 from nacre.cli import main
 from nacre.latent.directions import shared_directions
 from nacre.measured import merl
+from tests.cli.support import run, run_json
 from tests.latent.made import MATERIALS, NEW
 
 
@@ -30,7 +31,7 @@ GRID = ["--resolution", "30,15,15"]
 
 
 def test_a_material_goes_through_its_code(capsys, folder):
-    assert "8 materials, 9 values" in capsys.readouterr().out
+    assert "8 materials, latent size 9" in capsys.readouterr().out
     random = np.random.default_rng(1)
     w = random.normal(size=(2, 2000, 3))
     w[..., 2] = np.abs(w[..., 2]) + 0.3
@@ -50,7 +51,17 @@ def test_a_folder_stands_for_the_measured_files_in_it(capsys, folder):
         nacre.save(table, folder / f"tables/t{index}.binary")
     (folder / "tables" / "notes.txt").write_text("not a material")
     main(["latent", "train", "tables", "-o", "t.safetensors", "--code-dim", "3", *GRID])
-    assert "3 materials, 3 values" in capsys.readouterr().out
+    assert "3 materials, latent size 3" in capsys.readouterr().out
+
+
+def test_info_tells_what_bases_and_codes_are(capsys, folder):
+    main(["latent", "encode", "new.json", "--basis", "b.safetensors", "-o", "c.json"])
+    basis, code = run_json(capsys, "info", "b.safetensors", "c.json")
+    assert (basis["kind"], basis["code_dim"]) == ("basis", 9)
+    assert (code["kind"], code["code_dim"]) == ("code", 9)
+    (folder / "d.json").write_text('{"code of": 3}')
+    assert run("info", "d.json") == 2
+    assert "d.json: is not a whole code" in capsys.readouterr().err
 
 
 NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "400"]
@@ -60,7 +71,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     main(["latent", "train", *names, "-o", "n.safetensors", *NEURAL])
-    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("n.*")] == ["n.safetensors"]
     main(["latent", "encode", "new.json", "--basis", "n.safetensors", "-o", "c.json"])
     assert "6 values (24 bytes)" in capsys.readouterr().out
@@ -82,7 +93,7 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     options = ["--model", "hypernetwork", "--code-dim", "6", "--steps", "600"]
     main(["latent", "train", *names, "-o", "h.safetensors", *options])
-    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("h.*")] == ["h.safetensors"]
     main(["latent", "encode", "new.json", "--basis", "h.safetensors", "-o", "c.json"])
     for name in ("x.safetensors", "x.h5", "x.binary"):
@@ -100,7 +111,7 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
     options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300"]
     main(["latent", "train", *names, "-o", "a.safetensors", *options])
-    assert "8 materials, 6 values" in capsys.readouterr().out
+    assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]
     wi, wo = shared_directions(2000, 1)
     truth = NEW.eval(wi, wo)
@@ -116,17 +127,17 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "Missing command"),
+        (["train", "none.json", "made1.json", "-o", "x.safetensors"], "none.json: does not exist"),
+        (["frain"], "did you mean train?"),
         (
             ["train", "made0.json", "-o", "x.safetensors"],
             "at least two materials, found only made0",
         ),
-        (["train", "none.json", "made0.json", "-o", "x.safetensors"], "none.json: does not exist"),
         (["train", "empty", "-o", "x.safetensors"], "empty: a basis needs at least two materials"),
         (["train", "made0.json", "-o", "x.safetensors", "--model", "gan"], "no known latent basis"),
         (["train", "made0.json", "made1.json", "-o", "x.npz"], "a .safetensors file"),
         (["train", "made0.json", "made1.json", "-o", "x.safetensors", *GRID], "not 32"),
-        (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "theta_h"),
+        (["train", "made0.json", "-o", "x.safetensors", "--resolution", "3,4"], "like 90,45,45"),
         (
             ["train", "made0.json", "-o", "x.safetensors", "--steps", "3"],
             "steps is not a setting of the basis 'pca'",
@@ -145,7 +156,7 @@ def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folde
 def test_wrong_input_is_refused_and_leaves_nothing(folder, capsys, arguments, message):
     before = sorted(folder.iterdir())
     with pytest.raises(SystemExit) as stopped:
-        main(["latent", *arguments])
+        main(["-q", "latent", *arguments])
     assert stopped.value.code == 2
     error = capsys.readouterr().err
     assert message in error

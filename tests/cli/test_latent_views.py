@@ -97,7 +97,7 @@ def test_codes_that_are_alike_have_places():
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
         (
             ["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"],
-            "m1.npz: is highlighted but not among",
+            "m1.npz: is to be highlighted but not among",
         ),
     ],
 )

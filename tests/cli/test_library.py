@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import os
 import re
 import subprocess
 import sys
 
 import pytest
-from rich.console import Console
 
 import nacre
-from nacre.cli import library
 from tests.cli.support import run
 from tests.workflows.support import contents, lines, table
 
@@ -43,7 +40,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_a_folder_is_fitted_and_fitted_again_only_where_it_changed(folder, capsys):
-    assert run("fit", "in", "--out", "lib", *QUICK) == 0
+    assert run("fit", "in", "--output", "lib", *QUICK) == 0
     done = capsys.readouterr()
     assert (done.out, done.err) == ("lib: 3 fitted\n", "")
     table(folder / "in/b.binary", 9)
@@ -90,10 +87,14 @@ def test_a_local_cluster_is_started_and_its_dashboard_told(folder, capsys):
     assert run("fit", "in", "-o", "here", *QUICK) == 0
     capsys.readouterr()
     (folder / "in/bad.binary").write_bytes(b"bad")
-    assert run("fit", "in", "-o", "lib", "--scheduler", "local", "--jobs", "1", *QUICK) == 1
+    assert (
+        run("fit", "in", "-o", "lib", "--scheduler", "local", "--jobs", "1", *QUICK, quiet=False)
+        == 1
+    )
     done = capsys.readouterr()
     assert done.out == "lib: 3 fitted, 1 failed\n"
-    link, failure = done.err.splitlines()
+    (link,) = (line for line in done.err.splitlines() if line.startswith("dashboard"))
+    failure = done.err.splitlines()[-1]
     assert re.fullmatch(r"dashboard: http://127\.0\.0\.1:\d+/status", link)
     assert failure.startswith("nacre: bad.binary: content is of no known format")
     fits = contents(folder / "here")
@@ -119,7 +120,7 @@ def test_without_an_output_fits_go_here(folder, capsys):
         (["in", "--scheduler", "host"], "'host' is neither local nor like tcp://host:8786"),
         (["in", "--scheduler", "tcp://host:1", "--jobs", "2"], "--jobs is for this machine"),
         (["in", "--data", "path"], "--data is for a cluster"),
-        (["in/a.binary", "--scheduler", "local"], "--scheduler is for folders"),
+        (["in", "-o", "-"], "-o -: standard output takes one analytic model"),
     ],
 )
 def test_wrong_usage_says_so_and_makes_nothing(folder, capsys, arguments, words):
@@ -169,25 +170,3 @@ def test_a_killed_run_is_taken_up_where_it_stopped(folder):
     made = contents(folder / "lib")
     assert set(made) == {"library.jsonl", *(f"{name}.safetensors" for name in names)}
     assert all(made[name] == left[name] for name in ("a.safetensors", "b.safetensors"))
-
-
-def test_the_display_counts_and_shows_what_is_in_flight(monkeypatch):
-    screen = Console(file=io.StringIO(), force_terminal=True, width=120, color_system=None)
-    monkeypatch.setattr(library, "status", screen)
-    with library.LibraryDisplay() as display:
-        display.begin(1000)
-        reports = {name: display.start(name) for name in ("gold", "sub/[b]silver", "tin")}
-        reports["gold"]("training", 3, 100, "held-out loss 0.1")
-        display.end("sub/[b]silver", None)
-        display.end("tin", "is empty")
-        display.start("zinc")
-        screen.file.truncate(0)
-        display._live.refresh()
-        text = screen.file.getvalue()
-    assert "1 done, 2 running, 1 failed, of 1000" in text
-    assert "gold" in text
-    assert "training" in text
-    assert "3/100" in text
-    assert "zinc" in text
-    assert "silver" not in text
-    assert "tin" not in text.replace("waiting", "")

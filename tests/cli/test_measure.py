@@ -65,7 +65,7 @@ def test_a_description_becomes_a_neural_material(tmp_path):
 
 def test_a_material_of_a_scene_is_measured(tmp_path):
     (tmp_path / "scene.xml").write_text(SCENE)
-    scene = ["--scene", tmp_path / "scene.xml"]
+    scene = [tmp_path / "scene.xml"]
     code, text = run("measure", *scene, "--bsdf", "matte", "-o", tmp_path / "x.binary")
     assert code == 0, text
     assert_diffuse(tmp_path / "x.binary", 1e-3)
@@ -173,8 +173,22 @@ def test_what_no_table_holds_is_said(tmp_path, description, words):
 def test_one_source_is_wanted(tmp_path):
     code, text = run("measure", GREY, "--bsdf", "x", "-o", tmp_path / "x.bsdf")
     assert code == 2
-    assert "--bsdf chooses from a --scene" in text
-    for arguments in ([], [GREY, "--scene", "x.xml"]):
-        code, text = run("measure", *arguments, "-o", tmp_path / "x.bsdf")
-        assert code == 2
-        assert "either BSDF_JSON or --scene" in text
+    assert "--bsdf chooses from a scene (.xml)" in text
+    code, text = run("measure", "-o", tmp_path / "x.bsdf")
+    assert code == 2
+    assert "Missing argument 'INPUT'" in text
+    code, text = run("measure", tmp_path / "absent.json", "-o", tmp_path / "x.bsdf")
+    assert code == 2
+    assert "absent.json: cannot be read" in text
+
+
+def test_a_description_is_read_from_a_file_or_standard_input(tmp_path, monkeypatch):
+    (tmp_path / "grey.json").write_text(GREY)
+    code, text = run("measure", tmp_path / "grey.json", "-o", tmp_path / "x.binary")
+    assert code == 0, text
+    assert_diffuse(tmp_path / "x.binary", 1e-3)
+    with CliRunner().isolation(GREY):
+        from nacre.cli import main
+
+        main(["-q", "measure", "-", "-o", str(tmp_path / "y.binary")])
+    assert (tmp_path / "y.binary").read_bytes() == (tmp_path / "x.binary").read_bytes()

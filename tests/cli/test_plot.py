@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 import nacre
+from nacre.btf import TableBtf
+from nacre.measured.textures import UTIA
 from nacre.metrics import albedo
 from nacre.neural import Layer, NeuralBrdf
-from tests.cli.support import run
+from tests.cli.support import assert_refused, run, run_json
 
 
 @pytest.fixture(scope="module")
@@ -113,34 +116,51 @@ def test_info_shows_energy_reciprocity_and_units(here, capsys):
 def test_info_gives_the_same_facts_as_json(here, capsys):
     assert run("info", "a.safetensors", "b.safetensors") == 0
     lines = capsys.readouterr().out.splitlines()
-    assert run("info", "a.safetensors", "b.safetensors", "--json") == 0
-    first, second = json.loads(capsys.readouterr().out)
-    for item in (first, second):
-        assert set(item["units"]) <= set(item["facts"])
-        for key in item["facts"]:
-            assert sum(line.startswith(f"  {key}  ") for line in lines) == 2, key
-    assert first["facts"]["file"] == "a.safetensors"
-    assert first["facts"]["layers"] == "6-8-3"
-    assert first["facts"]["sha256"] != second["facts"]["sha256"]
-    assert len(first["facts"]["largest albedo"]) == 3
+    first, second = run_json(capsys, "info", "a.safetensors", "b.safetensors")
+    assert [first["file"], second["file"]] == ["a.safetensors", "b.safetensors"]
+    printed = [line.split("  ")[1] for line in lines if line.startswith("  ")]
+    assert len(printed) == len(first) + len(second) - 4  # file and kind are not facts
+    assert all(re.fullmatch("[a-z0-9_]+", key) for key in first)
+    assert first["layers"] == "6-8-3"
+    assert first["memory_bytes"] == 332
+    assert first["size_bytes"] == Path("a.safetensors").stat().st_size
+    assert first["sha256"] != second["sha256"]
+    assert len(first["largest_albedo"]) == 3
+    assert all(0.0 <= angle < 90.0 for angle in first["largest_albedo_at_deg"])
 
 
-def test_info_plots_what_it_can_read(here, capsys):
+def test_info_shows_what_it_can_read(here, capsys):
     pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
     files = ["a.safetensors", "cut.safetensors", "b.safetensors"]
-    assert run("info", *files, "--no-physics", "--json", "--plot", "x.svg") == 2
+    assert run("info", *files, "--no-physics", "--json", "--plot", "x.svg") == 1
     printed = capsys.readouterr()
-    assert [item["facts"]["file"] for item in json.loads(printed.out)] == [files[0], files[2]]
-    assert "cut.safetensors" in printed.err
+    first, failed, second = json.loads(printed.out)
+    assert (first["file"], second["file"]) == (files[0], files[2])
+    assert (failed.keys(), failed["file"]) == ({"file", "error"}, "cut.safetensors")
+    assert printed.err == f"nacre: {failed['error']}\n"
     assert (here / "x.svg").exists()
+    assert run("info", "cut.safetensors", "--json") == 2
+    assert [item["file"] for item in json.loads(capsys.readouterr().out)] == ["cut.safetensors"]
 
 
 def test_compare_gives_its_figures_as_json(here, capsys):
     pytest.importorskip("skimage", reason="needs the extra 'render'")
     files = ["a.safetensors", "a.safetensors"]
-    assert run("compare", *files, "-o", "x.png", "--size", 16, "--json") == 0
-    found = json.loads(capsys.readouterr().out)
-    assert (found["truth"], found["other"], found["picture"]) == (*files, "x.png")
+    found = run_json(capsys, "compare", *files, "-o", "x.png", "--size", 16)
+    assert (found["reference"], found["other"], found["output"]) == (*files, "x.png")
     assert set(found["figures"]) == {"environment", "directional", "angles"}
-    assert found["figures"]["environment"]["SSIM"] == 1.0
-    assert found["figures"]["environment"]["PSNR (dB)"] is None  # infinite
+    assert found["figures"]["environment"]["ssim"] == 1.0
+    assert found["figures"]["environment"]["psnr_db"] is None  # infinite
+
+
+def test_a_texture_is_plotted_by_its_mean_or_a_texel(here, capsys):
+    pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
+    wi, wo = UTIA.pairs()
+    values = np.full((2, 3, len(wi), 3), 0.5, np.float32)
+    nacre.save(TableBtf(values, wi, wo, "cloth"), "cloth.npz")
+    found = run_json(capsys, "plot", "a.safetensors", "cloth.npz", "-o", "x.svg")
+    assert found["materials"] == ["a.safetensors", "cloth.npz"]
+    assert run("plot", "cloth.npz", "-o", "x.svg", "--texel", "2,1") == 0
+    for texel, words in (("3,0", "has 3 x 2 texels, none in column 3"), ("1", "like 12,7")):
+        assert_refused(capsys, words, "plot", "cloth.npz", "--texel", texel)
+    assert_refused(capsys, "--texel is for textures", "plot", "a.safetensors", "--texel", "0,0")

@@ -37,7 +37,8 @@ def coded(here):
 
 def test_reproduce_writes_and_says_what_differs(here, capsys):
     options = ["--quick", "--methods", "lambert,published", "-o", "out"]
-    assert run("reproduce", "fig10", "a.safetensors", "b.safetensors", *options) == 0
+    files = "a.safetensors", "b.safetensors"
+    assert run("reproduce", "fig10", *files, *options, quiet=False) == 0
     printed = capsys.readouterr()
     assert printed.out.splitlines()[:3] == ["out/fig10.csv", "out/fig10.md", "out/fig10.png"]
     assert "differs from the paper: spheres" in printed.out
@@ -97,8 +98,8 @@ def test_a_map_rings_what_its_basis_was_not_trained_on(coded, capsys):
     assert run("reproduce", "fig11", *files, *options) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "out/fig11.png: 6 materials, 4 that the basis was not trained on"
-    highlights = [option for k in range(2, 6) for option in ("--highlight", f"m{k}.json")]
-    assert run("latent", "map", *files, *highlights, *options[:2], "-o", "map.png") == 0
+    marks = [option for k in range(2, 6) for option in ("--highlight", f"m{k}.json")]
+    assert run("latent", "map", *files, *marks, *options[:2], "-o", "map.png") == 0
     assert (coded / "map.png").read_bytes() == (coded / "out" / "fig11.png").read_bytes()
 
 
@@ -128,7 +129,7 @@ def test_reproduce_lists_methods(here, capsys):
     ("arguments", "words"),
     [
         (["fig5", "a.safetensors"], "'fig5' is no known experiment"),
-        (["fig6"], "Missing argument 'FILES...'"),
+        (["fig6"], "Missing argument 'INPUT...'"),
         (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),
         (["fig6", "a.safetensors", "--methods", "ggx,magic"], "'magic' is no method"),

@@ -82,7 +82,7 @@ def test_a_broken_extra_says_why(tmp_path, monkeypatch):
 
 
 def test_a_missing_extra_names_itself():
-    with pytest.raises(MissingExtraError, match=r"pip install 'nacre\[render\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'nacre-materials\[render\]'"):
         require("a_module_that_does_not_exist", "render")
 
 

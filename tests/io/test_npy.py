@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 from numpy.lib import format as npy
 
 from nacre.errors import FormatError
-from nacre.io.npy import MAGIC, map_npy, parse_npy, parse_text
+from nacre.io.npy import MAGIC, archive_errors, map_npy, parse_npy, parse_text
 
 
 def written(array: np.ndarray, version: tuple[int, int] = (1, 0)) -> bytes:
@@ -99,3 +101,18 @@ def test_an_array_within_a_file_is_mapped(tmp_path: Path) -> None:
             map_npy(path, offset, length, "file")
     with pytest.raises(FormatError, match="cannot be read"):
         map_npy(tmp_path / "absent", 0, 10, "file")
+
+
+@pytest.mark.parametrize("text", ["{'descr': ", "[]", "{}", "é", "{'descr': '<f8'}", "x" * 200_000])
+def test_a_damaged_header_is_named_without_the_words_of_a_parser(text: str):
+    data = MAGIC + b"\1\0" + (len(text) & 0xFFFF).to_bytes(2, "little") + text.encode()
+    with pytest.raises(FormatError) as caught:
+        parse_npy(data, "x.npy")
+    assert str(caught.value) == "x.npy: is not a whole .npy file: its header is damaged"
+
+
+def test_a_damaged_archive_is_named_without_the_words_of_a_parser():
+    for error, part in ((struct.error("unpack requires"), "list"), (zlib.error("-3"), "content")):
+        with pytest.raises(FormatError) as caught, archive_errors("x.npz"):
+            raise error
+        assert f"x.npz: is not a whole .npz archive: its {part}" in str(caught.value)

@@ -17,7 +17,7 @@ from nacre.neural import Layer
 from nacre.neural.nbrdf import HIDDEN
 from nacre.neural.training import initial_layers
 from nacre.runtime.progress import Progress
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 
 GRID = Resolution(24, 12, 12)
 
@@ -96,7 +96,7 @@ def random_hypernetwork(luma: int = 4, pairs: int = 1) -> Hypernetwork:
 def predictor(family: str, values: int = 6, scale: float = 1.0, seed: int = 5) -> LobePredictor:
     """A predictor that nothing has trained."""
     random = np.random.default_rng(seed)
-    sizes = (values, 8, FAMILIES[family].size)
+    sizes = (values, 8, PARAMETRIZATIONS[family].size)
     layers = [
         Layer(scale * random.normal(size=shape), scale * random.normal(size=shape[1]))
         for shape in itertools.pairwise(sizes)

@@ -246,7 +246,7 @@ def test_a_resolution_that_is_not_true_is_refused(path, resolution):
 def test_neither_passes_for_a_material(path):
     file = path.with_name("x.json")
     save_code(basis(6).decode(np.zeros(6)), file)
-    for wrong, message in ((path, "not a nacre material"), (file, "no known format")):
+    for wrong, message in ((path, "is a latent basis"), (file, "no known format")):
         with pytest.raises(FormatError, match=message):
             nacre.load(wrong)
     with pytest.raises(FormatError, match="not a whole safetensors"):

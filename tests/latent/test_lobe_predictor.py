@@ -12,7 +12,7 @@ from nacre.errors import FormatError
 from nacre.latent import LobePredictor, NeuralBasis
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
 from nacre.sampling import BlinnPhongMixture, GgxMixture
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 from tests.latent.made import predictor, random_basis
 
 KINDS = {"blinn-phong": BlinnPhongMixture, "ggx": GgxMixture, "mixture": GgxMixture}
@@ -20,10 +20,10 @@ KINDS = {"blinn-phong": BlinnPhongMixture, "ggx": GgxMixture, "mixture": GgxMixt
 
 def predicting() -> NeuralBasis:
     """A basis with a predictor of every kind."""
-    return replace(random_basis(), predictors={name: predictor(name) for name in FAMILIES})
+    return replace(random_basis(), predictors={name: predictor(name) for name in PARAMETRIZATIONS})
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", PARAMETRIZATIONS)
 @pytest.mark.parametrize("scale", [0.1, 100.0])
 def test_any_code_gives_valid_lobes(family: str, scale: float) -> None:
     predict = predictor(family, scale=scale)
@@ -79,8 +79,8 @@ def test_predictors_are_kept_with_the_basis(tmp_path: Path) -> None:
     save_basis(before, path)
     after = load_basis(path)
     assert isinstance(after, NeuralBasis)
-    assert sorted(after.predictors) == sorted(FAMILIES)
-    for name in FAMILIES:
+    assert sorted(after.predictors) == sorted(PARAMETRIZATIONS)
+    for name in PARAMETRIZATIONS:
         assert after.predictors[name](code) == before.predictors[name](code)
     save_basis(after, tmp_path / "two.safetensors")
     assert (tmp_path / "two.safetensors").read_bytes() == path.read_bytes()

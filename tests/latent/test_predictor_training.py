@@ -14,7 +14,7 @@ from nacre.geometry import split
 from nacre.latent import LobePredictor, PredictorRecipe
 from nacre.sampling import fit_blinn_phong, fit_lobes
 from nacre.sampling.moment import second_moment
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 from tests.latent.made import random_basis
 
 pytest.importorskip("torch", reason="needs the extra 'latent'")
@@ -44,7 +44,7 @@ def logarithm(sample: Callable[[np.ndarray, Brdf], Sampler]) -> float:
     return float(np.mean([np.log(moment(brdf, sample(code, brdf))) for brdf, code in pairs]))
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", PARAMETRIZATIONS)
 def test_predicted_lobes_sample_new_codes(predictors, family: str) -> None:
     cosine = logarithm(lambda code, brdf: CosineSampler())
     predicted = logarithm(lambda code, brdf: predictors[family](code))
@@ -64,7 +64,7 @@ def test_the_same_seed_gives_the_same_predictor_and_progress_is_reported() -> No
         train_predictors(random_basis(), CODES, short, lambda *step: seen.append(step))
         for _ in range(2)
     )
-    for name in FAMILIES:
+    for name in PARAMETRIZATIONS:
         for a, b in zip(one[name].layers, other[name].layers, strict=True):
             np.testing.assert_array_equal(a.weights, b.weights)
     assert [step[:3] for step in seen[:2]] == [("decoding", 1, 2), ("decoding", 2, 2)]
@@ -76,7 +76,7 @@ def test_a_basis_gets_predictors_from_its_examples() -> None:
     short = PredictorRecipe(hidden=8, codes=32, sets=2, lights=16, steps=5)
     basis = random_basis()
     made = with_predictors(basis, short)
-    assert sorted(made.predictors) == sorted(FAMILIES)
+    assert sorted(made.predictors) == sorted(PARAMETRIZATIONS)
     assert made.functions is basis.functions
     with pytest.raises(NacreError, match="with examples"):
         with_predictors(replace(basis, examples=basis.examples[:0]), short)

@@ -144,7 +144,7 @@ def test_archives_of_other_things_are_refused(tmp_path: Path) -> None:
         archive.writestr("readme.txt", "nothing here")
     path = write(tmp_path / "a.npz", content.getvalue())
     assert_refused(load_npz, path, "0 arrays")
-    assert_refused(nacre.load, path, "no known format")
+    assert_refused(nacre.load, path, "has no array 'values'")
     two = npz_bytes(a=np.zeros(3), b=np.zeros(3))
     assert_refused(load_npz, write(path, two), "2 arrays", "'f_r'")
 

@@ -178,5 +178,5 @@ def test_damaged_images_end_in_one_line_or_in_a_table(exr: Path, tmp_path: Path)
 
 def test_a_missing_extra_is_named(exr: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mitsuba", None)
-    with pytest.raises(MissingExtraError, match=r"nacre\[render\]"):
+    with pytest.raises(MissingExtraError, match=r"nacre-materials\[render\]"):
         nacre.load(exr)

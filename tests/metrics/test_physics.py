@@ -133,8 +133,7 @@ def test_reciprocal_materials_have_no_error():
 
 def test_only_pairs_known_both_ways_count():
     assert reciprocity_error(Partial(0.3), count=128).value < 1e-12
-    one_way = Tilted(0.5)
-    one_way.valid_components = lambda wi, wo: wi[2] > wo[2]
+    one_way = Tilted(0.5).replaced(valid_components=lambda wi, wo: wi[2] > wo[2])
     assert math.isnan(reciprocity_error(one_way, count=128).value)
 
 
@@ -170,8 +169,7 @@ def test_facts_tell_whether_energy_is_gained(white, words):
 
 
 def test_facts_of_a_material_of_which_nothing_is_known():
-    nothing = Constant(0.0)
-    nothing.valid_components = lambda wi, wo: wi[2] > 2.0
+    nothing = Constant(0.0).replaced(valid_components=lambda wi, wo: wi[2] > 2.0)
     facts = physical_facts(nothing)
     assert facts["unknown pairs"] == 1.0
     assert facts["f cos range"] is None

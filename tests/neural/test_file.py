@@ -278,7 +278,7 @@ def test_keras_files_whose_weights_are_elsewhere_or_packed_are_refused(tmp_path)
         "whole and plain": {"chunks": (3,), "compression": "gzip"},
         "expected floating-point": {"dtype": "i4"},
     }.items():
-        path = tmp_path / "x.h5"
+        path = tmp_path / f"{words}.h5"
         save_h5(network((6, 3)), path)
         with h5py.File(path, "r+") as file:
             del file["dense_1/dense_1/bias:0"]

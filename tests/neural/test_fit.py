@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nacre
+from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import half_vector
@@ -20,6 +22,7 @@ from nacre.neural.training import initial_layers, schedule
 from nacre.sampling import GgxMixture, fit_lobes
 from tests.data import list_data, require_data
 from tests.reflectances import Brushed, Glossy
+from tests.scans import scan
 
 
 class Gloss(Brdf):
@@ -85,7 +88,37 @@ def test_progress_names_every_stage_with_its_end():
     assert stages == ["sampling", "training", "sampling lobes"]
     last = [call for call in calls if call[0] == "training"][-1]
     assert last[1:3] == (3, 3)
-    assert "held-out loss 0." in last[3]
+    assert re.fullmatch(r"held-out loss 0\.\d{5} \(log\(1 \+ f cos\)\)", last[3])
+
+
+@pytest.mark.parametrize(
+    ("inputs", "gain", "scale"),
+    [
+        ("paper", None, "log(1 + f cos)"),
+        ("paper", 2.5, "log(1 + 2.5 f cos)"),
+        ("enhanced", None, "log(1 + 32 f cos)"),
+    ],
+)
+def test_a_loss_is_shown_with_its_scale(inputs, gain, scale):
+    recipe = Recipe(epochs=1, samples=5000, inputs=inputs, gain=gain)
+    notes = []
+    network = fit(Gloss(), recipe, progress=lambda *call: notes.append(call[3]))
+    loss = network.metadata["quality"]["held_out_loss"]
+    assert network.loss_text() == f"held-out loss {loss:.5f} ({scale})"
+    assert network.loss_text() in notes
+    assert network.describe()["loss"] == scale
+    assert network.replaced(metadata={}).loss_text() == ""
+
+
+def test_the_loss_of_a_scan_has_no_gain():
+    network = fit(scan(Gloss(), 400), Recipe(epochs=1, samples=5000, inputs="enhanced"))
+    assert network.loss_text().endswith(" (log(1 + f cos))")
+    assert network.metadata["fit"]["gain"] is None
+
+
+def test_the_loss_of_an_analytic_model_is_shown_with_its_scale():
+    fitted = nacre.analytic.fit(Gloss(), MODELS["lambert"], gain=8.0, samples=500, starts=1)
+    assert re.fullmatch(r"loss \d\.\d{5} \(log\(1 \+ 8 f cos\)\)", fitted.loss_text())
 
 
 def test_training_samples_are_uniform_in_rusinkiewicz_angles_and_valid():

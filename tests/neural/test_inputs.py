@@ -20,7 +20,7 @@ from nacre.neural.inputs import (
     STEREOGRAPHIC,
     input_count,
     network_inputs,
-    turns_half_vector,
+    rotates_half_vector,
 )
 from nacre.neural.samples import BLOCK, draw
 from tests.reflectances import Brushed, Glossy
@@ -164,6 +164,6 @@ def test_networks_of_stereographic_inputs_learn_azimuths_and_blur_highlights():
 
 
 def test_isotropic_networks_have_no_stereographic_inputs():
-    assert not turns_half_vector(STEREOGRAPHIC, True)
+    assert not rotates_half_vector(STEREOGRAPHIC, True)
     with pytest.raises(ValueError, match="stereographic"):
         network(STEREOGRAPHIC, True)

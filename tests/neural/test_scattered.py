@@ -9,10 +9,9 @@ import nacre
 from nacre.errors import NacreError
 from nacre.measured import ScatteredBrdf
 from nacre.neural import Recipe, fit
-from nacre.neural.augmentation import filling
-from nacre.neural.clamp_layer import bounded
+from nacre.neural.augmentation import augmentation
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.neural.scattered import hold_out, relative_errors, scattered_samples
+from nacre.neural.scattered import clamped, hold_out, relative_errors, scattered_samples
 from nacre.neural.training import initial_layers
 from tests.data import list_data, require_data
 from tests.reflectances import Brushed
@@ -87,7 +86,7 @@ def test_a_handful_of_samples_is_refused(name):
 def test_filling_reaches_the_horizon_and_is_the_interpolation():
     brdf = scan(Gloss(), 200)
     calls = []
-    filled = filling(brdf, 30_000, 0, lambda *call: calls.append(call))
+    filled = augmentation(brdf, 30_000, 0, lambda *call: calls.append(call))
     assert len(filled) == 30_000
     assert calls[-1] == (30_000, 30_000)
     np.testing.assert_array_equal(filled.rgb, brdf.eval(filled.wi, filled.wo))
@@ -95,7 +94,7 @@ def test_filling_reaches_the_horizon_and_is_the_interpolation():
         np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1.0)
         assert w[:, 2].min() > 0.0
         assert (w[:, 2] < np.cos(np.radians(89.0))).sum() > 200
-    np.testing.assert_array_equal(filling(brdf, 500, 3).wi, filling(brdf, 500, 3).wi)
+    np.testing.assert_array_equal(augmentation(brdf, 500, 3).wi, augmentation(brdf, 500, 3).wi)
 
 
 def test_a_bounded_network_is_the_lower_of_its_value_and_the_bound():
@@ -104,7 +103,7 @@ def test_a_bounded_network_is_the_lower_of_its_value_and_the_bound():
     wi, wo = everywhere(5000)
     values = free.eval(wi, wo)
     highest = np.quantile(values, [0.5, 0.7, 0.9], axis=0).diagonal()
-    network = NeuralBrdf(bounded(layers, highest))
+    network = NeuralBrdf(clamped(layers, highest))
     assert network.sizes == (6, 21, 21, 3, 3)
     np.testing.assert_allclose(network.eval(wi, wo), np.minimum(values, highest), atol=1e-5)
 

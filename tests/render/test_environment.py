@@ -11,7 +11,7 @@ import pytest
 from nacre.color import luminance
 from nacre.errors import FormatError
 from nacre.render.environment import Environment, load_environment, pixel_directions, sphere_mean
-from nacre.render.quadrature import golden_lattice, quadrature
+from nacre.render.lights import golden_lattice, quadrature
 from nacre.render.studio import studio
 from tests.data import require_data
 from tests.variants import require_mitsuba

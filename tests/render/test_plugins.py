@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -16,6 +17,11 @@ import nacre.render
 from nacre.brdf import Brdf
 from nacre.color import luminance
 from nacre.measured.merl import tabulate
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.neural.network import NetworkBrdf
+from nacre.numerics.mlp import Layer
+from nacre.render.network import first_in_buffer
+from nacre.render.virtual import MitsubaBrdf
 from tests.data import require_data
 from tests.sampling.mixtures import MIXTURES
 
@@ -259,6 +265,62 @@ def test12_cooperative_weights_change_without_recompiling(
     for found_layer, layer in zip(bsdf.material().layers, second.layers, strict=True):
         np.testing.assert_allclose(found_layer.weights, layer.weights, atol=tolerance)
         np.testing.assert_allclose(found_layer.biases, layer.biases, atol=tolerance)
+
+
+def test26_large_networks_and_codes_share_kernels(rgb: Any) -> None:
+    import drjit as dr
+
+    class Family(NetworkBrdf):
+        """A network with the first layer of another."""
+
+        inputs = "paper"
+
+        def __init__(self, base: NeuralBrdf, own: NeuralBrdf) -> None:
+            super().__init__(sampler=own.sampler)
+            self.layers = [base.layers[0], *own.layers[1:]]
+            self.shared_layers = 1
+
+        def from_outputs(self, values: Any) -> Any:
+            return tuple(0.1 * v * v for v in values)
+
+    up, wi = np.array([[0.0, 0.0, 1.0]], np.float32), rgb.Vector3f(0.6, 0.0, 0.8)
+    si, base = interaction(rgb, up), network(1)
+    samplers = [MIXTURES["two lobes"]] * 2
+    hits = []
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        for seed, sampler in zip((2, 3), samplers, strict=True):
+            brdf = Family(base, network(seed).replaced(sampler=sampler))
+            bsdf = nacre.render.bsdf(brdf)
+            dr.kernel_history_clear()
+            value, density = bsdf.eval_pdf(rgb.BSDFContext(), si, wi)
+            dr.eval(value, density)
+            hits.append([k["hash"] for k in dr.kernel_history([dr.KernelType.JIT])])
+            expected = 0.8 * brdf.eval(np.array([0.6, 0.0, 0.8]), up)
+            np.testing.assert_allclose(np.array(value).T, expected, rtol=1e-4)
+            np.testing.assert_allclose(
+                np.array(density), brdf.pdf(np.array([0.6, 0.0, 0.8]), up), rtol=1e-3
+            )
+    assert hits[0] == hits[1]
+
+
+@pytest.mark.parametrize(("width", "start"), [(21, 3), (64, 3), (200, 0)])
+def test27_weights_are_literals_up_to_a_number(width: int, start: int) -> None:
+    random = np.random.default_rng(0)
+    sizes = (6, width, width, 3)
+    layers = [
+        Layer(random.normal(size=pair).astype(np.float32), np.zeros(pair[1], np.float32))
+        for pair in itertools.pairwise(sizes)
+    ]
+    brdf = NeuralBrdf(layers)
+    assert first_in_buffer(brdf, "auto") == start
+    assert first_in_buffer(brdf, "literals") == 3
+    assert first_in_buffer(brdf, "cooperative") == 0
+
+
+def test28_a_material_of_mitsuba_is_rendered_as_itself(rgb: Any) -> None:
+    brdf = MitsubaBrdf({"type": "roughplastic"})
+    assert not brdf.traceable
+    assert nacre.render.bsdf(brdf) is brdf.bsdf
 
 
 def test13_scalar(scalar: Any) -> None:

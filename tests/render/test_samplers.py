@@ -11,7 +11,7 @@ import pytest
 import nacre.render
 from nacre.brdf import Brdf
 from nacre.measured.microfacet_warp import microfacet_sampler
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 from tests.latent.made import predictor, random_basis
 from tests.reflectances import Glossy
 
@@ -38,9 +38,9 @@ def test01_microfacets_by_power_iteration(rgb: Any, name: str, degrees: float) -
 
 
 @pytest.mark.parametrize("degrees", DEGREES)
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", PARAMETRIZATIONS)
 def test02_predicted_lobes_of_a_code(rgb: Any, family: str, degrees: float) -> None:
-    predictors = {name: predictor(name, scale=0.3) for name in FAMILIES}
+    predictors = {name: predictor(name, scale=0.3) for name in PARAMETRIZATIONS}
     decoded = replace(random_basis(), predictors=predictors).decode(CODE)
     decoded = decoded.replaced(sampler=predictors[family](CODE))
-    check(rgb, decoded, degrees, len(FAMILIES))
+    check(rgb, decoded, degrees, len(PARAMETRIZATIONS))

@@ -9,8 +9,15 @@ import pytest
 
 from nacre.color import luminance
 from nacre.render.environment import Environment
-from nacre.render.lights import DirectionalLight, EnvironmentLight
-from nacre.render.sphere import MARGIN, frames, render_sphere, sphere_normals, standard_lights
+from nacre.render.lights import DirectionalLight, EnvironmentLight, Light
+from nacre.render.sphere import (
+    MARGIN,
+    frames,
+    render_sphere,
+    smooth_edges,
+    sphere_normals,
+    standard_lights,
+)
 from nacre.render.studio import studio
 from tests.render.reflectances import Constant, Lobe
 from tests.variants import require_mitsuba
@@ -138,3 +145,38 @@ def test12_mitsuba_renders_the_same_white_sphere():
     inner = mask & (normals[..., 2] > 0.4)
     np.testing.assert_allclose(image[inner], expected[inner], rtol=0.06)
     np.testing.assert_allclose(image[inner].mean(0), expected[inner].mean(0), rtol=0.01)
+
+
+@pytest.mark.parametrize("light", [DirectionalLight(), white_light(64)], ids=["one", "all"])
+def test13_shown_pictures_have_smooth_edges(light: Light):
+    image, mask = render_sphere(Lobe(50.0), light, 24)
+    before = image.copy()
+    smooth, coverage = smooth_edges(image, Lobe(50.0), light)
+    np.testing.assert_array_equal(image, before)
+    assert coverage.mean() == pytest.approx(math.pi / 4.0 * (1.0 - MARGIN) ** 2, rel=5e-3)
+    partial = (coverage > 0.0) & (coverage < 1.0)
+    assert partial.sum() > 40
+    assert not smooth[coverage == 0.0].any()
+    inside = coverage == 1.0
+    if light.count > 1:
+        np.testing.assert_array_equal(smooth[inside], image[inside])
+    else:
+        assert np.abs(smooth[inside] - image[inside]).max() > 1e-3
+    assert smooth[mask].mean() == pytest.approx(image[mask].mean(), rel=0.05)
+
+
+def test14_a_shadow_ends_smoothly():
+    size, light = 48, DirectionalLight()
+
+    class Rim(Constant):
+        """As bright at the shadow's edge as anywhere: what a grazing highlight comes to."""
+
+        def eval_components(self, wi, wo):
+            red, green, blue = super().eval_components(wi, wo)
+            return red / wi[2], green / wi[2], blue / wi[2]
+
+    image, mask = render_sphere(Rim(1.0), light, size)
+    smooth, coverage = smooth_edges(image, Rim(1.0), light)
+    inside = (coverage == 1.0) & mask
+    assert set(np.unique(image[inside][:, 0].round(3))) == {0.0, 1.0}
+    assert ((smooth[inside][:, 0] > 0.1) & (smooth[inside][:, 0] < 0.9)).sum() > 30

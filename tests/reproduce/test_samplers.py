@@ -11,7 +11,7 @@ from nacre.errors import FormatError, NacreError
 from nacre.measured.rgl import tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.reproduce.samplers import FITTED, PREDICTED, SAMPLERS, find_sampler
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 from tests.latent.made import predictor, random_basis
 from tests.reflectances import Brushed, Glossy
 
@@ -19,7 +19,7 @@ CODE = np.array([0.9, -1.3, 0.4, 0.2, 1.1, -0.7])
 
 
 def test_what_is_predicted_is_that_of_the_code() -> None:
-    basis = replace(random_basis(), predictors={name: predictor(name) for name in FAMILIES})
+    basis = replace(random_basis(), predictors={name: predictor(name) for name in PARAMETRIZATIONS})
     brdf = random_basis().decode(CODE)
     for name, family in PREDICTED.items():
         expected = basis.predictors[family](basis.encode(brdf))

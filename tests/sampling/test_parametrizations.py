@@ -8,15 +8,15 @@ import pytest
 from nacre.geometry import split
 from nacre.sampling import BlinnPhongMixture, GgxMixture
 from nacre.sampling.moment import Pairs, propose, view_pairs
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import PARAMETRIZATIONS
 
 PROPOSAL = propose(3, 64)
 PAIRS = view_pairs(PROPOSAL.wo, PROPOSAL.wi)
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", PARAMETRIZATIONS)
 def test_densities_are_those_of_the_samplers(name: str) -> None:
-    family = FAMILIES[name]
+    family = PARAMETRIZATIONS[name]
     free = np.random.default_rng(1).normal(0.0, 1.5, (6, family.size))
     densities = family.density(free, PAIRS)
     assert densities.shape == (6, *PROPOSAL.density.shape)
@@ -27,10 +27,10 @@ def test_densities_are_those_of_the_samplers(name: str) -> None:
         assert np.median(np.abs(density / expected - 1.0)) < 1e-3  # four digits are kept
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", PARAMETRIZATIONS)
 def test_torch_gives_the_same_densities_with_slopes(name: str) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
-    family = FAMILIES[name]
+    family = PARAMETRIZATIONS[name]
     free = np.random.default_rng(2).normal(0.0, 1.5, (3, family.size))
 
     def tensor(values):
@@ -50,9 +50,9 @@ def test_torch_gives_the_same_densities_with_slopes(name: str) -> None:
         np.testing.assert_allclose(slopes[:, column], difference, rtol=1e-3, atol=1e-3)
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", PARAMETRIZATIONS)
 def test_whatever_the_parameters_samplers_are_within_bounds(name: str) -> None:
-    family = FAMILIES[name]
+    family = PARAMETRIZATIONS[name]
     signs = np.random.default_rng(3).choice([-1.0, 1.0], (20, family.size))
     for scale in (0.0, 10.0, 1e3, 1e30):
         for free in scale * signs:

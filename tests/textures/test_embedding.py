@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -37,13 +35,6 @@ def test_of_other_codecs_they_are_nearly_so() -> None:
 
         def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
             return lambda codes: np.repeat(np.square(codes)[:, None], len(wi), 1)
-
-        def pack(self, precision: str | None = "single") -> Any:
-            return {}, {}
-
-        @classmethod
-        def unpack(cls, header: Any, tensors: Any) -> Any:
-            return cls()
 
     placed = Plain().embedding(*BONN.pairs())(
         np.array([[0.2, 0.4, 0.6], [0.5, 0.4, 0.2]], np.float32)

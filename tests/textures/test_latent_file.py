@@ -61,7 +61,7 @@ def test_an_encoded_texture_is_a_texture(path):
     assert isinstance(btf, NeuralBtf)
     assert (btf.width, btf.height, btf.pair_count) == (5, 3, 6561)
     facts = btf.describe()
-    assert facts["values a code"] == 2
+    assert facts["latent size"] == 2
     assert facts["model"] == "embedded"
     assert facts["MSE x 1e4"] == 2.5
     made = latent()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import nacre
 from nacre.analytic.lambert import Lambert
 from nacre.btf import TableBtf
 from nacre.errors import FormatError
+from nacre.formats import load_brdf
 from nacre.measured.textures import BONN
 from nacre.textures import LatentMap, save_latent_map
 from nacre.textures.uniform import TexelBrdf, average, material_of, tile
@@ -46,7 +46,7 @@ def test_an_encoded_texel_is_a_material(tmp_path) -> None:
     made_codec = codec()
     codes = np.array([[[0.3, -0.2]]], np.float32)
     save_latent_map(LatentMap(codes, made_codec, WI, WO, "made"), tmp_path / "one.safetensors")
-    brdf = nacre.load(tmp_path / "one.safetensors")
+    brdf = load_brdf(tmp_path / "one.safetensors")
     assert isinstance(brdf, TexelBrdf)
     assert (brdf.name, brdf.nbytes, brdf.isotropic) == ("made", 8, False)
     wanted = made_codec.decoder(WI, WO)(codes[0]) / np.pi
@@ -59,11 +59,11 @@ def test_a_texture_of_several_texels_is_no_material(tmp_path) -> None:
     with pytest.raises(ValueError, match="3 x 2 texels"):
         material_of(latent)
     save_latent_map(latent, tmp_path / "more.safetensors")
-    with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; see nacre btf info"):
-        nacre.load(tmp_path / "more.safetensors")
+    with pytest.raises(FormatError, match=r"3 x 2 texels, not one material; nacre btf average"):
+        load_brdf(tmp_path / "more.safetensors")
     whole = (tmp_path / "more.safetensors").read_bytes()
     (tmp_path / "part.safetensors").write_bytes(whole[:-9])
     with pytest.raises(FormatError, match="not a whole safetensors file") as caught:
-        nacre.load(tmp_path / "part.safetensors")
+        load_brdf(tmp_path / "part.safetensors")
     assert str(caught.value).count("part.safetensors") == 1
     assert "nacre btf" not in str(caught.value)

@@ -18,7 +18,7 @@ from nacre.measured.textures.domes import below, pairs
 from nacre.metrics.texture_comparison import compare_textures
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.textures import LatentMap, NeuralBtf
-from nacre.textures.codecs import TexelCodec
+from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.workflows.encoding import encode
 from tests.textures.codecs.basis.made import codec
 from tests.textures.support import ByImage
@@ -112,26 +112,23 @@ def test_what_was_interrupted_goes_on(tmp_path):
 
 
 def test_codes_that_are_no_numbers_are_an_error():
-    class Broken(TexelCodec):
-        values = 2
-
+    class Broken(BasisCodec):
         def encoder(self, wi, wo):
             return lambda texels: np.full((len(texels), 2), 1e6, np.float32)
 
-        def decoder(self, wi, wo):
-            return codec().decoder(wi, wo)
-
-    with pytest.raises(NacreError, match="felt: some texels have codes that are no numbers"):
-        encode(texture(), Broken(), half=True)
+    made = codec()
+    broken = Broken(made.functions, made.complete, made.encode, made.decode, made.prior)
+    with pytest.raises(NacreError, match="felt: some texels have codes that are not finite"):
+        encode(texture(), broken, half=True)
 
 
 KILLED = """
 import sys, time
 from pathlib import Path
 from nacre.btf import TableBtf
-from nacre.btf.encoding import encode
-from tests.btf.basis.made import codec
-from tests.btf.test_encoding import COARSE, texture
+from nacre.workflows.encoding import encode
+from tests.textures.codecs.basis.made import codec
+from tests.workflows.test_encoding import COARSE, texture
 
 class Slow(TableBtf):
     def texels(self, chosen):

@@ -247,7 +247,7 @@ def test_no_more_materials_are_held_than_jobs(folder, output, monkeypatch):
             held += step
             most = max(most, held)
 
-    load = material.load
+    load = material.load_brdf
 
     def counted(path):
         brdf = load(path)
@@ -259,7 +259,7 @@ def test_no_more_materials_are_held_than_jobs(folder, output, monkeypatch):
         if brdf.name.endswith(("1", "3", "5")):
             raise ValueError("errors hold frames, and frames the material")
 
-    monkeypatch.setattr(material, "load", counted)
+    monkeypatch.setattr(material, "load_brdf", counted)
     outcome = fit_library([folder], output, Staged(before=before), executor=Threads(2))
     assert (len(outcome.fitted), len(outcome.failed)) == (6, 3)
     assert most <= 2

@@ -1,6 +1,6 @@
 """Analytic reflectance: one module a model, their fit, and their files."""
 
-from nacre.analytic.catalogue import MODELS
+from nacre.analytic.catalog import MODELS
 from nacre.analytic.fitting import fit
 from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.analytic.model import AnalyticBrdf, Parameter

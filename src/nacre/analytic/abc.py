@@ -35,10 +35,10 @@ class AbcMicrofacet(AnalyticBrdf):
         """See :class:`AnalyticBrdf`."""
         h = half_vector(wi, wo)
         # 1 - cos without the cancellation.
-        bent = (h[0] * h[0] + h[1] * h[1]) / (1.0 + namespace(*h).maximum(h[2], 0.0))
+        height = (h[0] * h[0] + h[1] * h[1]) / (1.0 + namespace(*h).maximum(h[2], 0.0))
         fresnel = dielectric(dot(wi, h), values["index"])
         facets = fresnel * grooves(h, wi, wo) / (math.pi * cosine_product(wi, wo))
-        return coated(values, facets * _lobe(values, bent))
+        return coated(values, facets * _lobe(values, height))
 
 
 class AbcSmooth(AnalyticBrdf):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.fresnel import dielectric, schlick_share
+from nacre.analytic.fresnel import dielectric, schlick_one
 from nacre.analytic.model import (
     DIFFUSE,
     INDEX,
@@ -31,7 +31,7 @@ class AshikhminShirley(AnalyticBrdf):
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         """See :class:`AnalyticBrdf`."""
         lobe, cosine = _lobe(values["exponent"], wi, wo)
-        return coated(values, lobe * schlick_share(cosine, values["normal_reflectance"]))
+        return coated(values, lobe * schlick_one(cosine, values["normal_reflectance"]))
 
 
 class DielectricAshikhminShirley(AnalyticBrdf):

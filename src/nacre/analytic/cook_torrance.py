@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.fresnel import dielectric, schlick_share
+from nacre.analytic.fresnel import dielectric, schlick_one
 from nacre.analytic.model import (
     DIFFUSE,
     INDEX,
@@ -49,12 +49,12 @@ class SchlickCookTorrance(AnalyticBrdf):
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         """See :class:`AnalyticBrdf`."""
         facets, cosine = _facets(values["roughness"], wi, wo)
-        fresnel = schlick_share(cosine, values["normal_reflectance"])
+        fresnel = schlick_one(cosine, values["normal_reflectance"])
         return coated(values, facets / math.pi * fresnel)
 
 
 def grooves(h: Components, wi: Components, wo: Components) -> Array:
-    """Share of V-shaped grooves that is neither shadowed nor masked (Torrance and Sparrow 1967)."""
+    """Fraction of V-shaped grooves neither shadowed nor masked (Torrance and Sparrow 1967)."""
     xp = namespace(*wi, *wo)
     scale = 2.0 * h[2] / xp.maximum(dot(wi, h), 1e-6)
     return xp.minimum(xp.minimum(scale * wi[2], scale * wo[2]), 1.0)

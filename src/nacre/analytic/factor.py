@@ -7,10 +7,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.analytic.model import AnalyticBrdf
-from nacre.array import Array, Components, Table, namespace
+from nacre.array import Array, Components, Floats, Table, namespace
 from nacre.brdf import Brdf
 from nacre.geometry import dot, half_vector, to_spherical
 from nacre.numerics.direction_samples import DirectionSamples
@@ -85,13 +84,13 @@ def locate(wi: Components, wo: Components) -> Cells:
     )
 
 
-def half_angles() -> npt.NDArray[np.floating]:
+def half_angles() -> Floats:
     """theta_h of the nodes, radians, shape (nodes,)."""
-    angles: npt.NDArray[np.floating] = np.linspace(0.0, 1.0, NODES) ** 2 * _QUARTER
+    angles: Floats = np.linspace(0.0, 1.0, NODES) ** 2 * _QUARTER
     return angles
 
 
-def even_angles() -> npt.NDArray[np.floating]:
+def even_angles() -> Floats:
     """Any other angle of the nodes, radians, shape (nodes,)."""
     return np.linspace(0.0, _QUARTER, NODES)
 

@@ -7,7 +7,7 @@ import reprlib
 from pathlib import Path
 from typing import Any
 
-from nacre.analytic.catalogue import MODELS
+from nacre.analytic.catalog import MODELS
 from nacre.analytic.model import AnalyticBrdf
 from nacre.errors import FormatError, reason
 from nacre.io.files import check_json, read_bytes, write_encoded
@@ -27,6 +27,11 @@ def encode(brdf: AnalyticBrdf) -> bytes:
     """
     if not isinstance(brdf, AnalyticBrdf):
         raise FormatError("holds analytic materials only; fit one with nacre fit --model")
+    if MODELS.get(brdf.model) is not type(brdf):
+        raise FormatError(
+            f"cannot hold a {type(brdf).__name__}, which is not registered in "
+            f"nacre.analytic.MODELS as {brdf.model!r}"
+        )
     content = {
         "model": brdf.model,
         "version": VERSION,

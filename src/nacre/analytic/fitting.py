@@ -93,7 +93,7 @@ def fit(
     drawn = draw_samples(brdf, samples, seed) if scan is None else scan.samples
     drawn = drawn[np.random.default_rng((seed, 1)).permutation(len(drawn))]
     if brdf.isotropic and not model.isotropic:
-        drawn = _turned(drawn, seed)
+        drawn = _rotated(drawn, seed)
     values: Values
     settings: dict[str, Any] = {"gain": gain, "samples": len(drawn)}
     report = progress or silent
@@ -113,8 +113,8 @@ def fit(
     return model(name=brdf.name, metadata=metadata, **values)
 
 
-def _turned(samples: DirectionSamples, seed: int) -> DirectionSamples:
-    """Samples of an isotropic material, each turned about the normal by a random angle.
+def _rotated(samples: DirectionSamples, seed: int) -> DirectionSamples:
+    """Samples of an isotropic material, each rotated about the normal by a random angle.
 
     They all lie at few azimuths, where an anisotropic model would do as it likes at the others.
     """
@@ -153,8 +153,8 @@ class _Problem:
 
     def start(self, random: np.random.Generator) -> Vector:
         """Parameters to start from, of shape (sizes,)."""
-        shares = [(p, random.random()) for p in self.parameters]
-        return np.concatenate([np.full(p.size, p.to_free(p.at(u))) for p, u in shares])
+        fractions = [(p, random.random()) for p in self.parameters]
+        return np.concatenate([np.full(p.size, p.to_free(p.at(u))) for p, u in fractions])
 
     def residuals(self, free: Vector) -> Vector:
         """Differences of logarithms, shape (3, n)."""

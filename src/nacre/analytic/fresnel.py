@@ -23,7 +23,7 @@ def schlick(cosine: Array, normal: tuple[Array, Array, Array]) -> Components:
     return red, green, blue
 
 
-def schlick_share(cosine: Array, normal: Array) -> Array:
+def schlick_one(cosine: Array, normal: Array) -> Array:
     """:func:`schlick` of one F0 for all channels."""
     return schlick(cosine, (normal, normal, normal))[0]
 

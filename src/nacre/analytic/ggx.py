@@ -21,14 +21,14 @@ from nacre.brdf import Sampler
 from nacre.color import luminance
 from nacre.geometry import dot, half_vector, rotate
 from nacre.sampling import GgxLobe, GgxMixture
-from nacre.sampling.visible_normals import LEAST_ROUGHNESS, distribution, stretched_length
+from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
 
 SPECULAR = Parameter("specular", 0.0, 1.0, (0.02, 0.8), color=True)
 """F0, the Fresnel reflectance at normal incidence."""
 
 
 def _roughness(name: str) -> Parameter:
-    return Parameter(name, LEAST_ROUGHNESS, 1.0, (0.01, 0.8))
+    return Parameter(name, MIN_ROUGHNESS, 1.0, (0.01, 0.8))
 
 
 class Ggx(AnalyticBrdf):
@@ -50,7 +50,7 @@ class Ggx(AnalyticBrdf):
 
 
 class AnisotropicGgx(AnalyticBrdf):
-    """GGX with two roughnesses: `roughness_x` along an axis turned by `angle` (radians) from +x
+    """GGX with two roughnesses: `roughness_x` along an axis rotated by `angle` (radians) from +x
     toward +y, `roughness_y` across it.
     """
 
@@ -92,5 +92,5 @@ def _sampler(values: Values, alpha: tuple[float, float], angle: float | None) ->
     """Visible normals, drawn about as often as the facets add to the albedo, else the cosine."""
     specular, diffuse = luminance(values["specular"]), luminance(values["diffuse"])
     specular += 0.05  # what Schlick adds off normal incidence
-    share = float(min(max(specular / (specular + diffuse), 0.1), 0.95))
-    return GgxMixture((GgxLobe((share,), (alpha[0],), (alpha[1],), (0.0,)),), angle=angle)
+    fraction = float(min(max(specular / (specular + diffuse), 0.1), 0.95))
+    return GgxMixture((GgxLobe((fraction,), (alpha[0],), (alpha[1],), (0.0,)),), angle=angle)

@@ -14,6 +14,7 @@ import numpy as np
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.brdf import Sampler
+from nacre.numerics.direction_samples import loss_scale
 from nacre.sampling import LobeSampledBrdf
 
 Value: TypeAlias = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
@@ -57,20 +58,22 @@ class Parameter:
 
     def to_free(self, value: Array) -> Array:
         """A number of the whole line for a value between the bounds; inverse of `from_free`."""
-        share = np.clip((np.asarray(value) - self.low) / (self.high - self.low), 1e-13, 1 - 1e-13)
-        return np.log(share) - np.log1p(-share)
+        fraction = np.clip(
+            (np.asarray(value) - self.low) / (self.high - self.low), 1e-13, 1 - 1e-13
+        )
+        return np.log(fraction) - np.log1p(-fraction)
 
     def from_free(self, free: Array) -> Array:
         """The logistic curve between the bounds: near either, steps are ratios of the distance."""
         xp = namespace(free)
         return self.low + (self.high - self.low) / (1.0 + xp.exp(-free))
 
-    def at(self, share: Array) -> Array:
-        """The point of :attr:`start` at a share of the way, in [0, 1]."""
+    def at(self, fraction: Array) -> Array:
+        """The point of :attr:`start` at a fraction of the way from end to end, in [0, 1]."""
         low, high = self.start
         if low <= 0.0:
-            return low + (high - low) * share
-        return low * (high / low) ** share
+            return low + (high - low) * fraction
+        return low * (high / low) ** fraction
 
     def check(self, value: Any) -> Value:
         """`value` as one float or three.
@@ -226,6 +229,13 @@ class AnalyticBrdf(LobeSampledBrdf):
     def summary(self) -> str:
         """The model and its parameters in one line, rounded."""
         return ", ".join([self.model, *(f"{k} {v}" for k, v in self._shown().items())])
+
+    def loss_text(self) -> str:
+        """The loss of a fit with its scale: "loss 0.00312 (log(1 + f cos))"; else empty."""
+        fit = self.metadata.get("fit", {})
+        if not isinstance(fit.get("loss"), float):
+            return ""
+        return f"loss {fit['loss']:.5f} ({loss_scale(fit.get('gain'))})"
 
     def _shown(self) -> dict[str, str]:
         """Parameters, rounded, and sizes of tables."""

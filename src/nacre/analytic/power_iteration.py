@@ -8,7 +8,6 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.analytic.factor import (
     NODES,
@@ -20,7 +19,7 @@ from nacre.analytic.factor import (
     lookup,
 )
 from nacre.analytic.model import TableParameter, Values
-from nacre.array import Array, Components, namespace
+from nacre.array import Array, Components, Floats, namespace
 from nacre.brdf import Brdf
 from nacre.geometry import from_rusinkiewicz_angles, join
 from nacre.numerics.direction_samples import DirectionSamples
@@ -104,7 +103,7 @@ def _shadowing(values: Values, wi: Components, wo: Components, cells: Cells) -> 
     return 4.0 * namespace(both).maximum(both, 1e-12)
 
 
-def _fresnel(brdf: Brdf, facets: TabulatedMicrofacets) -> npt.NDArray[np.floating]:
+def _fresnel(brdf: Brdf, facets: TabulatedMicrofacets) -> Floats:
     """F at the nodes of theta_d, shape (3, nodes); where nothing is known, that of a neighbor."""
     angles = half_angles()[None, :], 0.0, even_angles()[:, None], 0.5 * np.pi
     wi, wo = (join(w) for w in from_rusinkiewicz_angles(*angles))

@@ -76,6 +76,6 @@ class Sgd(AnalyticBrdf):
 def _visible(own: Values, theta: Array) -> Array:
     """G1, kept between 0 and 1."""
     xp = namespace(theta)
-    bent = xp.maximum(theta - own["theta_0"], 1e-6)
-    powered = xp.exp(xp.minimum(own["log_c"] + own["k"] * xp.log(bent), 4.0))
-    return xp.maximum(1.0 - own["lambda"] * expm1(powered), 0.0)
+    excess = xp.maximum(theta - own["theta_0"], 1e-6)
+    power = xp.exp(xp.minimum(own["log_c"] + own["k"] * xp.log(excess), 4.0))
+    return xp.maximum(1.0 - own["lambda"] * expm1(power), 0.0)

@@ -14,7 +14,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-from nacre.analytic.catalogue import MODELS
+from nacre.analytic.catalog import MODELS
 from nacre.analytic.model import AnalyticBrdf
 from nacre.errors import FormatError
 from nacre.io.files import read_bytes

@@ -9,42 +9,43 @@ from typing import NoReturn
 
 import click
 
-import nacre
-from nacre.cli.group import LazyGroup
+from nacre.cli.command import Group
+from nacre.cli.session import begin
 
 _COMMANDS = {
-    "btf": "Textures of measured reflectance: capture, train, encode, compare.",
-    "compare": "Compare two materials in numbers and one picture.",
+    "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
+    "compare": "Compare two materials in numbers and pictures.",
+    "completion": "Print the script that completes commands in a shell.",
     "convert": "Write a material in another format.",
-    "demo": "Run the main job from start to end on a built-in or given material.",
+    "demo": "Fit, render and compare one material from start to end.",
     "download": "Download measured materials from a public database.",
-    "fit": "Fit a neural material or an analytic model to each file, or to all in a folder.",
-    "info": "Show what is in a file, and whether it is physical.",
-    "latent": "Materials as codes of a few values.",
+    "fit": "Fit a neural material to each file, or to all files in a folder.",
+    "help": "Show the help of a command.",
+    "info": "Show what a file holds, and whether a material is physical.",
+    "latent": "Encode materials as short codes in a basis that they share.",
     "measure": "Measure a Mitsuba BSDF virtually.",
-    "plot": "Draw the lobes of materials over one another.",
-    "reproduce": "Make a table or figure of the NBRDF paper again from given materials.",
-    "render": "Render a preview of a material.",
+    "plot": "Plot the lobes of materials over one another.",
+    "reproduce": "Make a table or figure of either paper from given materials.",
+    "render": "Render a preview of a material, or a Mitsuba scene.",
 }
 
-
-@click.group(
-    cls=LazyGroup,
+root = Group(
+    "nacre",
     package="nacre.cli",
     commands_help=_COMMANDS,
+    help="Measured materials as compact neural ones: fit, sample, render, compare.\n\n"
+    "A material is a reflectance (BRDF) or a texture (BTF); commands take both.",
+    epilog="Run 'nacre help COMMAND' for its options, and 'nacre completion --help' for completion "
+    "in a shell.",
     context_settings={"help_option_names": ["-h", "--help"], "show_default": True},
-    epilog="Run 'nacre COMMAND --help' for the options of a command.",
 )
-@click.version_option(nacre.__version__, prog_name="nacre")
-def _nacre() -> None:
-    """Measured materials as compact neural BRDFs: fit, sample, render, compare."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
-    0 done, 1 done but for some materials of a folder, 2 wrong input or usage, 130 interrupted by
-    Ctrl-C, 143 by SIGTERM.
+    0 done, 1 some of several inputs failed, 2 wrong input or usage, 130 interrupted by Ctrl-C, 143
+    by SIGTERM.
     """
     from nacre.errors import NacreError
     from nacre.runtime.interrupts import Terminated, terminable
@@ -53,28 +54,32 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        with terminable():
-            _nacre.main(arguments, standalone_mode=False)
+        with begin().stack, terminable():
+            root.main(arguments, "nacre", standalone_mode=False)
     except click.UsageError as error:
         command = error.ctx.command_path if error.ctx else "nacre"
-        _stop(f"{error.format_message()} (see {command} --help)")
+        _stop(f"{error.format_message()} (see {command} --help)", error)
     except (NacreError, click.ClickException) as error:
-        _stop(str(error))
-    except MemoryError:
-        _stop("out of memory")
+        _stop(str(error), error)
+    except MemoryError as error:
+        _stop("out of memory", error)
     except FileExistsError as error:  # of a folder that is to be made
-        _stop(f"{error.filename}: is a file, expected a folder; name another one")
+        _stop(f"{error.filename}: is a file, expected a folder; name another one", error)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        _stop(f"{where}{error.strerror or error}")
+        _stop(f"{where}{error.strerror or error}", error)
     except (KeyboardInterrupt, click.Abort) as stop:
         if isinstance(stop, Terminated) or isinstance(stop.__cause__, Terminated):
-            _stop("terminated", 143)
-        _stop("interrupted", 130)
+            _stop("terminated", stop, 143)
+        _stop("interrupted", stop, 130)
 
 
-def _stop(message: str, code: int = 2) -> NoReturn:
-    from nacre.errors import printable
+def _stop(message: str, error: BaseException, code: int = 2) -> NoReturn:
+    from nacre.cli.report import detail, fail
 
-    click.echo(f"nacre: {printable(message)}", err=True)
+    fail(message)
+    cause = error.__cause__ or error.__context__
+    while cause is not None:
+        detail(f"  because of {type(cause).__name__}: {cause}")
+        cause = cause.__cause__ or cause.__context__
     sys.exit(code)

@@ -3,34 +3,82 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from nacre.cli.console import check_outputs, console, file_path, resolution_option, status
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.materials import check_pixels, kind_of
+from nacre.cli.progress import progress
+from nacre.cli.report import note, report_file
+
+if TYPE_CHECKING:
+    from nacre.measured.textures.image_folder import Quantity
 
 
-@click.command("convert")
-@click.argument("source", type=file_path())
-@click.argument("target", type=file_path())
-@click.option("--material", help="Which one, of a table that holds several.")
-@resolution_option
+@make("convert", writes=True, reports=True)
+@options.input_argument("source", metavar="INPUT")
+@options.output_option("File to write, in the format that its name ends in.")
+@options.material_option(applies="brdf")
+@options.resolution_option(applies="brdf")
+@options.precision_option(
+    applies="btf",
+    show_default="that of the input, else half",
+    help="Precision of the values of an .npz.",
+)
+@options.option(
+    "--components",
+    applies="btf",
+    type=click.IntRange(1),
+    metavar="K",
+    help="Components of each channel in a factored file (.btf).",
+)
+@options.pixels_option(applies="btf")
 def command(
-    source: Path, target: Path, material: str | None, resolution: tuple[int, ...] | None
+    source: Path,
+    output: Path,
+    material: str | None,
+    resolution: tuple[int, ...] | None,
+    precision: str | None,
+    components: int | None,
+    pixels: Quantity | None,
 ) -> None:
-    """Write the material in SOURCE to TARGET, in the format that its name ends in.
+    """Write a material in another format.
 
-    Any material becomes an RGL or UTIA table (.bsdf; .bin, .exr) or samples (.csv), any isotropic
-    one a MERL table (.binary, .npz). Neural and analytic formats take only such materials:
-    `nacre fit` makes one of a table.
+    Any reflectance becomes an RGL or UTIA table (.bsdf; .bin, .exr) or samples (.csv), any
+    isotropic one a MERL table (.binary, .npz). Neural and analytic formats take neural and analytic
+    materials only: nacre fit makes one of a table. A texture becomes an archive (.npz) or a
+    factored file (.btf); it may be a file, a folder of images or a list of photographs (.csv).
     """
+    if kind_of(source) == "brdf":
+        _reflectance(source, output, material, resolution)
+        return
+    from nacre.cli.btf.written import report_texture
+    from nacre.formats import load_btf, save, target
+
+    target(output, "btf")
+    options.check_outputs([output], [source])
+    check_pixels(source, pixels)
+    texture = load_btf(source, quantity=pixels)
+    line = progress(output.stem)
+    loss = save(texture, output, progress=line, precision=precision, components=components)
+    report_texture(output, texture, loss)
+
+
+def _reflectance(
+    source: Path, output: Path, material: str | None, resolution: tuple[int, ...] | None
+) -> None:
     from nacre.formats import check_target, load_brdf, loses_bands, writer
 
-    write = writer(target, resolution)
-    check_outputs([target], [source])
+    write = writer(output, resolution)
+    options.check_outputs([output], [source])
+    report = progress(output.stem)
+    report("reading", 0, 1)
     brdf = load_brdf(source, material)
-    check_target(target, brdf)
-    write(brdf, target)
-    if brdf.wavelengths is not None and (resolution or loses_bands(brdf, target)):
-        note = f"{target}: holds the color of {source}, not its wavelengths; .csv keeps them"
-        status.print(f"note: {note}", markup=False)
-    console.print(f"{target}: {target.stat().st_size:,} bytes", markup=False)
+    check_target(output, brdf)
+    report("writing", 0, 1)
+    write(brdf, output)
+    if brdf.wavelengths is not None and (resolution or loses_bands(brdf, output)):
+        note(f"{output}: holds the color of {source}, not its wavelengths; .csv keeps them")
+    report_file(output, "", kind="brdf")

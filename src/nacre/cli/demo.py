@@ -11,16 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.cli.console import (
-    StageCallback,
-    Stages,
-    check_outputs,
-    console,
-    file_path,
-    preset_option,
-    print_facts,
-    print_table,
-)
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.progress import Line, progress
+from nacre.cli.report import print_facts, print_table, say
 from nacre.errors import FormatError
 
 _MATERIAL = {
@@ -35,21 +29,17 @@ _MATERIAL = {
 """A copper-colored car paint under clear coat."""
 
 
-@click.command("demo")
-@click.argument("file", required=False, type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    type=file_path(),
-    default=Path("out/demo.png"),
-    help="Picture to write; the other files go beside it.",
+@make("demo", writes=True)
+@options.input_argument("source", metavar="[INPUT]", required=False)
+@options.output_option(
+    "Picture to write; the other files go beside it.", required=False, default="out/demo.png"
 )
-@preset_option
-@click.option("--spp", type=click.IntRange(1), default=128, help="Samples per pixel.")
-def command(file: Path | None, output: Path, preset: str, spp: int) -> None:
+@options.preset_option()
+@options.option("--spp", type=click.IntRange(1), default=128, help="Samples per pixel.")
+def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     """Measure, fit, save, render and compare one material; look at the picture at the end.
 
-    The material is FILE, or the file that NACRE_DATA names (in a folder: the first RGL table), or
+    The material is INPUT, or the file that NACRE_DATA names (in a folder: the first RGL table), or
     a virtual measurement of a Mitsuba material, tabulated as a MERL file.
     """
     from nacre.figures import picture
@@ -60,32 +50,29 @@ def command(file: Path | None, output: Path, preset: str, spp: int) -> None:
 
     check_image_path(output, DISPLAY_IMAGES)
     output.parent.mkdir(parents=True, exist_ok=True)
-    named = file or _from_environment()
+    named = source or _from_environment()
     path = named or output.with_name(f"{output.stem}_measured.binary")
     target = output.with_name(f"{output.stem}_neural.safetensors")
-    check_outputs([output, target], [path])
-    with Stages() as stages:
-        report = stages.add(path.stem)
-        if named is None:
-            report("measuring", 0, 1)
-            _measure(path)
-        truth = load_brdf(path)
-        network = fit(truth, Recipe.preset(preset), progress=report)
-        save(network, target)
-        neural = load_brdf(target)
-        report("comparing", 0, 100)
-        comparison = compare(
-            truth, neural, progress=lambda part: report("comparing", round(100 * part), 100)
-        )
-        views = _view(truth, spp, report), _view(neural, spp, report)
+    options.check_outputs([output, target], [path])
+    report = progress(path.stem)
+    if named is None:
+        report("measuring", 0, 1)
+        _measure(path)
+    truth = load_brdf(path)
+    network = fit(truth, Recipe.preset(preset), progress=report)
+    save(network, target)
+    neural = load_brdf(target)
+    report("comparing", 0, 100)
+    comparison = compare(
+        truth, neural, progress=lambda part: report("comparing", round(100 * part), 100)
+    )
+    views = _view(truth, spp, report), _view(neural, spp, report)
     comparison = dataclasses.replace(comparison, truth=path.name, other=target.name)
     write_bytes(picture(comparison, views), output)
     print_facts(f"{path} (measured)", truth.describe().items())
     print_facts(f"{target} (neural)", neural.describe().items())
     print_table(("under", "", ""), comparison.rows())
-    console.print(
-        f"Look at {output}: measured | neural | difference; path traced below", markup=False
-    )
+    say(f"Look at {output}: measured | neural | difference; path traced below")
 
 
 def _from_environment() -> Path | None:
@@ -110,7 +97,7 @@ def _measure(path: Path) -> None:
     save(MitsubaBrdf(_MATERIAL, "virtual car paint"), path)
 
 
-def _view(brdf: Brdf, spp: int, report: StageCallback) -> npt.NDArray[np.float32]:
+def _view(brdf: Brdf, spp: int, report: Line) -> npt.NDArray[np.float32]:
     """A path-traced preview."""
     from nacre.render.preview import render_preview
 

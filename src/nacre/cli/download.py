@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import click
 
-from nacre.cli.console import StageCallback, Stages, console, file_path, print_facts, status
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.progress import Line, progress
+from nacre.cli.report import aside, print_facts, print_json, report_parts, say
+from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@click.command("download")
+@make("download", writes=True, reports=True)
 @click.argument("database", required=False)
 @click.argument("materials", nargs=-1)
-@click.option("--all", "everything", is_flag=True, help="All materials of the database.")
-@click.option("-o", "--output", type=file_path(), help="Folder. Default: the cache.")
-@click.option("--mirror", metavar="URL", help="Where DATABASE/FILE lies. Default: NACRE_MIRROR.")
-@click.option("--accept-terms", is_flag=True, help="Accept the terms of use without being asked.")
+@options.output_option("Folder to write to.", required=False, show_default="the cache")
+@options.option("--all", "everything", is_flag=True, help="Download all materials.")
+@options.option(
+    "--mirror", metavar="URL", show_default="NACRE_MIRROR", help="Server that has DATABASE/FILE."
+)
+@options.option("--accept-terms", is_flag=True, help="Accept the terms of use without a question.")
 def command(
     database: str | None,
     materials: tuple[str, ...],
@@ -31,7 +37,7 @@ def command(
     """Download measured materials from a public database, and print where they are.
 
     Without MATERIALS, list them; without DATABASE, list the databases. MATERIALS may have wildcards
-    in quotes: 'gold-*'. A download that broke off goes on where it was. Files are kept in the
+    in quotes: 'gold-*'. A download that broke off continues where it was. Files are kept in the
     platform's cache folder, or in NACRE_CACHE.
     """
     from nacre.download import databases, fetch, find
@@ -39,7 +45,11 @@ def command(
     if database is None:
         if output or mirror or accept_terms or everything:
             raise click.UsageError("expected the name of a database")
-        print_facts("databases", ((each.name, each.title) for each in databases().values()))
+        known = {each.name: each.title for each in databases().values()}
+        if session().as_json:
+            print_json([{"database": name, "title": title} for name, title in known.items()])
+        else:
+            print_facts("databases", known.items())
         return
     source = find(database)
     if everything:
@@ -47,8 +57,11 @@ def command(
             raise click.UsageError("expected either names or --all")
         materials = ("*",)
     if not materials:
-        names = "\n".join(source.materials) or f"{source.name}: names are at {source.page}"
-        console.print(names, markup=False)
+        if session().as_json:
+            names = list(source.materials)
+            print_json({"database": source.name, "page": source.page, "materials": names})
+        else:
+            say("\n".join(source.materials) or f"{source.name}: names are at {source.page}")
         return
 
     def agree(terms: str) -> bool:
@@ -56,27 +69,36 @@ def command(
         if accept_terms:
             return True
         if not sys.stdin.isatty():
-            raise NacreError(
+            raise click.UsageError(
                 f"{source.name}: read the terms of use above; --accept-terms accepts them"
             )
         return click.confirm("Do you accept these terms?", err=True)
 
+    results: list[dict[str, Any]] = []
     for material in source.select(materials):
-        with ExitStack() as display:
-            found = fetch(source, material, output, mirror, agree, _progress(display, material))
-        done = "downloaded" if found.fresh else "already there"
-        checked = "SHA-256 is as expected" if found.verified else "not verified: no known checksum"
-        status.print(f"{material}: {done}, {checked}", markup=False)
-        console.print(str(found.path), markup=False)
+        line = progress(material)
+        try:
+            found = fetch(source, material, output, mirror, agree, _reported(line))
+        except NacreError as error:
+            results.append({"material": material, "error": str(error)})
+            continue
+        finally:
+            line.end()
+        checked = "SHA-256 verified" if found.verified else "not verified: no known checksum"
+        aside(f"{material}: {'downloaded' if found.fresh else 'already there'}, {checked}")
+        if not session().as_json:
+            say(str(found.path))
+        results.append(
+            {
+                "material": material,
+                "output": str(found.path),
+                "size_bytes": found.path.stat().st_size,
+                "downloaded": found.fresh,
+                "verified": found.verified,
+            }
+        )
+    report_parts(results)
 
 
-def _progress(display: ExitStack, material: str) -> Callable[[int, int | None], None]:
-    """A display that appears with the first bytes: what is there already needs none."""
-    reports: list[StageCallback] = []
-
-    def progress(done: int, total: int | None) -> None:
-        if not reports:
-            reports.append(display.enter_context(Stages()).add(material))
-        reports[0]("downloading", done // 1000, (total or done) // 1000, "kB")
-
-    return progress
+def _reported(line: Line) -> Callable[[int, int | None], None]:
+    return lambda done, total: line("downloading", done // 1000, (total or done) // 1000, "kB")

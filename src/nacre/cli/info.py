@@ -2,97 +2,77 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import click
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.materials import kind_of
+from nacre.cli.plot import check_count, name_apart
+from nacre.cli.progress import progress
+from nacre.cli.report import keyed, print_facts, report_parts
+from nacre.cli.session import session
+from nacre.errors import FormatError, NacreError
 
-from nacre.brdf import Brdf
-from nacre.cli.console import (
-    check_outputs,
-    console,
-    file_path,
-    print_facts,
-    print_json,
-    raise_all,
-)
-from nacre.errors import NacreError
-
-_UNITS = {
-    "value range": "1/sr",
-    "table range": "as stored",
-    "invalid samples": "share of nodes",
-    "points with a negative channel": "share of tabulated points",
-    "points below the horizon": "share of tabulated points",
-    "memory bytes": "bytes",
-    "wavelengths nm": "nm",
-    "bytes": "bytes",
-    "training loss": "mean log-cosine loss",
-    "held out loss": "mean log-cosine loss",
-}
-"""What the facts that files give are in."""
+if TYPE_CHECKING:
+    from nacre.brdf import Brdf
+    from nacre.measured.textures.image_folder import Quantity
 
 
-@click.command("info")
-@click.argument("files", nargs=-1, required=True, type=file_path())
-@click.option(
+@make("info", writes=True, reports=True)
+@options.inputs_argument("paths", metavar="INPUT...")
+@options.option(
     "--physics/--no-physics",
+    applies="brdf",
     default=True,
     help="Integrate energy, reciprocity and anisotropy.",
 )
-@click.option("--plot", type=file_path(), help="Lobe plot of all FILES: .png, .svg or .pdf.")
-@click.option("--json", "as_json", is_flag=True, help="A list with one object a file, as JSON.")
-def command(files: tuple[Path, ...], physics: bool, plot: Path | None, as_json: bool) -> None:
-    """Show what is in a measured table or a neural material, and whether it is physical."""
-    from nacre.formats import load_brdf
+@options.option(
+    "--plot",
+    type=options.OUTPUT,
+    help="Also plot the lobes of all reflectances (.png, .svg, .pdf).",
+)
+@options.pixels_option(applies="btf")
+def command(
+    paths: tuple[Path, ...], physics: bool, plot: Path | None, pixels: Quantity | None
+) -> None:
+    """Show what each INPUT holds, and whether a reflectance is physical.
+
+    INPUT is a measured, analytic or neural reflectance, a texture (a file, a folder of images or a
+    list of photographs), or another file of nacre: a code, a latent basis, a texture codec or a map
+    of texels.
+    """
+    from nacre.workflows import inspect
 
     if plot is not None:
-        from nacre.cli.plot import check_count
         from nacre.figures.plot import check_plot_path
 
         check_plot_path(plot)
-        check_outputs([plot], files)
-        check_count(files)
-    failures, found, shown = [], [], []
-    for path in files:
+        options.check_outputs([plot], paths)
+        check_count(len(paths))
+    results: list[dict[str, Any]] = []
+    plotted: list[tuple[Path, Brdf]] = []
+    line = progress("info")
+    for index, path in enumerate(paths):
+        line("reading", index, len(paths), path.name)
+        if len(paths) == 1:  # of several, an option is for those that it is for
+            with suppress(FormatError):  # of other files than materials
+                kind_of(path)
         try:
-            brdf = load_brdf(path)
+            found = inspect(path, physics=physics, pixels=pixels)
         except NacreError as error:
-            failures.append(error)
+            results.append({"file": str(path), "error": str(error)})
             continue
-        facts, units = _facts(path, brdf, physics)
-        shown.append((path, brdf))
-        if as_json:
-            found.append({"facts": facts, "units": units})
-        else:
-            print_facts(path.name, facts.items(), units)
-    if as_json:
-        print_json(found)
-    if plot is not None and shown:
-        _draw(shown, plot)
-        if not as_json:
-            console.print(f"{plot}: lobes in the plane of incidence", markup=False)
-    raise_all(failures)
+        facts = keyed(found.facts, found.units)
+        results.append({"file": str(path), "kind": found.kind, **facts})
+        if found.brdf is not None:
+            plotted.append((path, found.brdf))
+        if not session().as_json:
+            print_facts(path.resolve().name, found.facts.items(), found.units)
+    if plot is not None and plotted:
+        from nacre.figures.plot import lobe_figure, write_plot
 
-
-def _facts(path: Path, brdf: Brdf, physics: bool) -> tuple[dict[str, Any], dict[str, str]]:
-    """What there is to say about a material, and what the values are in."""
-    facts = dict(brdf.describe())
-    units = dict(_UNITS)
-    if physics:
-        from nacre.metrics.facts import UNITS, physical_facts
-
-        facts |= physical_facts(brdf)
-        units |= UNITS
-    facts["file"] = str(path)
-    facts["bytes"] = path.stat().st_size
-    facts["sha256"] = (brdf.source or {}).get("sha256", "")
-    return facts, {key: unit for key, unit in units.items() if key in facts and unit}
-
-
-def _draw(materials: list[tuple[Path, Brdf]], path: Path) -> None:
-    """The lobe plot of some materials."""
-    from nacre.cli.plot import name_apart
-    from nacre.figures.plot import lobe_figure, write_plot
-
-    write_plot(lobe_figure(name_apart(materials)), path)
+        line("plotting", 0, 1)
+        write_plot(lobe_figure(name_apart(plotted)), plot)
+    report_parts(results, [f"{plot}: lobes in the plane of incidence"] if plot and plotted else [])

@@ -3,103 +3,137 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from nacre.brdf import Brdf
-from nacre.cli.console import check_outputs, console, file_path
-from nacre.cli.ranges import FiniteRange
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.materials import kind_of
+from nacre.cli.progress import Line, progress
+from nacre.cli.report import report
 from nacre.errors import NacreError, printable
 from nacre.figures.plot import CHANNELS, INCIDENCE, MAX_MATERIALS
+
+if TYPE_CHECKING:
+    from nacre.brdf import Brdf
 
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
 
-def _angles(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[float, ...]:
-    try:
-        degrees = tuple(float(part) for part in value.split(","))
-    except ValueError:
-        degrees = (math.nan,)
-    if len(degrees) > 6 or not all(0.0 <= angle < 90.0 for angle in degrees):
-        raise click.BadParameter(f"expected up to 6 degrees from 0 to below 90, like {_DEFAULT}")
-    return tuple(math.radians(angle) for angle in degrees)
+class _Angles(options.ParamType):
+    """Up to six angles in degrees with commas between them."""
+
+    name = "DEG,DEG"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
+        """See click."""
+        try:
+            degrees = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            degrees = (math.nan,)
+        if len(degrees) > 6 or not all(0.0 <= angle < 90.0 for angle in degrees):
+            text = f"expected up to 6 degrees from 0 to below 90, like {_DEFAULT}"
+            self.fail(text, param, ctx)
+        return degrees
 
 
-@click.command("plot")
-@click.argument("files", nargs=-1, required=True, type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    type=file_path(),
-    default="lobes.png",
-    help="Plot to write: .png, .svg or .pdf.",
+@make("plot", writes=True, reports=True)
+@options.inputs_argument("paths", metavar="INPUT...")
+@options.output_option("Plot to write (.png, .svg, .pdf).", required=False, default="lobes.png")
+@options.option(
+    "--texel",
+    applies="btf",
+    type=options.Integers("12,7", 2),
+    metavar="X,Y",
+    show_default="the mean of all",
+    help="Texel whose lobes to plot: column and row, counted from 0.",
 )
-@click.option(
+@options.option(
     "--incidence",
     default=_DEFAULT,
-    callback=_angles,
-    metavar="DEG,DEG",
-    help="Angles between the light and the normal.",
+    type=_Angles(),
+    help="Angles between the light and the normal, in degrees.",
 )
-@click.option(
+@options.option(
     "--azimuth",
-    type=FiniteRange(-360.0, 360.0),
+    type=options.FiniteRange(-360.0, 360.0),
     default=0.0,
     metavar="DEG",
-    help="Of the plane, for anisotropic materials.",
+    help="Azimuth of the plane of incidence, for anisotropic materials.",
 )
-@click.option("--channel", type=click.Choice(CHANNELS), default="luminance", help="What is drawn.")
-@click.option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer.")
-@click.option(
+@options.option(
+    "--channel", type=click.Choice(CHANNELS), default="luminance", help="Channel to plot."
+)
+@options.option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer.")
+@options.option(
     "--floor",
-    type=FiniteRange(1e-12, 1e12),
-    help="Value at the center in 1/sr. Default: a power of ten below what is drawn.",
+    type=options.FiniteRange(1e-12, 1e12),
+    show_default="a power of ten below the plotted values",
+    help="Value at the center in 1/sr.",
 )
 def command(
-    files: tuple[Path, ...],
+    paths: tuple[Path, ...],
     output: Path,
+    texel: tuple[int, int] | None,
     incidence: tuple[float, ...],
     azimuth: float,
     channel: str,
     cosine: bool,
     floor: float | None,
 ) -> None:
-    """Draw the lobes of materials over one another, in the plane of incidence, on a log scale.
+    """Plot the lobes of materials over one another, in the plane of incidence, on a log scale.
 
     The first of several materials is a wide gray line beneath the others. Lines have gaps where
-    nothing was measured.
+    nothing was measured. Of a texture the mean is plotted, or one --texel.
     """
     from nacre.figures.plot import check_plot_path, lobe_figure, write_plot
-    from nacre.formats import load_brdf
 
     check_plot_path(output)
-    check_outputs([output], files)
-    check_count(files)
-    materials = name_apart((path, load_brdf(path)) for path in files)
+    check_count(len(paths))
+    options.check_outputs([output], paths)
+    line = progress(output.stem)
+    materials = []
+    for index, path in enumerate(paths):
+        line("reading", index, len(paths), path.name)
+        materials.append((path, _load(path, texel, line, several=len(paths) > 1)))
+    named = name_apart(materials)
+    line("plotting", 0, 1)
     figure = lobe_figure(
-        materials,
-        incidence,
+        named,
+        tuple(map(math.radians, incidence)),
         azimuth=math.radians(azimuth),
         channel=channel,
         cosine=cosine,
         floor=floor,
     )
     write_plot(figure, output)
-    console.print(f"{output}: {', '.join(materials)}", markup=False)
+    data = {"output": str(output), "materials": list(named), "incidence_deg": list(incidence)}
+    report(f"{output}: {', '.join(named)}", data)
 
 
-def check_count(files: tuple[Path, ...]) -> None:
+def _load(path: Path, texel: tuple[int, int] | None, line: Line, *, several: bool) -> Brdf:
+    """A reflectance, or the mean or one texel of a texture."""
+    from nacre.formats import load_brdf, load_btf
+    from nacre.workflows import texture_reflectance
+
+    # Among several, a texel is for those that are textures.
+    if kind_of(path, refusing=not several) == "brdf":
+        return load_brdf(path)
+    return texture_reflectance(load_btf(path), texel, line)
+
+
+def check_count(count: int) -> None:
     """Raise if one plot cannot hold as many materials."""
-    if len(files) > MAX_MATERIALS:
-        raise NacreError(f"a plot shows at most {MAX_MATERIALS} materials, not {len(files)}")
+    if count > MAX_MATERIALS:
+        raise NacreError(f"a plot shows at most {MAX_MATERIALS} materials, not {count}")
 
 
-def name_apart(files: Iterable[tuple[Path, Brdf]]) -> dict[str, Brdf]:
+def name_apart(materials: list[tuple[Path, Brdf]]) -> dict[str, Brdf]:
     """Materials by the names of their files; by their paths, and numbers, where these are alike."""
     named: dict[str, Brdf] = {}
-    for path, brdf in files:
+    for path, brdf in materials:
         name = next(n for n in (path.name, str(path)) if n == str(path) or n not in named)
         label, count = printable(name), 1
         while label in named:

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
-from nacre.cli.console import (
-    Stages,
-    console,
-    environment_option,
-    file_path,
-    print_facts,
-    status,
-)
-from nacre.cli.ranges import SEED, FiniteRange
-from nacre.errors import printable
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.progress import progress
+from nacre.cli.report import aside, print_facts, report, say
 
 _FIELDS = {"cache": "folder"}
 """Names of options that are called otherwise in :class:`nacre.reproduce.experiment.Request`."""
@@ -27,7 +19,7 @@ _ALWAYS = frozenset(("experiment", "files", "output"))
 
 def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
     """Print every experiment and method, and stop."""
-    if not value:
+    if not value or context.resilient_parsing:
         return
     from nacre.reproduce import EXPERIMENTS
     from nacre.reproduce.codes import CODES
@@ -40,7 +32,7 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     print_facts("methods", [(name, m.about) for name, m in methods(Settings()).items()])
     print_facts("codes of table2", [(name, code.about) for name, code in CODES.items()])
     print_facts("methods of btf-...", [(f"{name}-SIZE", k.about) for name, k in KINDS.items()])
-    console.print(f"\nsamplers of figures 13 to 16: {', '.join(SAMPLERS)}", markup=False)
+    say(f"\nsamplers of figures 13 to 16: {', '.join(SAMPLERS)}")
     context.exit()
 
 
@@ -49,24 +41,23 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     return list(dict.fromkeys(part.strip() for part in (value or "").split(",") if part.strip()))
 
 
-@click.command("reproduce")
+@make("reproduce", writes=True, reports=True)
 @click.argument("experiment")
-@click.argument("files", nargs=-1, required=True, type=file_path())
-@click.option(
-    "-o",
-    "--output",
-    type=file_path(),
+@options.inputs_argument("files", metavar="INPUT...")
+@options.output_option(
+    "Folder for the CSV, the Markdown table and the pictures.",
+    required=False,
     default="reproduced",
-    help="Folder for the CSV, the Markdown table and the pictures.",
 )
-@click.option(
+@options.option(
     "--methods",
     callback=_names,
     metavar="NAME,NAME",
-    help="What to compare: methods, codes of table2, samplers of figures 13 to 16, or codecs of "
-    "textures like unified-32. Default: what the paper compares, and nacre's own.",
+    show_default="what the paper compares, and nacre's own",
+    help="Methods to compare: codes for table2, samplers for fig13 to fig16, codecs like "
+    "unified-32 for textures.",
 )
-@click.option(
+@options.option(
     "--list",
     is_flag=True,
     is_eager=True,
@@ -74,61 +65,70 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     callback=_list,
     help="Print the names of all experiments and methods.",
 )
-@click.option(
+@options.option(
     "--published",
-    type=file_path(),
+    type=options.INPUT,
     multiple=True,
-    help="Folder of published networks, MATERIAL.h5 each. May be given several times.",
+    help="Folder of published networks, MATERIAL.h5 each. May be repeated.",
 )
-@click.option(
+@options.option(
     "--basis",
-    type=file_path(),
-    help="Basis made by nacre latent train: principal components for the method pca; any for "
-    "figures 11 and 12, a neural one for figures 13 to 16, in place of the pretrained one.",
+    type=options.INPUT,
+    show_default="a pretrained one",
+    help="Basis of nacre latent train: principal components for the method pca, any for fig11 and "
+    "fig12, a neural one for fig13 to fig16.",
 )
-@environment_option
-@click.option("--size", type=click.IntRange(16, 1024), default=128, help="Pixels of the spheres.")
-@click.option("--epochs", type=click.IntRange(1), default=100, help="Epochs of each training.")
-@click.option(
+@options.environment_option()
+@options.option(
+    "--size",
+    type=click.IntRange(16, 1024),
+    default=128,
+    help="Width and height of each picture in pixels.",
+)
+@options.option("--epochs", type=click.IntRange(1), default=100, help="Epochs of each training.")
+@options.option(
     "--minutes",
-    type=FiniteRange(0.0, 1e6, min_open=True),
-    help="Minutes of training each network of btf-...  [default: 10]",
+    type=options.FiniteRange(0.0, 1e6, min_open=True),
+    show_default="10",
+    help="Minutes of training each network of btf-...",
 )
-@click.option(
+@options.option(
     "--unseen",
     multiple=True,
     metavar="NAME",
-    help="Texture to keep from the training of btf-... May be given several times. Default: all "
-    "whose names end in 12.",
+    show_default="all whose names end in 12",
+    help="Texture to keep from the training of btf-... May be repeated.",
 )
-@click.option(
+@options.option(
     "--other",
-    type=file_path(),
+    type=options.INPUT,
     multiple=True,
-    help="Folder or file of further unseen textures for btf-fig6, of any directions. May be given "
-    "several times.",
+    help="Folder or file of further unseen textures for btf-fig6, of any directions. May be "
+    "repeated.",
 )
-@click.option(
+@options.option(
     "--again",
-    type=file_path(),
+    type=options.INPUT,
     help="Folder of second measurements for btf-table1, with other noise and the same names.",
 )
-@click.option("--quick", is_flag=True, help="Small pictures and short fits: figures to look at.")
-@click.option("--seed", type=SEED, default=0, help="Seed of fits and of samples.")
-@click.option("--cache", type=file_path(), help="Folder of results kept. Default: OUTPUT/cache.")
-@click.option("--fresh", is_flag=True, help="Make again what is in the cache.")
-@click.option("--jobs", type=click.IntRange(1), help="Materials at a time. Default: one a core.")
+@options.option("--quick", is_flag=True, help="Make short fits and small pictures to look at.")
+@options.seed_option()
+@options.option(
+    "--cache", type=options.OUTPUT, show_default="OUTPUT/cache", help="Folder of results to keep."
+)
+@options.option("--fresh", is_flag=True, help="Make again what is in the cache.")
+@options.jobs_option()
 def command(
-    experiment: str, files: tuple[Path, ...], output: Path, cache: Path | None, **options: Any
+    experiment: str, files: tuple[Path, ...], output: Path, cache: Path | None, **chosen: Any
 ) -> None:
-    """Make a table or figure of a paper again from the materials in FILES.
+    """Make a table or figure of a paper again from given materials.
 
     EXPERIMENT is one that --list prints: of the NBRDF paper, like table1 or fig6, or of "Unified
-    Neural Encoding of BTFs", like btf-table1. For the latter FILES are textures, or folders of
+    Neural Encoding of BTFs", like btf-table1. For the latter INPUT are textures, or folders of
     some, all measured at the same pairs of directions; codecs are trained on those that are not
     kept unseen.
 
-    Every pair of a material and a method is tried once and kept: a run that was stopped goes on,
+    Every pair of a material and a method is tried once and kept: a run that was stopped continues,
     and other experiments on the same materials find what they need.
     """
     from nacre.reproduce import EXPERIMENTS
@@ -136,28 +136,22 @@ def command(
 
     kind = EXPERIMENTS.find(experiment)
     _refuse_unheeded(experiment, kind.heeds)
-    with Stages() as stages:
-        report = stages.add(experiment)
-        request = Request(files, cache or output / "cache", progress=report, **options)
-        paths, outcome = reproduce(kind, experiment, request, output)
+    request = Request(files, cache or output / "cache", progress=progress(experiment), **chosen)
+    paths, outcome = reproduce(kind, experiment, request, output)
+    missing = []
     for method, reason, materials in outcome.left_out:
-        line = f"left out: {method} ({', '.join(materials)}): {reason}"
-        status.print(printable(line), markup=False)
-    _print(f"{path}: {outcome.note}" if outcome.note else path for path in paths)
-    _print([f"differs from the paper: {kind.differs}"])
-
-
-def _print(lines: Iterable[object]) -> None:
-    for line in lines:
-        console.print(printable(str(line)), markup=False)
+        aside(f"left out: {method} ({', '.join(materials)}): {reason}")
+        missing.append({"method": method, "reason": reason, "materials": list(materials)})
+    lines = [f"{path}: {outcome.note}" if outcome.note else str(path) for path in paths]
+    data = {"outputs": list(map(str, paths)), "note": outcome.note, "left_out": missing}
+    report([*lines, f"differs from the paper: {kind.differs}"], data | {"differs": kind.differs})
 
 
 def _refuse_unheeded(experiment: str, heeded: frozenset[str]) -> None:
     """Raise if an option is given that the experiment does not heed."""
-    context = click.get_current_context()
-    for parameter in context.command.params:
+    for parameter in click.get_current_context().command.params:
         name = parameter.name or ""
-        given = context.get_parameter_source(name) != ParameterSource.DEFAULT
-        if given and _FIELDS.get(name, name) not in heeded | _ALWAYS:
+        own = parameter.expose_value and _FIELDS.get(name, name) not in heeded | _ALWAYS
+        if own and options.is_given(name):
             option = max(parameter.opts, key=len)
             raise click.BadParameter(f"{option} is not for {experiment}")

@@ -117,6 +117,7 @@ def digest(path: PathLike) -> str:
         If the file cannot be read.
     """
     try:
+        check_regular(Path(path))
         with Path(path).open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:

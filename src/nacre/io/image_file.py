@@ -1,15 +1,16 @@
 """Images, decoded only once their headers are found to promise no more than they may.
 
-OpenEXR in scan lines (`File Layout` of its documentation), PNG (ISO/IEC 15948) and JPEG (ITU-T
-T.81). Mitsuba decodes the first two, which keeps 16 bits a channel; Pillow the last, as it notices
-that a file ends too early.
+Mitsuba decodes OpenEXR and PNG, which keeps 16 bits a channel; Pillow JPEG, as it notices that a
+file ends too early, and parses its header. The headers of the other two are parsed here: Mitsuba
+has no way to read one without all pixels, and Pillow unpacks the compressed texts of a PNG image,
+which may be a thousand times what they take, and hides that samples have 16 bits.
 """
 
 from __future__ import annotations
 
 import io
-import stat
 import struct
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import FormatError, reason, require
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, check_regular
 
 HEADER_LIMIT = 1 << 18
 """Bytes from the start of a file within which its size must be found."""
@@ -36,8 +37,6 @@ _EXR_LONG_NAMES = 0x400
 """The one flag of an image in scan lines that is not a plain one."""
 _PNG_COLORS = {2, 6}
 """RGB, with and without opacity."""
-_JPEG_FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"""Markers of the segments that hold the size."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +68,7 @@ def read_header(path: PathLike) -> ImageHeader:
         If it cannot be read, is none of them, or is not of three colors.
     """
     try:
-        if not stat.S_ISREG(Path(path).stat().st_mode):
-            raise FormatError(f"{path}: is not a regular file")
+        check_regular(Path(path))
         with Path(path).open("rb") as file:
             data = file.read(_USUAL_HEADER)
             try:
@@ -184,17 +182,16 @@ def _exr_attributes(data: bytes) -> Iterator[tuple[str, bytes]]:
 
 
 def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
-    """The first frame header, past the segments before it."""
+    plugin = require("PIL.JpegImagePlugin", "render")
     try:
-        offset = 2
-        while data[offset + 1] not in _JPEG_FRAMES:
-            if data[offset] != 0xFF:
-                raise ValueError("no marker")
-            offset += 2 + int.from_bytes(data[offset + 2 : offset + 4], "big")
-        bits, height, width, components = struct.unpack_from(">B2HB", data, offset + 4)
-    except (struct.error, ValueError, LookupError) as error:
+        with (
+            warnings.catch_warnings(action="ignore"),
+            plugin.JpegImageFile(io.BytesIO(data)) as image,
+        ):
+            (width, height), bits, mode = image.size, image.bits, image.mode
+    except Exception as error:  # the parser meets damage in many ways
         raise FormatError(f"{path}: is not a whole JPEG image") from error
-    if components != 3 or bits != 8:
+    if mode != "RGB" or bits != 8:
         raise FormatError(f"{path}: is not of three colors with 8 bits; save it as RGB")
     return ImageHeader(width, height, frozenset("RGB"), bits)
 

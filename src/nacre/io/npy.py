@@ -8,6 +8,9 @@ from __future__ import annotations
 import io
 import math
 import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -99,6 +102,26 @@ def map_npy(path: PathLike, offset: int, length: int, where: str) -> npt.NDArray
         raise FormatError(f"{where}: cannot be read: {reason(error)}") from error
 
 
+@contextmanager
+def archive_errors(path: PathLike) -> Iterator[None]:
+    """A block that reads an archive, whose decoders meet damage in many ways.
+
+    Raises
+    ------
+    FormatError
+        Naming the file and what is damaged.
+    """
+    try:
+        yield
+    except FormatError:
+        raise
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror or reason(error)}") from error
+    except Exception as error:
+        part = "its content" if isinstance(error, zlib.error | EOFError) else "its list of arrays"
+        raise FormatError(f"{path}: is not a whole .npz archive: {part} is damaged") from error
+
+
 def unpack_member(
     archive: zipfile.ZipFile, member: zipfile.ZipInfo, size: int, where: str
 ) -> bytes:
@@ -146,7 +169,7 @@ def _header(
     except FormatError:
         raise
     except Exception as error:  # NumPy's header parser fails in many ways
-        raise FormatError(f"{where}: is not a whole .npy file: {reason(error)}") from error
+        raise FormatError(f"{where}: is not a whole .npy file: its header is damaged") from error
     start = file.tell() - before
     left = length - start
     if dtype.kind != kind:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Sampler
 from nacre.numerics.mlp import TANH, Layer, forward, widths
-from nacre.sampling.parametrizations import FAMILIES
+from nacre.sampling.parametrizations import find_parametrization
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class LobePredictor:
     Parameters
     ----------
     family
-        One of :data:`nacre.sampling.parametrizations.FAMILIES`.
+        Name of a :class:`nacre.sampling.parametrizations.Parametrization`.
     layers
         Of the network.
 
@@ -37,14 +37,13 @@ class LobePredictor:
     layers: Sequence[Layer]
 
     def __post_init__(self) -> None:
-        if self.family not in FAMILIES:
-            raise ValueError(f"unknown sampler {self.family!r}; update nacre")
-        if widths(self.layers)[-1] != FAMILIES[self.family].size:
-            raise ValueError(f"{self.family} takes {FAMILIES[self.family].size} parameters")
+        size = find_parametrization(self.family).size
+        if widths(self.layers)[-1] != size:
+            raise ValueError(f"{self.family} takes {size} parameters")
 
     def __call__(self, code: npt.ArrayLike) -> Sampler:
         """The sampler for a code of shape (k,)."""
-        return FAMILIES[self.family].sampler(self.free(code))
+        return find_parametrization(self.family).sampler(self.free(code))
 
     def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
         """Its free parameters, of the family's size."""

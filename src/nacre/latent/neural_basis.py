@@ -41,7 +41,7 @@ from nacre.numerics.mlp import Layer, forward, widths
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import fit_lobes
-from nacre.sampling.parametrizations import BEST_FAMILY
+from nacre.sampling.parametrizations import BEST
 
 Double = npt.NDArray[np.float64]
 
@@ -283,7 +283,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
         """Lobes that the basis predicts; without a predictor, lobes fitted to the material."""
-        predict = self.basis.predictors.get(BEST_FAMILY)
+        predict = self.basis.predictors.get(BEST)
         return predict(self.code) if predict else fit_lobes(self)
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
@@ -295,7 +295,7 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`."""
         facts = super().describe()
-        if BEST_FAMILY in self.basis.predictors:
+        if BEST in self.basis.predictors:
             facts["sampler"] = f"predicted: {self.sampler}"
         return facts
 

@@ -27,7 +27,7 @@ from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.moment import Pairs, propose, view_pairs
-from nacre.sampling.parametrizations import FAMILIES, LobeFamily
+from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
@@ -103,12 +103,12 @@ def train_predictors(
             sets.append(_TrainingSet(basis, codes, recipe, index))
             report("decoding", index + 1, recipe.sets, "")
         found, done = {}, 0
-        for name, family in FAMILIES.items():
+        for name, family in PARAMETRIZATIONS.items():
             training = _Training(basis.code_dim, family, recipe)
             for moment in training.run(sets):
                 done += 1
                 if done % 50 == 0:
-                    total = len(FAMILIES) * recipe.steps
+                    total = len(PARAMETRIZATIONS) * recipe.steps
                     report("predicting", done, total, f"{name}, second moment {moment:.3f}")
             found[name] = training.predictor(name)
     return found
@@ -143,7 +143,7 @@ class _TrainingSet:
 class _Training:
     """Weights and optimizer state of one predictor."""
 
-    def __init__(self, code_dim: int, family: LobeFamily, recipe: PredictorRecipe) -> None:
+    def __init__(self, code_dim: int, family: Parametrization, recipe: PredictorRecipe) -> None:
         self._family, self._recipe = family, recipe
         self._random = np.random.default_rng((recipe.seed, 6))
         self._layers: list[tuple[Tensor, Tensor]] = [

@@ -26,7 +26,7 @@ from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.least_absolute import minimize
 from nacre.numerics.mlp import Layer, forward
 from nacre.runtime.parallel import one_blas_thread
-from nacre.sampling.fitted import LobeSampledBrdf
+from nacre.sampling import LobeSampledBrdf
 
 SIZES = (6, *HIDDEN, OUTPUTS)
 SHAPES = tuple(itertools.pairwise(SIZES))

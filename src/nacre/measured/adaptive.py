@@ -18,7 +18,7 @@ from nacre.measured.axis import Axis, Blend, outer
 from nacre.measured.rgl_tables import RglTables
 from nacre.measured.warp import Warp
 
-_LEAST_JACOBIAN = 1e-6
+_MIN_JACOBIAN = 1e-6
 """Bounds the density of half vectors at the pole, where the map from the square degenerates."""
 
 
@@ -26,9 +26,9 @@ class View(NamedTuple):
     """What depends on `wo` alone."""
 
     wo: Components
-    """Turned into the measured range of azimuths."""
-    turn: tuple[Array, Array]
-    """Factors of x and y that turn there and back."""
+    """Mirrored into the measured range of azimuths."""
+    signs: tuple[Array, Array]
+    """1 or -1, by which x and y are multiplied to get there and back."""
     theta: Array
     phi: Array
     blend: Blend
@@ -73,27 +73,27 @@ class AdaptiveWarp(Sampler):
         return self._about
 
     def view(self, wo: Components) -> View:
-        """Turn `wo` into the measured range of azimuths and find its slices.
+        """Mirror `wo` into the measured range of azimuths and find its slices.
 
-        With a reduction of 2 the material is unchanged by half a turn, with 4 also by mirroring;
-        the tables then start at azimuth -pi.
+        With a reduction of 2 the material is unchanged by a rotation of 180 degrees, with 4 also by
+        mirroring; the tables then start at azimuth -pi.
         """
         xp = namespace(*wo)
         one = 0.0 * wo[0] + 1.0
-        turn = one, one
+        signs = one, one
         if self.reduction >= 2:
-            turn_y = xp.where(wo[1] >= 0.0, -one, one)
-            turn = (xp.where(wo[0] >= 0.0, -one, one) if self.reduction == 4 else turn_y), turn_y
-            wo = _turned(wo, turn)
+            sign_y = xp.where(wo[1] >= 0.0, -one, one)
+            signs = (xp.where(wo[0] >= 0.0, -one, one) if self.reduction == 4 else sign_y), sign_y
+            wo = _mirrored(wo, signs)
         theta, phi = to_spherical(wo)
         if self.reduction >= 2:
             phi = -xp.abs(phi)  # a zero may have come out as +pi
         blend = outer(self._phi.blend(phi), self._theta.blend(theta), len(self._theta))
-        return View(wo, turn, theta, phi, blend)
+        return View(wo, signs, theta, phi, blend)
 
     def invert(self, wi: Components, view: View) -> Point:
         """Point of the measured square that belongs to `wi`."""
-        m = half_vector(_turned(wi, view.turn), view.wo)
+        m = half_vector(_mirrored(wi, view.signs), view.wo)
         xp = namespace(*m)
         theta, phi = to_spherical(m)
         x = unit_elevation(theta)
@@ -109,7 +109,7 @@ class AdaptiveWarp(Sampler):
         x, y, density = self._vndf.sample(s, t, view.blend)
         phi = (2.0 * y - 1.0) * math.pi
         m = from_spherical(x * x * (0.5 * math.pi), phi + view.phi if self.isotropic else phi)
-        wi = _turned(reflect(view.wo, m), view.turn)
+        wi = _mirrored(reflect(view.wo, m), view.signs)
         pdf = luminance * density / _jacobian(x, m, view.wo)
         xp = namespace(pdf)
         return wi, xp.where(wi[2] > 0.0, pdf, 0.0 * pdf)
@@ -121,8 +121,8 @@ class AdaptiveWarp(Sampler):
         return self._luminance.eval(point.u, point.v, view.blend) * point.density
 
 
-def _turned(w: Components, turn: tuple[Array, Array]) -> Components:
-    return w[0] * turn[0], w[1] * turn[1], w[2]
+def _mirrored(w: Components, signs: tuple[Array, Array]) -> Components:
+    return w[0] * signs[0], w[1] * signs[1], w[2]
 
 
 def unit_elevation(theta: Array) -> Array:
@@ -139,4 +139,4 @@ def _jacobian(x: Array, m: Components, wo: Components) -> Array:
     """Solid angle of `wi` per area of the square around the half vector `m`."""
     xp = namespace(x)
     sin_theta = xp.sqrt(m[0] * m[0] + m[1] * m[1])
-    return xp.maximum(2.0 * math.pi**2 * x * sin_theta, _LEAST_JACOBIAN) * (4.0 * dot(wo, m))
+    return xp.maximum(2.0 * math.pi**2 * x * sin_theta, _MIN_JACOBIAN) * (4.0 * dot(wo, m))

@@ -42,11 +42,11 @@ def from_measurement(
     if not kept.any():
         raise ValueError("no sample is above the horizon and measured")
     pairs = np.concatenate([wi[kept], wo[kept]], axis=1)
-    keys = np.round((_turned(pairs) if isotropic else pairs) * 1e6).astype(np.int64)
+    keys = np.round((_rotated(pairs) if isotropic else pairs) * 1e6).astype(np.int64)
     _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))[group.reshape(-1)]  # in the order of the file
     first = np.sort(first)
-    share = np.bincount(rank)[:, None]
+    count = np.bincount(rank)[:, None]
 
     def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         if len(first) == len(rank):
@@ -54,7 +54,7 @@ def from_measurement(
             return every
         total = np.zeros((len(first), values.shape[1]))
         np.add.at(total, rank, values[kept])
-        return total / share
+        return total / count
 
     counts = {
         "dropped below the horizon": int((~visible).sum()),
@@ -73,7 +73,7 @@ def from_measurement(
     )
 
 
-def _turned(pairs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _rotated(pairs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal.
 
     y of the viewer comes without its sign: mirroring changes it.

@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.errors import FormatError, reason
+from nacre.errors import FormatError
 from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes
 from nacre.io.format import Format
-from nacre.io.npy import MAGIC, parse_npy, unpack_member
+from nacre.io.npy import MAGIC, archive_errors, parse_npy, unpack_member
 from nacre.measured.merl import Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.raw import LARGEST, check_finite
@@ -45,22 +45,17 @@ def load_npz(path: PathLike) -> MerlBrdf:
         If the file is not a whole archive, or the array is not a table.
     """
     data = read_bytes(path, _LIMIT)
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = {m.filename: m for m in archive.infolist() if m.filename.endswith(".npy")}
-            member = members.get(f"{_KEY}.npy")
-            if member is None:
-                if len(members) != 1:
-                    raise FormatError(
-                        f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
-                    )
-                member = next(iter(members.values()))
-            where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
-            content = unpack_member(archive, member, len(data), where)
-    except FormatError:
-        raise
-    except Exception as error:  # the archive's decoders meet damage in many ways
-        raise FormatError(f"{path}: is not a whole .npz archive: {reason(error)}") from error
+    with archive_errors(path), zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = {m.filename: m for m in archive.infolist() if m.filename.endswith(".npy")}
+        member = members.get(f"{_KEY}.npy")
+        if member is None:
+            if len(members) != 1:
+                raise FormatError(
+                    f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
+                )
+            member = next(iter(members.values()))
+        where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
+        content = unpack_member(archive, member, len(data), where)
     return _table(content, where, Path(path).stem)
 
 

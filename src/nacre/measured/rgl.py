@@ -25,7 +25,7 @@ from nacre.measured.rgl_writer import Resolution, tabulate_tables, write_tables
 from nacre.measured.tensor_file import MAGIC
 from nacre.measured.warp import Grid
 
-_LEAST_COSINE = 1e-20
+_MIN_COSINE = 1e-20
 """Keeps directions at the horizon, which callers discard, from dividing by 0."""
 
 
@@ -85,9 +85,9 @@ class RglBrdf(Brdf):
         nodes = spectra.reshape(-1, spectra.shape[2], spectra.shape[3] * spectra.shape[4])
         patch = self._rgb[0].locate(point.u, point.v)
         bands = np.zeros((len(wi), nodes.shape[1]), scale.dtype)
-        for slices, share in view.blend:
+        for slices, fraction in view.blend:
             for node, weight in self._rgb[0].nodes(patch):
-                bands += (share * weight)[:, None] * nodes[slices, :, node]
+                bands += (fraction * weight)[:, None] * nodes[slices, :, node]
         return scale[:, None] * bands
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
@@ -100,13 +100,13 @@ class RglBrdf(Brdf):
     def _scale(self, wi: Components, point: Point, view: View) -> Array:
         """What tabulated reflectance is multiplied by: the jacobian, and no cosine."""
         xp = namespace(*wi, point.x)
-        scale = 1.0 / xp.maximum(wi[2], _LEAST_COSINE)
+        scale = 1.0 / xp.maximum(wi[2], _MIN_COSINE)
         if self.tables.jacobian:
             whole = [(zero_index(scale), 1.0)]
             ndf = self._ndf.eval(point.x, point.y, whole)
             x, y = unit_elevation(view.theta), unit_azimuth(view.phi)
             sigma = self._sigma.eval(x, y, whole)
-            scale = scale * ndf / (4.0 * xp.maximum(sigma, _LEAST_COSINE))
+            scale = scale * ndf / (4.0 * xp.maximum(sigma, _MIN_COSINE))
         return scale
 
     def _color(self, point: Point, view: View) -> Components:
@@ -116,7 +116,7 @@ class RglBrdf(Brdf):
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`; shares are of tabulated points."""
+        """See :class:`nacre.brdf.Brdf`; fractions are of tabulated points."""
         tables = self.tables
         rgb = tables.rgb
         return super().describe() | {

@@ -44,16 +44,16 @@ _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
 _LOW = 1e-3
 """Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
-_LEAST_KNOWN = 1e-12
+_MIN_KNOWN = 1e-12
 """Color of a point that is known to be black; 0 would say that nothing is known."""
-_LEAST_LUMINANCE = 0.005
+_MIN_LUMINANCE = 0.005
 """Luminance added where light can come from, relative to the mean, so that all is sampled."""
 _LARGEST = 1e30
-_LEAST_TURN = 4
+_MIN_AZIMUTHS = 4
 """Azimuths below which a table does not tell an anisotropic material from an isotropic one."""
-_MOST_NORMALS = 1 << 13
+_MAX_NORMALS = 1 << 13
 """Bound of the half vectors: memory grows with the square of their number."""
-_MOST_VALUES = 1 << 27
+_MAX_VALUES = 1 << 27
 """Bound of all numbers in a file; it is half a gigabyte then."""
 
 
@@ -90,10 +90,10 @@ class Resolution:
         if self.phi_i < 1 or min(astuple(self)[1:]) < 2:
             raise ValueError("numbers of nodes are 2 or more, of phi_i 1 or more")
         normals = self.azimuths * self.polars
-        if normals > _MOST_NORMALS:
-            raise ValueError(f"azimuths times polars is at most {_MOST_NORMALS}")
-        if self.phi_i * self.theta_i * (4 * self.square**2 + normals) > _MOST_VALUES:
-            raise ValueError(f"a file would hold more than {_MOST_VALUES} numbers")
+        if normals > _MAX_NORMALS:
+            raise ValueError(f"azimuths times polars is at most {_MAX_NORMALS}")
+        if self.phi_i * self.theta_i * (4 * self.square**2 + normals) > _MAX_VALUES:
+            raise ValueError(f"a file would hold more than {_MAX_VALUES} numbers")
 
 
 ISOTROPIC = Resolution(1, 40, 72, 32, 128)
@@ -156,7 +156,7 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         theta_h, phi_h = to_spherical(half_vector(up, wo))
         density = ndf_grid.eval(unit_elevation(theta_h), unit_azimuth(phi_h), whole)
         values = values * (4.0 * sigma / density)[..., None]
-        values = np.where(known[..., None], np.maximum(values, _LEAST_KNOWN), values)
+        values = np.where(known[..., None], np.maximum(values, _MIN_KNOWN), values)
         rgb[index] = np.moveaxis(np.clip(values, -_LARGEST, _LARGEST), -1, 0)
         red, green, blue = np.abs(rgb[index])
         bright[index] = _to_sample(luminance((red, green, blue)), known)
@@ -187,9 +187,9 @@ def view_nodes(
     """
     parts = 1 if brdf.isotropic else symmetry(brdf)
     nodes = resolution or _default(brdf, parts)
-    if not brdf.isotropic and nodes.phi_i < _LEAST_TURN:
+    if not brdf.isotropic and nodes.phi_i < _MIN_AZIMUTHS:
         raise FormatError(
-            f"{brdf.name or 'this material'}: is anisotropic; take at least {_LEAST_TURN} phi_i"
+            f"{brdf.name or 'this material'}: is anisotropic; take at least {_MIN_AZIMUTHS} phi_i"
         )
     phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
@@ -266,6 +266,6 @@ def _to_sample(
     """Luminance to draw samples by: nowhere 0 where f_r is known, not 0 throughout."""
     if not bright.any():
         return np.where(known, 1.0, 0.0) if known.any() else np.ones(known.shape)
-    brighter = bright + np.where(known, _LEAST_LUMINANCE * bright.mean(), 0.0)
+    brighter = bright + np.where(known, _MIN_LUMINANCE * bright.mean(), 0.0)
     # Rounding must not take it over the bound.
     return np.asarray(np.minimum(brighter, 0.5 * _LARGEST), np.float64)

@@ -1,7 +1,8 @@
 """The grammar of files of scattered samples: header lines, names of columns, rows of numbers.
 
 Columns may be parted by commas, semicolons, tabs or blanks, whichever the line that names them has;
-where it is not a comma, decimals may be written with one. docs/formats.md has the grammar.
+where it is not a comma, decimals may be written with one. The grammar is in
+docs/reference/formats.md.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ _ALIASES = {
     "green": "g",
     "blue": "b",
 }
-_COLOURS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
+_COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
 
@@ -204,7 +205,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
         raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
     columns = Columns(names, scales, separator)
     values = [name for name in names if name not in ANGLES]
-    if sorted(values) in _COLOURS:
+    if sorted(values) in _COLORS:
         return columns
     if not values or len(columns.bands) < len(values):
         found = ", ".join(values)[:80] or "none"

@@ -20,11 +20,11 @@ from nacre.measured.scattered import ScatteredBrdf
 from nacre.sampling import check_isotropic
 
 _HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
-"""Nodes of an isotropic grid in theta_h and theta_d, and most steps in phi_d over half a turn."""
-_HALF_TURNING, _DIFFERENCE_TURNING, _AZIMUTHS_TURNING = 24, 18, 36
-"""The same for an anisotropic one, over a full turn in phi_h and phi_d."""
+"""Nodes of an isotropic grid in theta_h and theta_d; largest number of steps in phi_d to pi."""
+_HALF_2, _DIFFERENCE_2, _AZIMUTHS_2 = 24, 18, 36
+"""The same for an anisotropic one, over the full circle in phi_h and phi_d."""
 _GRAZING = 1e-3
-"""Least cosine of a direction."""
+"""Smallest cosine of a direction."""
 
 
 def tabulate(brdf: Brdf) -> ScatteredBrdf:
@@ -62,7 +62,7 @@ def directions(isotropic: bool) -> tuple[Floats, Floats]:
     numbers of steps that fall with the sines of the angles they belong to, and there is one where
     it does not matter. An isotropic grid has phi_h = 0 and phi_d from 0 to pi.
     """
-    half, difference = (_HALF, _DIFFERENCE) if isotropic else (_HALF_TURNING, _DIFFERENCE_TURNING)
+    half, difference = (_HALF, _DIFFERENCE) if isotropic else (_HALF_2, _DIFFERENCE_2)
     rows = []
     for theta_h in 0.5 * math.pi * np.linspace(0.0, 1.0, half) ** 2:
         for theta_d in np.linspace(0.0, 0.5 * math.pi, difference):
@@ -70,14 +70,14 @@ def directions(isotropic: bool) -> tuple[Floats, Floats]:
             if isotropic:
                 phi_h, phi_d = np.zeros(1), np.linspace(0.0, math.pi, math.ceil(steps) + 1)
             else:
-                phi_h = _full_turn(_AZIMUTHS_TURNING * math.sqrt(math.sin(theta_h)))
-                phi_d = _full_turn(_AZIMUTHS_TURNING * math.sin(theta_d))
+                phi_h = _circle(_AZIMUTHS_2 * math.sqrt(math.sin(theta_h)))
+                phi_d = _circle(_AZIMUTHS_2 * math.sin(theta_d))
             rows.append(np.stack(np.meshgrid(theta_h, phi_h, theta_d, phi_d), -1).reshape(-1, 4))
     wi, wo = (join(w) for w in from_rusinkiewicz_angles(*np.concatenate(rows).T))
     visible = np.minimum(wi[:, 2], wo[:, 2]) > _GRAZING
     return wi[visible], wo[visible]
 
 
-def _full_turn(count: float) -> npt.NDArray[np.float64]:
+def _circle(count: float) -> npt.NDArray[np.float64]:
     """At least one azimuth, evenly from 0 to 2 pi without its end."""
     return np.linspace(0.0, 2.0 * math.pi, max(1, math.ceil(count)), endpoint=False)

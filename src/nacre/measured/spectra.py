@@ -58,10 +58,10 @@ def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
     below = np.clip(np.searchsorted(bands, nodes, side="right") - 1, 0, len(bands) - 1)
     above = np.minimum(below + 1, len(bands) - 1)
     span = np.where(above > below, bands[above] - bands[below], 1.0)
-    share = np.clip((nodes - bands[below]) / span, 0.0, 1.0)[:, None]
+    fraction = np.clip((nodes - bands[below]) / span, 0.0, 1.0)[:, None]
     weights: _Array = np.zeros((len(bands), 3))
-    np.add.at(weights, below, (1.0 - share) * response)
-    np.add.at(weights, above, share * response)
+    np.add.at(weights, below, (1.0 - fraction) * response)
+    np.add.at(weights, above, fraction * response)
     return weights
 
 

@@ -1,4 +1,4 @@
-"""Which turns and mirrors leave a material unchanged."""
+"""Which rotations and mirrors leave a material unchanged."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ loses, far above rounding."""
 
 
 def symmetry(brdf: Brdf) -> int:
-    """How often the range of azimuths that tells all fits into a full turn.
+    """How often the range of azimuths that says everything fits into a full circle.
 
     Tried on pairs of directions, half of their half vectors within 22.5 degrees of the normal.
 

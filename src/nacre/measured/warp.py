@@ -22,7 +22,7 @@ from nacre.measured.axis import Blend, bisect, zero_index
 
 _TINY = 1e-37
 """Least divisor: keeps rows without any density from dividing 0 by 0 in float32."""
-_LEAST_UNIFORM = 2.0**-24
+_MIN_UNIFORM = 2.0**-24
 """Stands in for a uniform 0, which would choose a cell without density if one comes first."""
 
 
@@ -116,7 +116,7 @@ class Warp(Grid):
         `v` chooses the row, `u` the position along it.
         """
         xp = namespace(u, v)
-        u, v = xp.maximum(u, _LEAST_UNIFORM), xp.maximum(v, _LEAST_UNIFORM)
+        u, v = xp.maximum(u, _MIN_UNIFORM), xp.maximum(v, _MIN_UNIFORM)
         zero = zero_index(v)
         row = bisect(lambda i: self._row_integral(i, blend), v, zero, self.height - 1)
         low, high = self._row_totals(row, blend)

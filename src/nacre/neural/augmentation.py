@@ -2,7 +2,7 @@
 
 Without them a network is free to do as it likes where nothing was measured, toward the horizon
 above all, where a highlight is still rising at the last angle that was measured. Interpolation is
-kept within the range of the nearest samples, so filling with it says: go on as the last samples
+kept within the range of the nearest samples, so samples of it say: go on as the last samples
 were, and no higher.
 """
 
@@ -18,17 +18,17 @@ from nacre.geometry import from_spherical, join, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.runtime.parallel import thread_map
 
-_SHARES = 0.2, 0.3, 0.2
+_FRACTIONS = 0.2, 0.3, 0.2
 """Of directions near the scan's own, near a mirror direction, and over all polar angles; the rest
 is uniform in the Rusinkiewicz angles."""
-_SPREAD = 0.05
+_DEVIATION = 0.05
 """Standard deviation of directions near the scan's own, about an axis, in radians."""
-_MIRROR_SPREAD = 1e-3, 0.3
+_MIRROR_DEVIATION = 1e-3, 0.3
 """Range of the same near mirror directions: highlights are of every width."""
 _CHUNK = 1 << 14
 
 
-def filling(
+def augmentation(
     scan: Scattered, count: int, seed: int, progress: Callable[[int, int], None] | None = None
 ) -> DirectionSamples:
     """Interpolated samples that cover the whole hemisphere, up to the horizon.
@@ -69,7 +69,7 @@ def filling(
 
 def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
     """Pairs of every kind, mixed; some lie below the horizon."""
-    own, mirror, polar, _ = random.multinomial(count, [*_SHARES, 1.0 - sum(_SHARES)])
+    own, mirror, polar, _ = random.multinomial(count, [*_FRACTIONS, 1.0 - sum(_FRACTIONS)])
 
     def light(n: int) -> Floats:
         theta, phi = random.random((2, n)) * [[0.5 * math.pi], [2.0 * math.pi]]
@@ -78,11 +78,11 @@ def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tup
     near = scan.samples[random.integers(0, len(scan.samples), own)]
     towards = light(mirror)
     reflected = towards * [-1.0, -1.0, 1.0]
-    narrow, wide = np.log(_MIRROR_SPREAD)
-    spread = np.exp(random.uniform(narrow, wide, (mirror, 1)))
+    narrow, wide = np.log(_MIRROR_DEVIATION)
+    deviation = np.exp(random.uniform(narrow, wide, (mirror, 1)))
     pairs = [
-        (_around(near.wi, _SPREAD, random), _around(near.wo, _SPREAD, random)),
-        (towards, _around(reflected, spread, random)),
+        (_around(near.wi, _DEVIATION, random), _around(near.wo, _DEVIATION, random)),
+        (towards, _around(reflected, deviation, random)),
         (light(polar), light(polar)),
         tuple(
             join(w) for w in uniform_rusinkiewicz(random.random((4, count - own - mirror - polar)))
@@ -93,6 +93,6 @@ def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tup
     return wi, wo
 
 
-def _around(w: Floats, spread: Floats | float, random: np.random.Generator) -> Floats:
-    moved = w + spread * random.normal(size=w.shape)
+def _around(w: Floats, deviation: Floats | float, random: np.random.Generator) -> Floats:
+    moved = w + deviation * random.normal(size=w.shape)
     return np.asarray(moved / np.linalg.norm(moved, axis=1, keepdims=True), np.float64)

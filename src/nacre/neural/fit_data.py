@@ -9,13 +9,13 @@ from typing import Any
 
 from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
-from nacre.neural.clamp_layer import bounded
-from nacre.neural.inputs import input_count, turns_half_vector
+from nacre.neural.inputs import input_count, rotates_half_vector
 from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (
     SCATTERED_SAMPLES,
+    clamped,
     highest,
     scattered_samples,
     validation_errors,
@@ -30,11 +30,11 @@ from nacre.sampling import check_isotropic, fit_lobes
 SAMPLES = 800_000
 """Samples of an isotropic material (NBRDF paper, section 3.1)."""
 ANISOTROPIC_FACTOR = 5
-"""What a network without h turned to phi_h = 0 takes more (ibid., of anisotropic materials)."""
+"""What a network without h rotated to phi_h = 0 takes more (ibid., of anisotropic materials)."""
 
 
 @dataclass(frozen=True)
-class Prepared:
+class FitData:
     """What a fit needs of a reflectance once it is sampled; tables can be let go.
 
     Parameters
@@ -42,7 +42,7 @@ class Prepared:
     name, source
         Of the reflectance.
     isotropic
-        Whether h is turned to phi_h = 0.
+        Whether h is rotated to phi_h = 0.
     scan
         The scattered samples that the others come from; None of other reflectances.
     recipe
@@ -88,7 +88,7 @@ class Prepared:
             )
         chosen = recipe.held_out, recipe.seed
         if scan is not None:
-            layers = bounded(layers, highest(scan, *chosen))
+            layers = clamped(layers, highest(scan, *chosen))
         network = NeuralBrdf(
             round_layers(layers, recipe.stored_precision),
             isotropic=self.isotropic,
@@ -110,7 +110,7 @@ class Prepared:
             return network.replaced(sampler=fit_lobes(network), metadata=metadata)
 
 
-def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
+def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     """Settle what a recipe leaves open, and draw the samples.
 
     Raises
@@ -122,17 +122,18 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
     """
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)
-    isotropic = turns_half_vector(recipe.inputs, brdf.isotropic)
+    isotropic = rotates_half_vector(recipe.inputs, brdf.isotropic)
     factor = 1 if isotropic else ANISOTROPIC_FACTOR
     scan = brdf.scattered()
     if scan is not None:
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
-        # Rounded weights would not keep the bound of a scan.
+        # Rounded weights would not clamp a scan exactly.
         recipe = replace(
             recipe,
             batch=half,
             learning_rate=0.5 * recipe.learning_rate,
             precision=recipe.precision or SINGLE,
+            gain=1.0,  # of the held-out samples
         )
     usual = factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     count = recipe.samples or max(4 * BLOCK, round(recipe.sample_share * usual))
@@ -153,4 +154,4 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> Prepared:
     else:
         chosen = recipe.held_out, recipe.seed
         parts = scattered_samples(scan, count, *chosen, sampled, recipe.inputs)
-    return Prepared(brdf.name, brdf.source, isotropic, scan, recipe, *parts)
+    return FitData(brdf.name, brdf.source, isotropic, scan, recipe, *parts)

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 
 from nacre.brdf import Brdf
-from nacre.neural.fit_data import Prepared, prepare
+from nacre.neural.fit_data import FitData, prepare
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.recipe import Recipe
 from nacre.neural.training import train
@@ -121,7 +121,7 @@ def fit_many(
 def _fit_many(
     brdfs: Iterable[Brdf], recipe: Recipe, device: str, room: int, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
-    waiting: dict[Hashable, dict[int, Prepared]] = defaultdict(dict)
+    waiting: dict[Hashable, dict[int, FitData]] = defaultdict(dict)
 
     def size(shape: Hashable) -> int:
         return sum(material.size for material in waiting[shape].values())
@@ -140,7 +140,7 @@ def _fit_many(
 
 
 def _fit_stack(
-    stack: Mapping[int, Prepared], device: str, progress: Progress | None
+    stack: Mapping[int, FitData], device: str, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
     """Train materials of one shape together."""
     from nacre.neural.device import SampleStack

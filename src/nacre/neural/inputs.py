@@ -19,7 +19,7 @@ _HORIZON = 0.01
 """Added to cosines before their logarithm."""
 
 
-def input_count(inputs: str, turn_half_vector: bool) -> int:
+def input_count(inputs: str, rotate_half_vector: bool) -> int:
     """How many numbers :func:`network_inputs` gives.
 
     Raises
@@ -31,11 +31,11 @@ def input_count(inputs: str, turn_half_vector: bool) -> int:
         raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
     if inputs == STEREOGRAPHIC:
         return 4
-    return 6 if inputs == PAPER or turn_half_vector else 7
+    return 6 if inputs == PAPER or rotate_half_vector else 7
 
 
-def turns_half_vector(inputs: str, isotropic: bool) -> bool:
-    """Whether a network turns h to phi_h = 0 where it is fitted to a material that is isotropic.
+def rotates_half_vector(inputs: str, isotropic: bool) -> bool:
+    """Whether a network rotates h to phi_h = 0 where it is fitted to a material that is isotropic.
 
     One with stereographic inputs never does: it has to learn that azimuths do not matter.
     """
@@ -43,7 +43,7 @@ def turns_half_vector(inputs: str, isotropic: bool) -> bool:
 
 
 def network_inputs(
-    wi: Components, wo: Components, turn_half_vector: bool, inputs: str = PAPER
+    wi: Components, wo: Components, rotate_half_vector: bool, inputs: str = PAPER
 ) -> tuple[Array, ...]:
     """The inputs of a network at a pair of directions.
 
@@ -58,23 +58,23 @@ def network_inputs(
     ----------
     wi, wo
         Directions to the light and to the viewer.
-    turn_half_vector
-        Turn h to phi_h = 0, as isotropic networks see it; nothing to stereographic inputs.
+    rotate_half_vector
+        Rotate h to phi_h = 0, as isotropic networks see it; nothing to stereographic inputs.
     inputs
         Name of the parametrization, one of :data:`INPUTS`.
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)
     h, d = half_difference(wi, wo)
-    turned = isotropic(h) if turn_half_vector else h
+    rotated = isotropic(h) if rotate_half_vector else h
     if inputs == PAPER:
-        return (*turned, *d)
+        return (*rotated, *d)
     xp = namespace(*wi, *wo)
     highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
     light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
-    if turn_half_vector:
-        return (turned[0], highlight, light, view, d[0], xp.abs(d[1]))
-    return (turned[0], turned[1], highlight, light, view, d[0], d[1])
+    if rotate_half_vector:
+        return (rotated[0], highlight, light, view, d[0], xp.abs(d[1]))
+    return (rotated[0], rotated[1], highlight, light, view, d[0], d[1])
 
 
 def _projected(w: Components) -> tuple[Array, Array]:

@@ -232,12 +232,12 @@ def _gradient(
     scale = np.float32(1.0 / (_OUTPUTS * count))
     last = widths.size - 1
     sums[:] = np.float32(0.0)
-    share = PANEL // BLOCK // 2
+    half = PANEL // BLOCK // 2
     for panel in range(0, count, PANEL):
         first = panel // BLOCK
-        _prefetch(blocks, upcoming[first : first + share], widths[0])
+        _prefetch(blocks, upcoming[first : first + half], widths[0])
         _forward(panel, widths, starts, weights, stride, x)
-        _prefetch(blocks, upcoming[first + share : first + 2 * share], widths[0])
+        _prefetch(blocks, upcoming[first + half : first + 2 * half], widths[0])
         _output_gradient(panel, count, stride, x[last], targets, g[last], scale, sums)
         _backward(panel, widths, starts, weights, stride, x, g, sums)
     _weight_gradient(count, stride, rows.reshape(-1), factors, sums, parts, places, gradient)

@@ -11,7 +11,7 @@ from nacre.numerics.mlp import Layer
 
 _PAIRS = 1 << 16
 _MARGIN = 0.02
-"""Share of its range by which a unit must stay below zero to count as never active."""
+"""Fraction of its range by which a unit must stay below zero to count as never active."""
 
 
 def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:

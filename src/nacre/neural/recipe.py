@@ -32,7 +32,7 @@ class Recipe:
     ----------
     hidden
         Widths of the hidden layers; (21, 21) is the paper's network of 675 weights. The network
-        of a scan has one more, of three units: see :func:`nacre.neural.clamp_layer.bounded`.
+        of a scan has one more, of three units: see :func:`nacre.neural.scattered.clamped`.
     size
         Bytes that the weights may take: two hidden layers as wide as they allow, in place of
         `hidden`. The extra layer of a scan is not counted.
@@ -41,7 +41,7 @@ class Recipe:
     samples
         Samples drawn, held-out ones included; None for 800,000, or 4,000,000 if the material is
         anisotropic or the inputs are stereographic. Of a scan with scattered samples: training
-        samples, filling between them included; None for 320,000, or 1,600,000.
+        samples, interpolated ones between them included; None for 320,000, or 1,600,000.
     sample_share
         How many of those are drawn where `samples` is None.
     batch
@@ -50,7 +50,7 @@ class Recipe:
         Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
         half of it for a scan.
     held_out
-        Share of the samples that is never trained on; of a scan, share of its own samples.
+        Fraction of the samples that is never trained on; of a scan, fraction of its own samples.
     seed
         The same seed gives the same network on the same machine.
     inputs
@@ -65,7 +65,7 @@ class Recipe:
         paper's is "rusinkiewicz". A scan has its own.
     precision
         "single" or "half": how weights are stored. None for half with enhanced inputs, single with
-        others and of a scan, whose bound is lost in rounding.
+        others and of a scan, whose clamp layer rounding would spoil.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -145,14 +145,14 @@ class Recipe:
         """
         if self.size is None:
             return self.hidden
-        most = self.size // PRECISIONS[self.stored_precision].itemsize
+        limit = self.size // PRECISIONS[self.stored_precision].itemsize
         # a b + (inputs + 1) a + (OUTPUTS + 1) b + OUTPUTS weights, of which b = a or a - 1.
         linear = inputs + OUTPUTS + 2
-        width = int((math.sqrt(linear * linear + 4.0 * max(most - OUTPUTS, 0)) - linear) / 2.0)
+        width = int((math.sqrt(linear * linear + 4.0 * max(limit - OUTPUTS, 0)) - linear) / 2.0)
         wider = (width + 1) * (width + inputs + 1) + (OUTPUTS + 1) * width + OUTPUTS
         if width < 1:
             raise ValueError(f"size {self.size} is too small for a network")
-        return (width + 1 if wider <= most else width), width
+        return (width + 1 if wider <= limit else width), width
 
 
 def check_positive(recipe: object, *names: str) -> None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
-from nacre.neural.inputs import PAPER, input_count, network_inputs, turns_half_vector
+from nacre.neural.inputs import PAPER, input_count, network_inputs, rotates_half_vector
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
@@ -66,9 +66,9 @@ class Samples:
         shaped[:] = padded.reshape(-1, BLOCK, rows.shape[1]).transpose(0, 2, 1)
         return cls(blocks, x.shape[1])
 
-    def split(self, share: float) -> tuple[Samples, Samples]:
-        """The first blocks, and the last `share` of them (at least one)."""
-        held = max(1, round(share * self.block_count))
+    def split(self, fraction: float) -> tuple[Samples, Samples]:
+        """The first blocks, and the last `fraction` of them (at least one)."""
+        held = max(1, round(fraction * self.block_count))
         cut = len(self.blocks) - held * self.rows * BLOCK
         # Blocks are a multiple of 64 bytes, so both parts stay aligned.
         return Samples(self.blocks[:cut], self.inputs), Samples(self.blocks[cut:], self.inputs)
@@ -110,13 +110,13 @@ def draw(
 def direction_inputs(samples: DirectionSamples, isotropic: bool, inputs: str = PAPER) -> Floats:
     """Network inputs of samples, shape (n, k)."""
     wi, wo = split(samples.wi), split(samples.wo)
-    if isotropic and not turns_half_vector(inputs, isotropic):
-        wi, wo = _spread_azimuths(wi, wo)
+    if isotropic and not rotates_half_vector(inputs, isotropic):
+        wi, wo = _rotated_apart(wi, wo)
     values = network_inputs(wi, wo, isotropic, inputs)
     return np.stack(np.broadcast_arrays(*values), axis=-1)
 
 
-def _spread_azimuths(wi: Components, wo: Components) -> tuple[Components, Components]:
-    """Pairs turned about the normal, one after the other by the golden angle."""
+def _rotated_apart(wi: Components, wo: Components) -> tuple[Components, Components]:
+    """Pairs rotated about the normal, one after the other by the golden angle."""
     angle = (np.arange(len(wi[0])) * _GOLDEN_ANGLE).astype(np.float32)
     return rotate(wi, angle), rotate(wo, angle)

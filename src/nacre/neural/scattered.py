@@ -2,7 +2,7 @@
 
 A network can be trained on any sampling of a reflectance (NBRDF paper, section 3.1). A scan has few
 samples, far from each other and none near the horizon, so half of the training samples are its own,
-repeated, and half are *filling* from their interpolation (:mod:`nacre.neural.augmentation`).
+repeated, and half are drawn from their interpolation (:mod:`nacre.neural.augmentation`).
 
 The loss differs from that of tables, |log(1 + f cos) - log(1 + f' cos)|, in its weight: k = 100
 takes the place of the cosine. Above 1 / k it is relative error, so dark colors count; and the
@@ -13,7 +13,7 @@ Held-out samples are the scan's own, and neither trained on nor interpolated fro
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -21,20 +21,21 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.neural.augmentation import filling
+from nacre.neural.augmentation import augmentation
 from nacre.neural.inputs import PAPER
 from nacre.neural.samples import Samples, direction_inputs
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
+from nacre.numerics.mlp import Layer
 
 SCATTERED_SAMPLES = 320_000
-"""Training samples, filling included."""
-OWN_SHARE = 0.5
-"""Share of the training samples that are the scan's own, repeated."""
+"""Training samples, augmentation included."""
+OWN_FRACTION = 0.5
+"""Fraction of the training samples that are the scan's own, repeated."""
 WEIGHT = 100.0
 """k in sr: differences below 1 / k hardly matter."""
-LEAST = 10
+MIN_SAMPLES = 10
 """Samples that a scan must have."""
-LEAST_VALUE = 1e-3
+MIN_VALUE = 1e-3
 """Measured values count as at least this much (1/sr) when errors are relative to them."""
 
 
@@ -53,11 +54,11 @@ def scattered_samples(
     scan
         The scan.
     count
-        Number of training samples, filling included.
+        Number of training samples, augmentation included.
     held_out
-        Share of the scan's samples to hold out.
+        Fraction of the scan's samples to hold out.
     seed
-        Chooses the held-out samples (see :func:`hold_out`) and the filling.
+        Chooses the held-out samples (see :func:`hold_out`) and the augmentation.
     progress
         Called with the number of samples drawn and how many there will be.
     inputs
@@ -68,14 +69,14 @@ def scattered_samples(
     NacreError
         If the scan has too few samples.
     """
-    if len(scan.samples) < LEAST:
+    if len(scan.samples) < MIN_SAMPLES:
         few = f"{len(scan.samples)} samples are too few to fit a network to"
-        raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {LEAST}")
+        raise NacreError(f"{scan.name or 'scan'}: {few}; measure at least {MIN_SAMPLES}")
     kept, held = hold_out(len(scan.samples), held_out, seed)
     part = scan.subset(kept)
     own = _with_mirrored(part.samples, scan.mirrored)
-    repeats = max(1, round(OWN_SHARE * count / len(own)))
-    rest = filling(part, max(0, count - repeats * len(own)), seed, progress)
+    repeats = max(1, round(OWN_FRACTION * count / len(own)))
+    rest = augmentation(part, max(0, count - repeats * len(own)), seed, progress)
     own = own[np.tile(np.arange(len(own)), repeats)]
     # Blocks of samples train together: they should not be all of one kind.
     order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
@@ -91,7 +92,7 @@ def scattered_samples(
 
 
 def hold_out(
-    count: int, share: float, seed: int
+    count: int, fraction: float, seed: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Indices of the samples of a scan to train on, and of those held out.
 
@@ -100,7 +101,7 @@ def hold_out(
     NacreError
         If none would be left to train on.
     """
-    held = max(1, round(share * count))
+    held = max(1, round(fraction * count))
     if held >= count:
         raise NacreError(f"{held} of {count} samples are held out, which leaves none to train on")
     order = np.random.default_rng((seed, 3)).permutation(count)
@@ -111,6 +112,25 @@ def highest(scan: Scattered, held_out: float, seed: int) -> Floats:
     """The highest values (3,) among the samples to train on: no network of a scan exceeds them."""
     kept, _ = hold_out(len(scan.samples), held_out, seed)
     return np.asarray(np.maximum(scan.samples.rgb[kept], 0.0).max(axis=0), np.float64)
+
+
+def clamped(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:
+    """Layers of the network min(f_r, highest), exact at all directions.
+
+    One more ReLU layer, of three units, does it: min(x, c) = c - max(c - x, 0), with x the output
+    before exp(x) - 1 and c = log(1 + highest).
+
+    Parameters
+    ----------
+    layers
+        An NBRDF.
+    highest
+        Maximum of red, green and blue in 1/sr, shape (3,).
+    """
+    *hidden, last = layers
+    cap = np.log1p(np.asarray(highest, np.float32))
+    below = Layer(-last.weights, cap - last.biases)
+    return [*hidden, below, Layer(-np.eye(len(cap), dtype=np.float32), cap)]
 
 
 def validation_errors(
@@ -134,10 +154,10 @@ def validation_errors(
 def relative_errors(predicted: Floats, measured: Floats) -> tuple[float, float]:
     """Median and mean of |predicted - measured| / measured, over samples and channels.
 
-    Negative values count as 0, and measured ones as at least :data:`LEAST_VALUE` in the divisor.
+    Negative values count as 0, and measured ones as at least :data:`MIN_VALUE` in the divisor.
     """
     predicted, measured = np.maximum(predicted, 0.0), np.maximum(measured, 0.0)
-    relative = np.abs(predicted - measured) / np.maximum(measured, LEAST_VALUE)
+    relative = np.abs(predicted - measured) / np.maximum(measured, MIN_VALUE)
     return float(np.median(relative)), float(relative.mean())
 
 

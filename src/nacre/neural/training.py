@@ -13,6 +13,7 @@ import numpy.typing as npt
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK
+from nacre.numerics.direction_samples import loss_scale
 from nacre.numerics.mlp import Layer
 from nacre.runtime.progress import Progress
 
@@ -61,7 +62,8 @@ def train(
         if last or (progress and epoch % report_every == 0):
             losses["held_out_loss"] = trainer.loss(held_out)
         if progress:
-            note = f"held-out loss {_median(losses['held_out_loss']):.5f}"
+            median = _median(losses["held_out_loss"])
+            note = f"held-out loss {median:.5f} ({loss_scale(recipe.loss_gain)})"
             progress("training", epoch + 1, recipe.epochs, note)
     return {"training_loss": trainer.loss(training), **losses}
 

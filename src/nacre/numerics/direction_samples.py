@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats
+from nacre.array import ColorList, Colors, Scalars, VectorList
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class DirectionSamples:
         gamut.
     """
 
-    wi: Floats
-    wo: Floats
-    rgb: Floats
+    wi: VectorList
+    wo: VectorList
+    rgb: ColorList
 
     @property
-    def cosine(self) -> Floats:
+    def cosine(self) -> Scalars:
         """Cos theta_i, shape (n,)."""
         return self.wi[:, 2]
 
@@ -62,6 +62,16 @@ class Scattered(Protocol):
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
         ...
 
-    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+    def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """See :meth:`nacre.Brdf.eval`."""
         ...
+
+
+def loss_scale(gain: object) -> str:
+    """What a loss of this gain compares, for people: "log(1 + 32 f cos)".
+
+    Losses on different scales say nothing about each other. A scan has no gain: its held-out
+    samples are compared as with a gain of 1.
+    """
+    factor = f"{gain:g} " if isinstance(gain, int | float) and gain != 1.0 else ""
+    return f"log(1 + {factor}f cos)"

@@ -19,7 +19,7 @@ FRAME_MILLISECONDS = 80
 """How long a frame is shown; .gif has steps of 10."""
 
 MAX_PIXELS = 1 << 26
-"""Of all frames together: Pillow holds them, at up to eight bytes each."""
+"""All frames together: Pillow holds them, at up to eight bytes each."""
 
 _SAMPLED = 1 << 18
 """About so many pixels of an animation decide on its palette."""
@@ -78,7 +78,7 @@ def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> 
 
 def _palette(pillow: Any, images: list[Any]) -> Any:
     """An image of the 256 colors that stand for some pixels of all frames."""
-    # Of Pillow's ways this is among those that err and flicker least; dithering flickers more.
+    # Among Pillow's ways this has a small error and flickers little; dithering flickers more.
     step = max(1, round((sum(i.width * i.height for i in images) / _SAMPLED) ** 0.5))
     sampled = np.concatenate([np.array(i)[::step, ::step].reshape(-1, 3) for i in images])
     return pillow.fromarray(sampled[None]).quantize(256, pillow.Quantize.MAXCOVERAGE, kmeans=1)

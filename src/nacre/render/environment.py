@@ -51,7 +51,7 @@ class Environment:
     def __post_init__(self) -> None:
         shape = self.pixels.shape
         if len(shape) != 3 or shape[2] != 3 or min(shape) < 2:
-            raise ValueError(f"expected a map of shape (height, width, 3), got {shape}")
+            raise ValueError("an environment has three colors and 2 x 2 pixels or more")
         if not np.isfinite(self.pixels).all() or (self.pixels < 0.0).any():
             raise ValueError("radiance must be finite and non-negative")
         if not self.pixels.any():
@@ -181,5 +181,8 @@ def load_environment(path: PathLike) -> Environment:
     except MemoryError as error:
         raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise FormatError(f"{path}: not a usable environment: {reason}") from error
+        raise FormatError(f"{path}: not a usable environment: {_last_line(error)}") from error
+
+
+def _last_line(error: Exception) -> str:
+    return str(error).strip().rpartition("\n")[2]

@@ -27,7 +27,7 @@ _PIXEL_BYTES = 128
 
 
 def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
-    """Samples per pixel of passes, of `largest` or fewer, that stop at each of increasing counts."""
+    """Samples per pixel of passes, up to `largest`, that stop at each of increasing counts."""
     sizes: list[int] = []
     for before, count in zip((0, *counts), counts, strict=False):
         whole, rest = divmod(count - before, largest)

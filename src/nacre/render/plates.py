@@ -26,7 +26,7 @@ _TARGET = (0.0, -1.55, 2.5)
 _LAMPS = ((-3.6, 0.05), (-1.2, 0.15), (1.2, 0.4), (3.6, 0.9))
 """Sideways place and radius."""
 _POWER = 1.6
-_CENTRES = ((-2.5, -0.2), (-3.1, 0.95), (-3.55, 2.25), (-3.85, 3.7))
+_CENTERS = ((-2.5, -0.2), (-3.1, 0.95), (-3.55, 2.25), (-3.85, 3.7))
 """Height and depth of the plates' middles."""
 _WIDTH, _DEPTH = 8.6, 1.05
 
@@ -56,7 +56,7 @@ def describe_plates(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) ->
             "radius": radius,
             "emitter": {"type": "area", "radiance": {"type": "rgb", "value": _POWER / radius**2}},
         }
-    for index, (y, z) in enumerate(_CENTRES):
+    for index, (y, z) in enumerate(_CENTERS):
         scene[f"plate_{index}"] = _plate(mi, index, y, z, bsdfs[index % len(bsdfs)])
     scene["floor"] = _quad(
         mi,

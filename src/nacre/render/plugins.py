@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from nacre.array import Components
 from nacre.brdf import Brdf, Sampler
@@ -19,6 +19,9 @@ from nacre.render.textures.plugins import plugins as texture_plugins
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.sampling import check_isotropic
 from nacre.textures.latent_map import LatentMap
+
+if TYPE_CHECKING:
+    from nacre.neural.nbrdf import NeuralBrdf
 
 
 def register() -> None:
@@ -153,7 +156,7 @@ def _plugins(variant: str) -> dict[str, Any]:
             if half and weights != "cooperative":
                 raise NacreError("half precision is for cooperative weights")
             if start == len(brdf.layers):
-                self.traced = without_inactive_units(brdf) if _has_layers(brdf) else brdf
+                self.traced = without_inactive_units(brdf) if _is_its_layers(brdf) else brdf
                 return
             self.buffered = BufferedNetwork(brdf, mi, start, half)
             self.weights = self.buffered.initial()
@@ -161,10 +164,10 @@ def _plugins(variant: str) -> dict[str, Any]:
 
         def material(self) -> Brdf:
             """The reflectance, with the current weights of a network."""
-            if self.buffered is None or not _has_layers(self.brdf):
-                return self.brdf
-            layers = self.buffered.layers(self.weights)
-            return self.brdf.with_layers(layers)  # type: ignore[no-any-return]
+            brdf = self.brdf
+            if self.buffered is None or not _is_its_layers(brdf):
+                return brdf
+            return brdf.with_layers(self.buffered.layers(self.weights))
 
         def at(self, si: Any, view: Components) -> tuple[None, Sampler]:
             return None, self.sampler
@@ -204,6 +207,6 @@ def _plugins(variant: str) -> dict[str, Any]:
     return {"brdf": Reflectance, "nbrdf": Network}
 
 
-def _has_layers(brdf: Brdf) -> bool:
-    """Whether a reflectance is its layers, and can be made of others."""
+def _is_its_layers(brdf: Brdf) -> TypeGuard[NeuralBrdf]:
+    """Whether a network is no more than its layers, and can be made of others."""
     return hasattr(brdf, "with_layers")

@@ -35,7 +35,7 @@ MAX_SIZE = 8192
 """Longest edge of a picture in pixels."""
 
 
-DENOISED_SPP, PLAIN_SPP = 32, 48
+DENOISED_SPP, PLAIN_SPP = 24, 40
 """Default samples per pixel of previews: with the denoiser, and without it as many as take about
 10 seconds on two cores."""
 _AUXILIARY_SPP = 8

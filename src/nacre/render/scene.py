@@ -34,7 +34,7 @@ _GROOVE_DEPTH = 0.14
 _BALL_TILT = (34.0, -24.0)
 
 _FLOOR_FRONT, _FLOOR_BACK, _FLOOR_BEND, _FLOOR_WIDTH = 9.0, 5.0, 3.2, 26.0
-_FLOOR_GREY, _FLOOR_TEXELS = 0.36, 2048
+_FLOOR_GRAY, _FLOOR_TEXELS = 0.36, 2048
 _CHECK, _CHECK_CONTRAST, _CHECK_FADE = 0.5, 0.055, 2.6
 
 EXPOSURE = 0.6
@@ -153,17 +153,17 @@ def emitter(mi: Any, light: str, environment: Environment | None) -> dict[str, A
 
 
 def _sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
-    turned = mi.ScalarTransform4f().translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
-    return {"sphere": {"type": "sphere", "to_world": turned, "bsdf": bsdf}}
+    upright = mi.ScalarTransform4f().translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
+    return {"sphere": {"type": "sphere", "to_world": upright, "bsdf": bsdf}}
 
 
 def _ball(mi: Any, bsdf: Any) -> dict[str, Any]:
     """A ball with a groove around its tilted axis, held by a dark ring."""
     theta, radius = ball_profile()
     profile = np.stack([radius * np.sin(theta), radius * np.cos(theta)], axis=-1)
-    tilt, turn = _BALL_TILT
+    tilt, pan = _BALL_TILT
     place = mi.ScalarTransform4f().translate([0.0, 1.12, 0.0])
-    place = place.rotate([0, 1, 0], turn).rotate([1, 0, 0], tilt)
+    place = place.rotate([0, 1, 0], pan).rotate([1, 0, 0], tilt)
     angle = np.linspace(0.0, 2.0 * math.pi, 97)
     ring = np.stack([0.62 + 0.13 * np.cos(angle), 0.13 + 0.13 * np.sin(angle)], axis=-1)
     stand = {
@@ -209,7 +209,7 @@ def floor(mi: Any) -> Any:
     ahead = _FLOOR_FRONT - ((np.arange(height) + 0.5) / height * length[-1])[:, None]
     checks = np.sign(np.sin(x * math.pi / _CHECK) * np.sin(ahead * math.pi / _CHECK))
     fade = np.exp(-(x * x + ahead * ahead) / (2.0 * _CHECK_FADE**2))
-    texture = (_FLOOR_GREY + _CHECK_CONTRAST * checks * fade)[..., None].astype(np.float32)
+    texture = (_FLOOR_GRAY + _CHECK_CONTRAST * checks * fade)[..., None].astype(np.float32)
     bitmap = {"type": "bitmap", "raw": True, "bitmap": mi.Bitmap(texture)}
     bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": bitmap}}
     return grid_mesh(mi, "floor", positions, uv, bsdf)

@@ -74,34 +74,49 @@ def load_scene(path: PathLike) -> Any:
     FormatError
         If the file cannot be read or is no scene that Mitsuba can make.
     """
-    objects = load_objects(path)
-    mi = mitsuba()
-    for found in objects:
-        if isinstance(found, mi.Scene):
-            return found
-    raise FormatError(f"{path}: is no <scene>, but a {type(objects[0]).__name__}")
+    found = _load(path)
+    if not isinstance(found, mitsuba().Scene):
+        raise FormatError(f"{path}: is no <scene>, but a {type(found).__name__}")
+    return found
 
 
-def load_objects(path: PathLike) -> list[Any]:
-    """What Mitsuba makes of a file: one object, or what stands outside of shapes in a scene.
+def scene_bsdfs(path: PathLike) -> list[Any]:
+    """The BSDFs of a file: those of shapes, those that no shape has, or its only one.
 
     Raises
     ------
     FormatError
-        See :func:`load_scene`.
+        If the file cannot be read, or Mitsuba can make nothing of it.
     """
+    found, mi = _load(path), mitsuba()
+    if isinstance(found, mi.BSDF):
+        return [found]
+    if not isinstance(found, mi.Scene):
+        return []
+    bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
+
+    class Children(mi.TraversalCallback):  # type: ignore[misc,name-defined]
+        def put(self, _name: str, value: Any, *_: Any) -> None:
+            if isinstance(value, mi.BSDF):
+                bsdfs.append(value)
+
+    found.traverse(Children())
+    return list(dict.fromkeys(bsdfs))
+
+
+def _load(path: PathLike) -> Any:
+    """What Mitsuba makes of a file."""
     check_depth(path)
     mi = mitsuba()
     register()
     try:
-        found = mi.load_file(str(path))
+        return mi.load_file(str(path))
     except NacreError:
         raise
     except Exception as error:  # Mitsuba raises what its parser, plugins and bindings meet
         if is_shortage(error):
             raise NacreError(f"{path}: not enough memory to load the scene") from error
         raise FormatError(f"{path}: Mitsuba: {_one_line(error)}") from error
-    return list(found) if isinstance(found, list | tuple) else [found]
 
 
 def check_depth(path: PathLike) -> None:
@@ -120,7 +135,7 @@ def check_depth(path: PathLike) -> None:
         if depth > MAX_DEPTH:
             line = parser.CurrentLineNumber
             raise FormatError(
-                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others, which no scene needs"
+                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others; no scene needs that"
             )
 
     def closed(_: str) -> None:
@@ -141,4 +156,9 @@ def check_depth(path: PathLike) -> None:
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
+    """What Mitsuba says, without the traceback of an error within a plugin of this package."""
+    where, traceback, inner = str(error).partition("Traceback (most recent call last):")
+    if traceback:
+        last = inner.strip().splitlines()[-1]
+        return f"{' '.join(where.split())} {last.partition(': ')[2]}"
+    return " ".join(where.split())

@@ -7,6 +7,9 @@ each pixel; and one directional light 45 degrees off the view, from the upper le
 pi. No shadows, no interreflection, nothing random: two reflectances see the very same pairs of
 directions (:mod:`nacre.render.lights`). For metrics, values are clipped to [0, 1] and a gamma of
 2.2 applied (:func:`nacre.color.tone_map`).
+
+Pictures for people have smooth edges: :func:`smooth_edges` evaluates more points where the rim or
+the shadow of a light runs through a pixel, which no metric sees.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ SIZE = 128
 """Pixels along an edge of the picture."""
 
 MARGIN = 0.03
-"""Part of the half frame that stays free around the sphere."""
+"""Fraction of the half frame that stays free around the sphere."""
 
 _PAIRS = 1 << 16
 """Pairs of directions that a thread holds at a time: about 10 MB with what `eval` needs."""
@@ -35,7 +38,7 @@ Floats = npt.NDArray[np.floating]
 Image = npt.NDArray[np.float32]
 Mask = npt.NDArray[np.bool_]
 Progress = Callable[[float], None]
-"""Called with the part that is done, in (0, 1], from the thread that asked for the picture."""
+"""Called with the fraction that is done, in (0, 1], from the thread that asked for the picture."""
 
 
 def standard_lights(
@@ -55,8 +58,15 @@ def standard_lights(
     return {light.name: light for light in lights}
 
 
-def sphere_normals(size: int = SIZE) -> tuple[Floats, Mask]:
+def sphere_normals(size: int = SIZE, offset: Floats | None = None) -> tuple[Floats, Mask]:
     """Normals of the sphere at the pixel centers.
+
+    Parameters
+    ----------
+    size
+        Pixels along an edge.
+    offset
+        Where in the pixels, (x, y) in pixels from the center.
 
     Returns
     -------
@@ -66,8 +76,12 @@ def sphere_normals(size: int = SIZE) -> tuple[Floats, Mask]:
     mask
         Which pixels the sphere covers, shape (size, size).
     """
-    axis = ((np.arange(size) + 0.5) * 2.0 / size - 1.0) / (1.0 - MARGIN)
-    x, y = np.meshgrid(axis, -axis)
+    across, down = (0.0, 0.0) if offset is None else offset
+    columns, rows = (
+        ((np.arange(size) + 0.5 + shift) * 2.0 / size - 1.0) / (1.0 - MARGIN)
+        for shift in (across, down)
+    )
+    x, y = np.meshgrid(columns, -rows)
     squared = 1.0 - x * x - y * y
     mask = squared > 0.0
     z = np.sqrt(np.maximum(squared, 0.0))
@@ -79,7 +93,7 @@ def frames(normals: Floats) -> Floats:
     """Rotations from the common frame to the local frames of normals.
 
     The tangent runs east along the circles of latitude about +y, as on a lathe; the bitangent runs
-    north. That is the frame of Mitsuba's `sphere` after its z axis is turned to +y.
+    north. That is the frame of Mitsuba's `sphere` after its z axis is rotated to +y.
 
     Parameters
     ----------
@@ -123,18 +137,59 @@ def render_sphere(
         Which pixels the sphere covers, shape (size, size).
     """
     normals, mask = sphere_normals(size)
-    local = frames(normals[mask])
+    image = np.zeros((size, size, 3), np.float32)
+    image[mask] = _shade_all(brdf, light, frames(normals[mask]), progress)
+    return image, mask
+
+
+def smooth_edges(
+    image: Image, brdf: Brdf, light: Light, points: int = 4
+) -> tuple[Image, npt.NDArray[np.float32]]:
+    """A picture of :func:`render_sphere` with smooth edges, for people to look at.
+
+    Pixels that the rim runs through show the mean over `points` x `points` points of them; so do
+    all pixels where a light comes from one direction, whose shadow has an edge.
+
+    Parameters
+    ----------
+    image, brdf, light
+        The picture, and what it was rendered of.
+    points
+        Along an edge of a pixel.
+
+    Returns
+    -------
+    image
+        Linear RGB, black outside the sphere, shape (size, size, 3).
+    coverage
+        Fraction of each pixel that the sphere covers, shape (size, size).
+    """
+    size = len(image)
+    shifts = (np.arange(points) + 0.5) / points - 0.5
+    grid = [sphere_normals(size, np.array([x, y])) for y in shifts for x in shifts]
+    masks = np.stack([mask for _, mask in grid])
+    coverage: npt.NDArray[np.float32] = masks.mean(axis=0, dtype=np.float32)
+    rendered: Mask = np.asarray(coverage > 0.0)
+    if light.count > 1:
+        rendered &= coverage < 1.0
+    smooth: Image = np.where(rendered[..., None], np.float32(0.0), image)
+    for normals, mask in grid:
+        chosen = mask & rendered
+        shaded = _shade_all(brdf, light, frames(normals[chosen]))
+        smooth[chosen] += np.asarray(shaded / len(grid), np.float32)
+    return smooth, coverage
+
+
+def _shade_all(brdf: Brdf, light: Light, local: Floats, progress: Progress | None = None) -> Floats:
+    """Radiance toward +z at points with given frames, from one thread a core, shape (n, 3)."""
     step = max(1, _PAIRS // light.count)
     parts = [local[start : start + step] for start in range(0, len(local), step)]
-
-    image = np.zeros((size, size, 3), np.float32)
     shaded = []
     for radiance in thread_map(lambda part: _shade(brdf, part, light), parts):
         shaded.append(radiance)
         if progress is not None:
             progress(len(shaded) / len(parts))
-    image[mask] = np.concatenate(shaded)
-    return image, mask
+    return np.concatenate(shaded) if shaded else np.zeros((0, 3))
 
 
 def _shade(brdf: Brdf, local: Floats, light: Light) -> Floats:

@@ -1,4 +1,4 @@
-"""The environment that the package brings along: a photographer's studio under an open sky.
+"""The environment that the package includes: a photographer's studio under an open sky.
 
 Made from formulas at run time, so there is no image to ship and none to license.
 """
@@ -39,7 +39,7 @@ class _SoftBox:
     width, height
         Angles that it subtends, in degrees.
     tilt
-        Turn about its center in degrees.
+        Rotation about its center in degrees.
     radiance
         Linear RGB in its middle.
     """
@@ -54,17 +54,17 @@ class _SoftBox:
     def coverage(self, directions: Floats) -> Floats:
         """1 in the middle, 0 outside, smooth between; shape (..., 1)."""
         phi, theta = math.radians(self.azimuth), math.radians(self.elevation)
-        centre = np.array(
+        center = np.array(
             [math.sin(phi) * math.cos(theta), math.sin(theta), math.cos(phi) * math.cos(theta)]
         )
         right = np.array([math.cos(phi), 0.0, -math.sin(phi)])
-        up = np.cross(centre, right)
-        turn = math.radians(self.tilt)
+        up = np.cross(center, right)
+        tilt = math.radians(self.tilt)
         axes = (
-            math.cos(turn) * right + math.sin(turn) * up,
-            math.cos(turn) * up - math.sin(turn) * right,
+            math.cos(tilt) * right + math.sin(tilt) * up,
+            math.cos(tilt) * up - math.sin(tilt) * right,
         )
-        depth = directions @ centre
+        depth = directions @ center
         inside = np.ones(directions.shape[:-1])
         for axis, angle in zip(axes, (self.width, self.height), strict=True):
             half = math.tan(math.radians(angle) / 2.0)

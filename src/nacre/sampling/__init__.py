@@ -2,13 +2,11 @@
 a material.
 """
 
-from nacre.sampling.fit import fit_lobes
-from nacre.sampling.fitted import LobeSampledBrdf
+from nacre.sampling.fit import LobeSampledBrdf, fit_blinn_phong, fit_lobes
 from nacre.sampling.isotropy import check_isotropic
 from nacre.sampling.lobes import BlinnPhongMixture, UniformSampler
 from nacre.sampling.mixture import GgxLobe, GgxMixture
 from nacre.sampling.registry import SAMPLERS, describe_sampler, make_sampler
-from nacre.sampling.search import fit_blinn_phong
 from nacre.sampling.uniform import DISTRIBUTIONS, draw_samples
 
 __all__ = [

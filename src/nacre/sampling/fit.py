@@ -1,13 +1,17 @@
-"""Fit of importance sampling lobes to a material."""
+"""Fits of importance sampling lobes to a material, and materials that are sampled by them."""
 
 from __future__ import annotations
 
 import math
+from functools import cached_property
+
+import numpy as np
 
 from nacre.array import Floats
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.geometry import half_vector, split
 from nacre.numerics.newton import minimize
+from nacre.sampling.lobes import MAX_EXPONENT, BlinnPhongMixture
 from nacre.sampling.mixture import GgxMixture
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import Moment, second_moment
@@ -19,9 +23,20 @@ _STARTS = (0.02, 0.1, 0.4)
 _APART = 0.6
 """How far from the one lobe's width a second one starts, either way."""
 _WORTH = 1e-3
-"""Least share of the cosine lobe's second moment that a mixture saves."""
+"""Smallest fraction of the cosine lobe's second moment that a mixture saves."""
 _FIRST, _MORE = 10, 40
 """Steps of every start, and of the best."""
+_EXPONENTS = np.geomspace(1.0, MAX_EXPONENT, 48)
+_FRACTIONS = np.linspace(0.0, 0.98, 50)
+
+
+class LobeSampledBrdf(Brdf):
+    """A reflectance that samples itself by lobes fitted to it when they are first asked for."""
+
+    @cached_property
+    def sampler(self) -> Sampler:  # type: ignore[override]  # found once
+        """The fitted lobes."""
+        return fit_lobes(self)
 
 
 def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
@@ -56,8 +71,35 @@ def fit_lobes(brdf: Brdf, seed: int = 0) -> Sampler:
     return mixture if value < (1.0 - _WORTH) * cosine else CosineSampler()
 
 
+def fit_blinn_phong(brdf: Brdf, seed: int = 0) -> BlinnPhongMixture:
+    """The lobes of the NBRDF paper's section 3.3 that sample a reflectance with the least variance.
+
+    The fraction and the exponent with the smallest second moment of all that a grid holds.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance; what is not reflected is not sampled, so black gets the cosine lobe.
+    seed
+        Of the directions that estimate the variance.
+    """
+    moment = second_moment(brdf, seed)
+    if not moment.weights.any():
+        return BlinnPhongMixture(0.0, 1.0)
+    wi, wo = split(moment.wi), split(moment.wo)
+    # The fraction of the cosine lobe is kept above zero: it bounds every weight.
+    cosine = wi[2] / math.pi
+    best = (math.inf, 0.0, 1.0)
+    for exponent in _EXPONENTS:
+        lobe = BlinnPhongMixture(1.0, float(exponent)).pdf_components(wi, wo)
+        for fraction in _FRACTIONS:
+            second = float((moment.weights / (fraction * lobe + (1.0 - fraction) * cosine)).sum())
+            best = min(best, (second, float(fraction), float(exponent)))
+    return BlinnPhongMixture(best[1], best[2])
+
+
 def _fit(moment: Moment, angle: float | None) -> tuple[float, GgxMixture]:
-    """The least second moment found, and its mixture."""
+    """The smallest second moment found, and its mixture."""
     one, two = (MixtureMoment(moment, _COSINES, lobes, angle) for lobes in (1, 2))
     free = _best(one, [one.start((roughness,)) for roughness in _STARTS])[1]
     value, free = _best(two, [one.part(free, wider) for wider in (-_APART, _APART)])
@@ -65,7 +107,7 @@ def _fit(moment: Moment, angle: float | None) -> tuple[float, GgxMixture]:
 
 
 def _best(function: MixtureMoment, starts: list[Floats]) -> tuple[float, Floats]:
-    """The least value found from some starts, the best of which goes on."""
+    """The smallest value found from some starts, the best of which goes on."""
     found = [minimize(function, start, _FIRST) for start in starts]
     return minimize(function, min(found, key=lambda pair: pair[0])[1], _MORE)
 

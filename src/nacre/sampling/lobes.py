@@ -72,6 +72,13 @@ class BlinnPhongMixture(Sampler):
             raise ValueError(f"exponent must lie in [0, {MAX_EXPONENT:g}], got {self.exponent}")
 
     @classmethod
+    def parametrizations(cls) -> Mapping[str, Any]:
+        """See :class:`nacre.brdf.Sampler`."""
+        from nacre.sampling.parametrizations import BlinnPhongParametrization
+
+        return {"blinn-phong": BlinnPhongParametrization()}
+
+    @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> BlinnPhongMixture:
         """See :class:`nacre.brdf.Sampler`."""
         return cls(float(description["specular"]), float(description["exponent"]))

@@ -1,6 +1,6 @@
 """Microfacets of any reflectance: which normals it has, and what of them a direction sees.
 
-Light sent straight back tells the density of microfacet normals D: with G the share that a
+Light sent straight back tells the density of microfacet normals D: with G the fraction that a
 direction sees, f_r(o, o) cos(o) = F D(o) / (4 sigma(o)), where sigma(o), the projected area of all
 facets, is the integral of D(m) max(m . o, 0) over normals m. So D is an eigenvector of a linear
 operator, and power iteration finds it (Dupuy, Heitz, Iehl, Poulin and Ostromoukhov 2015,
@@ -10,35 +10,33 @@ operator, and power iteration finds it (Dupuy, Heitz, Iehl, Poulin and Ostromouk
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import from_half_difference, from_spherical, join, split
-
-_Floats: TypeAlias = npt.NDArray[np.floating]
 
 GRAZING = math.radians(89.9)
 """Polar angle that stands for the horizon, at which f_r is not defined."""
 
-_TURNS = 16
+_DIFFERENCE_AZIMUTHS = 16
 """Azimuths of the difference vector that a highlight is averaged over."""
 _ITERATIONS = 100
 _CONVERGED = 1e-5
-_LEAST = 1e-30
+_TINY_DENSITY = 1e-30
 
 
-def polar_nodes(count: int) -> _Floats:
+def polar_nodes(count: int) -> Floats:
     """Polar angles of `count` nodes that stand evenly in sqrt(2 theta / pi), shape (count,)."""
-    angles: _Floats = np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
+    angles: Floats = np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
     return angles
 
 
-def azimuth_nodes(count: int) -> _Floats:
+def azimuth_nodes(count: int) -> Floats:
     """Azimuths of `count` even nodes from -pi to pi, shape (count,)."""
-    angles: _Floats = np.linspace(-math.pi, math.pi, count)
+    angles: Floats = np.linspace(-math.pi, math.pi, count)
     return angles
 
 
@@ -61,17 +59,17 @@ class NormalGrid:
         phi, theta = np.meshgrid(azimuth_nodes(azimuths), polar_nodes(polars), indexing="ij")
         self.normals = join(from_spherical(theta, phi))
         x = np.linspace(0.0, 1.0, polars)
-        self.jacobian: _Floats = 2.0 * math.pi**2 * x * np.sin(theta)
+        self.jacobian: Floats = 2.0 * math.pi**2 * x * np.sin(theta)
         """Solid angle per area of the square, shape (azimuths, polars)."""
         weights = _trapezoid(azimuths)[:, None] * _trapezoid(polars) * self.jacobian
-        self._weights: _Floats = weights
+        self._weights: Floats = weights
         rows = slice(0, 1) if isotropic else slice(None)  # one row stands for all
         low = np.minimum(theta[rows], GRAZING)
         self._views = join(from_spherical(low, phi[rows]))
         facing = self._views.reshape(-1, 3) @ self.normals.reshape(-1, 3).T
         self._facing = np.maximum(facing, 0.0).astype(np.float32)
 
-    def projected_area(self, density: _Floats) -> _Floats:
+    def projected_area(self, density: Floats) -> Floats:
         """sigma: the integral of D(m) max(m . o, 0) over normals, for directions o at the nodes.
 
         Parameters
@@ -82,7 +80,7 @@ class NormalGrid:
         area = self._facing @ (self._weights * density).ravel()
         return np.broadcast_to(area.reshape(self._views.shape[:2]), self.shape)
 
-    def visible(self, density: _Floats, theta: float, phi: float) -> _Floats:
+    def visible(self, density: Floats, theta: float, phi: float) -> Floats:
         """What the direction of these angles sees of normals, per area of the square, not scaled.
 
         Parameters
@@ -93,17 +91,17 @@ class NormalGrid:
             Polar angle and azimuth in radians.
         """
         view = np.stack(from_spherical(theta, phi))
-        seen: _Floats = density * self.jacobian * np.maximum(self.normals @ view, 0.0)
+        seen: Floats = density * self.jacobian * np.maximum(self.normals @ view, 0.0)
         return seen
 
-    def normalized(self, density: _Floats) -> _Floats:
+    def normalized(self, density: Floats) -> Floats:
         """`density` scaled so that D(m) cos(m) integrates to 1; uniform where all is 0."""
         total = float(np.sum(self._weights * self.normals[..., 2] * density))
         if not total > 0.0:
             return np.full(self.shape, 1.0 / math.pi)
         return density / total
 
-    def density(self, brdf: Brdf, correlated: bool = False) -> _Floats:
+    def density(self, brdf: Brdf, correlated: bool = False) -> Floats:
         """Density of microfacet normals D of a reflectance, in 1/sr, normalized.
 
         The eigenvector of f_r(o, o) cos(o) sigma(o) for the largest eigenvalue. Where f_r is not
@@ -129,7 +127,7 @@ class NormalGrid:
                 break
         return density
 
-    def ggx_roughness(self, density: _Floats) -> float:
+    def ggx_roughness(self, density: Floats) -> float:
         """Alpha of the isotropic GGX distribution with the same mean slope.
 
         Dupuy et al. 2015: the mean of |tan theta| over slopes is pi alpha / 2.
@@ -142,7 +140,7 @@ class NormalGrid:
         sine = np.sqrt(1.0 - self.normals[..., 2] ** 2)
         return 2.0 / math.pi * float(np.sum(self._weights * density * sine))
 
-    def beckmann_roughness(self, density: _Floats) -> float:
+    def beckmann_roughness(self, density: Floats) -> float:
         """Alpha of the isotropic Beckmann distribution with the same variance of slopes.
 
         Dupuy et al. 2015: the mean of tan(theta)^2 over slopes is alpha^2.
@@ -157,7 +155,7 @@ class NormalGrid:
         square = np.where(above, (1.0 - cosine**2) / np.where(above, cosine, 1.0), 0.0)
         return math.sqrt(float(np.sum(self._weights * density * square)))
 
-    def highlight(self, brdf: Brdf, theta_d: float) -> _Floats:
+    def highlight(self, brdf: Brdf, theta_d: float) -> Floats:
         """Mean of f_r over pairs of directions at an angle from their half vector, normalized.
 
         At grazing angles it shows the normals of a coat that sends hardly anything straight back.
@@ -169,7 +167,7 @@ class NormalGrid:
         theta_d
             Angle between half vector and either direction, in radians.
         """
-        phi_d = 2.0 * math.pi * (np.arange(_TURNS) + 0.5) / _TURNS
+        phi_d = 2.0 * math.pi * (np.arange(_DIFFERENCE_AZIMUTHS) + 0.5) / _DIFFERENCE_AZIMUTHS
         half = split(self._views[..., None, :])
         wi, wo = map(join, from_half_difference(half, from_spherical(theta_d + 0.0 * phi_d, phi_d)))
         value, known = _known(brdf, wi, wo)
@@ -177,30 +175,30 @@ class NormalGrid:
         mean = value.sum(axis=-1) / np.maximum(counts, 1)
         return self.normalized(np.broadcast_to(_mended(mean, counts > 0), self.shape))
 
-    def _straight_back(self, brdf: Brdf) -> _Floats:
+    def _straight_back(self, brdf: Brdf) -> Floats:
         """f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""
-        back: _Floats = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
+        back: Floats = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
         return back
 
 
-def _known(brdf: Brdf, wi: _Floats, wo: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
+def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Mean of the channels of f_r, 0 where it is not known, and where it is known."""
     value = brdf.eval(wi, wo).astype(np.float64).mean(axis=-1)
     known = brdf.valid(wi, wo) & np.isfinite(value)
     return np.where(known, value, 0.0), known
 
 
-def _mended(values: _Floats, known: npt.NDArray[np.bool_]) -> _Floats:
+def _mended(values: Floats, known: npt.NDArray[np.bool_]) -> Floats:
     """Values with what is not known interpolated along rows, at most 1; shape (rows, nodes)."""
     nodes = np.arange(values.shape[1])
     mended = [
         np.interp(nodes, nodes[mask], row[mask]) if mask.any() else row
         for row, mask in zip(values, known, strict=True)
     ]
-    return np.stack(mended) / max(float(values.max()), _LEAST)
+    return np.stack(mended) / max(float(values.max()), _TINY_DENSITY)
 
 
-def _trapezoid(count: int) -> _Floats:
+def _trapezoid(count: int) -> Floats:
     """Weights of an integral over [0, 1] from evenly spaced nodes."""
     weights = np.full(count, 1.0 / (count - 1))
     weights[[0, -1]] *= 0.5

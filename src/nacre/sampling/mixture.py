@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
 from nacre.geometry import azimuth, half_vector, reflect
-from nacre.sampling.visible_normals import LEAST_ROUGHNESS, sample_visible, visible_density
+from nacre.sampling.visible_normals import MIN_ROUGHNESS, sample_visible, visible_density
 
 Values: TypeAlias = tuple[float, ...]
 """A value for each of the cosines of a mixture; linear between them, constant beyond."""
@@ -33,7 +33,7 @@ class GgxLobe:
     fraction
         Of the samples: the probability of the lobe, in [0, 1].
     roughness
-        Alpha along the x axis of the lobe, in [:data:`LEAST_ROUGHNESS`, :data:`MAX_ROUGHNESS`].
+        Alpha along the x axis of the lobe, in [:data:`MIN_ROUGHNESS`, :data:`MAX_ROUGHNESS`].
     across
         Alpha across it, as `roughness`.
     shift
@@ -93,8 +93,8 @@ class GgxMixture(Sampler):
         self._check("squared", self.squared, 0.0, 1.0)
         for lobe in self.lobes:
             self._check("fraction", lobe.fraction, 0.0, 1.0)
-            self._check("roughness", lobe.roughness, LEAST_ROUGHNESS, MAX_ROUGHNESS)
-            self._check("across", lobe.across, LEAST_ROUGHNESS, MAX_ROUGHNESS)
+            self._check("roughness", lobe.roughness, MIN_ROUGHNESS, MAX_ROUGHNESS)
+            self._check("across", lobe.across, MIN_ROUGHNESS, MAX_ROUGHNESS)
             self._check("shift", lobe.shift, -MAX_SHIFT, MAX_SHIFT)
         fractions = [self.uniform, self.squared, *(lobe.fraction for lobe in self.lobes)]
         if any(sum(at) > 1.0 + _ROUNDING for at in zip(*fractions, strict=True)):
@@ -120,6 +120,16 @@ class GgxMixture(Sampler):
             for lobe in self.lobes
         ]
         return {**super().describe(), "lobes": lobes}
+
+    @classmethod
+    def parametrizations(cls) -> Mapping[str, Any]:
+        """See :class:`nacre.brdf.Sampler`."""
+        from nacre.sampling.parametrizations import (
+            MixtureParametrization,
+            SingleLobeParametrization,
+        )
+
+        return {"ggx": SingleLobeParametrization(), "mixture": MixtureParametrization()}
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
@@ -164,7 +174,7 @@ class GgxMixture(Sampler):
             along, across, shift = (xp.where(u[0] < below, *pair) for pair in pairs)
             shape = along, across, shift
         normal = sample_visible(view, u[1], u[2], shape[:2], shape[2])
-        mirrored = turned(reflect(view, normal), cos, -1.0 * sin)
+        mirrored = in_frame(reflect(view, normal), cos, -1.0 * sin)
 
         uniform = bound + at(self.uniform)
         squared = uniform + at(self.squared)
@@ -179,7 +189,7 @@ class GgxMixture(Sampler):
         """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         at, (cos, sin), view = self._interpolation(wo), *lobe_frame(wo, self.angle)
-        h = turned(half_vector(wi, wo), cos, sin)
+        h = in_frame(half_vector(wi, wo), cos, sin)
         uniform, squared = at(self.uniform), at(self.squared)
         cosine = 1.0 - uniform - squared
         density: Array = 0.0
@@ -204,7 +214,7 @@ class GgxMixture(Sampler):
         def at(values: Values) -> Array:
             value: Array = values[0]
             for step, (low, high) in zip(steps, itertools.pairwise(values), strict=True):
-                if low != high:
+                if type(low) is not float or low != high:  # numbers may be data of a kernel
                     value = value + (high - low) * step
             return value
 
@@ -222,9 +232,9 @@ def lobe_frame(wo: Components, angle: float | None) -> tuple[tuple[Array, Array]
         cos, sin, sin_theta = azimuth(wo)
         return (cos, sin), (sin_theta, 0.0, wo[2])
     axis = math.cos(angle), math.sin(angle)
-    return axis, turned(wo, *axis)
+    return axis, in_frame(wo, *axis)
 
 
-def turned(w: Components, cos: Array, sin: Array) -> Components:
-    """`w` in a frame that is turned about z by an angle of this cosine and sine."""
+def in_frame(w: Components, cos: Array, sin: Array) -> Components:
+    """`w` in a frame that is rotated about z by an angle of this cosine and sine."""
     return cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]

@@ -10,8 +10,8 @@ from nacre.array import Floats
 from nacre.numerics.newton import Terms
 from nacre.sampling.mixture import GgxMixture, Values
 from nacre.sampling.mixture_parameters import (
-    LARGEST_SHIFT,
-    LEAST_COSINE,
+    MAX_FITTED_SHIFT,
+    MIN_COSINE,
     ROUGHNESSES,
     bounded,
     columns,
@@ -24,7 +24,7 @@ from nacre.sampling.visible_normals import visible_density
 _STEP = 1e-5
 """Of differences."""
 _SMALL = -2.0
-"""Logarithm of a share that starts small, relative to that of the cosine lobe."""
+"""Logarithm of a fraction that starts small, relative to that of the cosine lobe."""
 
 
 class MixtureMoment:
@@ -50,7 +50,7 @@ class MixtureMoment:
         self._weights = moment.weights
         mu = moment.wo[:, 0, 2]
         self._hats = np.stack([np.interp(mu, cosines, row) for row in np.eye(len(cosines))], -1)
-        self._shares, self._roughnesses, self._shifts = columns(lobes)
+        self._fractions, self._roughnesses, self._shifts = columns(lobes)
 
     def start(self, roughness: Values) -> Floats:
         """Parameters of isotropic lobes that do not depend on the view."""
@@ -63,7 +63,7 @@ class MixtureMoment:
         """Parameters with one lobe more, for a :class:`MixtureMoment` that has it: the last one in
         two halves, of which one is wider by this change of its parameters.
         """
-        last = self._shares.stop - 1 + self.lobes * np.arange(4)
+        last = self._fractions.stop - 1 + self.lobes * np.arange(4)
         rows = free.reshape(len(self.cosines), -1)
         rows = np.repeat(rows, 1 + np.isin(np.arange(rows.shape[1]), last), axis=1)
         rows[:, last[0] : last[0] + 2] -= math.log(2.0)
@@ -103,15 +103,15 @@ class MixtureMoment:
         slopes[:, 0] = 0.5 / math.pi - cosine
         slopes[:, 1] = 1.5 / math.pi * self._z**2 - cosine
         for k in range(count):
-            share, *shape = (values[:, 2 + k + j * count, None] for j in range(4))
+            fraction, *shape = (values[:, 2 + k + j * count, None] for j in range(4))
             lobe = self._lobe(shape)
             slopes[:, 2 + k] = lobe - cosine
             for j, value in enumerate(shape):
                 step = _STEP * (1.0 if j == 2 else value)
                 moved = self._lobe([*shape[:j], value + step, *shape[j + 1 :]])
-                slopes[:, 2 + k + (j + 1) * count] = share / step * (moved - lobe)
-        shares = values[:, self._shares, None]
-        return cosine + (shares * slopes[:, self._shares]).sum(axis=1), slopes
+                slopes[:, 2 + k + (j + 1) * count] = fraction / step * (moved - lobe)
+        fractions = values[:, self._fractions, None]
+        return cosine + (fractions * slopes[:, self._fractions]).sum(axis=1), slopes
 
     def _lobe(self, shape: list[Floats]) -> Floats:
         along, across, shift = shape
@@ -120,15 +120,15 @@ class MixtureMoment:
 
     def _bounded(self, rows: Floats) -> tuple[Floats, Floats]:
         """Values (m, c) of free parameters (m, c), and their derivatives (m, c, c)."""
-        shares, roughnesses, shifts = bounded(rows, self.lobes)
+        fractions, roughnesses, shifts = bounded(rows, self.lobes)
         chain = np.zeros((*rows.shape, rows.shape[1]))
-        part = shares / (1.0 - LEAST_COSINE)
-        square = np.eye(shares.shape[1]) * part[:, None] - part[:, :, None] * part[:, None]
-        chain[:, self._shares, self._shares] = (1.0 - LEAST_COSINE) * square
+        part = fractions / (1.0 - MIN_COSINE)
+        square = np.eye(fractions.shape[1]) * part[:, None] - part[:, :, None] * part[:, None]
+        chain[:, self._fractions, self._fractions] = (1.0 - MIN_COSINE) * square
         low, high = np.log(ROUGHNESSES)
         place = (np.log(roughnesses) - low) / (high - low)
         slope = roughnesses * (high - low) * place * (1.0 - place)
-        slope = np.concatenate([slope, LARGEST_SHIFT - shifts**2 / LARGEST_SHIFT], axis=1)
-        index = np.arange(self._shares.stop, rows.shape[1])
+        slope = np.concatenate([slope, MAX_FITTED_SHIFT - shifts**2 / MAX_FITTED_SHIFT], axis=1)
+        index = np.arange(self._fractions.stop, rows.shape[1])
         chain[:, index, index] = slope
-        return np.concatenate([shares, roughnesses, shifts], axis=1), chain
+        return np.concatenate([fractions, roughnesses, shifts], axis=1), chain

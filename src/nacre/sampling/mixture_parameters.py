@@ -1,6 +1,6 @@
 """Parameters of a :class:`GgxMixture` that may have any value, for fits and for networks.
 
-They are a matrix, a row for each cosine of the view: the logarithms of the shares of the uniform,
+They are a matrix, a row for each cosine of the view: logarithms of the fractions of the uniform,
 the squared and the GGX lobes relative to that of the cosine lobe; roughnesses along and across, and
 shifts, of all lobes, through functions that keep them within bounds.
 """
@@ -14,9 +14,9 @@ import numpy as np
 from nacre.array import Array, Floats, namespace
 from nacre.sampling.mixture import GgxLobe, GgxMixture, Values
 
-LEAST_COSINE = 0.01
-"""Share of the cosine lobe: it bounds every weight."""
-LARGEST_SHIFT = 1.0
+MIN_COSINE = 0.01
+"""Fraction of the cosine lobe: it bounds every weight."""
+MAX_FITTED_SHIFT = 1.0
 ROUGHNESSES = 0.004, 1.5
 """Range of roughnesses."""
 _LOW, _HIGH = (math.log(a) for a in ROUGHNESSES)
@@ -25,9 +25,9 @@ _FARTHEST = 30.0
 
 
 def columns(lobes: int) -> tuple[slice, slice, slice]:
-    """Where the shares, roughnesses and shifts stand in a row."""
-    shares, roughnesses = 2 + lobes, 2 + 3 * lobes
-    return slice(0, shares), slice(shares, roughnesses), slice(roughnesses, 2 + 4 * lobes)
+    """Where the fractions, roughnesses and shifts stand in a row."""
+    fractions, roughnesses = 2 + lobes, 2 + 3 * lobes
+    return slice(0, fractions), slice(fractions, roughnesses), slice(roughnesses, 2 + 4 * lobes)
 
 
 def bounded(rows: Array, lobes: int) -> tuple[Array, Array, Array]:
@@ -35,12 +35,12 @@ def bounded(rows: Array, lobes: int) -> tuple[Array, Array, Array]:
 
     NumPy arrays or PyTorch tensors.
     """
-    shares, roughnesses, shifts = (rows[..., part] for part in columns(lobes))
-    powers = namespace(rows).exp(_clipped(shares))
+    fractions, roughnesses, shifts = (rows[..., part] for part in columns(lobes))
+    powers = namespace(rows).exp(_clipped(fractions))
     return (
-        (1.0 - LEAST_COSINE) * powers / (1.0 + powers.sum(-1)[..., None]),
+        (1.0 - MIN_COSINE) * powers / (1.0 + powers.sum(-1)[..., None]),
         bounded_roughness(roughnesses),
-        LARGEST_SHIFT * (2.0 * logistic(2.0 * shifts) - 1.0),
+        MAX_FITTED_SHIFT * (2.0 * logistic(2.0 * shifts) - 1.0),
     )
 
 
@@ -64,8 +64,8 @@ def rounded_mixture(
     rows: Floats, cosines: Values, lobes: int, angle: float | None = None
 ) -> GgxMixture:
     """The sampler of free parameters (m, 2 + 4 lobes), with four digits of each."""
-    shares, roughnesses, shifts = bounded(rows, lobes)
-    values = np.concatenate([shares.round(4), roughnesses, shifts], axis=1)
+    fractions, roughnesses, shifts = bounded(rows, lobes)
+    values = np.concatenate([fractions.round(4), roughnesses, shifts], axis=1)
     uniform, squared, *rest = (tuple(float(f"{x:.4g}") for x in row) for row in values.T)
     found = (GgxLobe(*rest[k::lobes]) for k in range(lobes))
     return GgxMixture(tuple(found), uniform, squared, cosines, angle)

@@ -18,7 +18,7 @@ from nacre.geometry import (
     split,
     uniform_hemisphere,
 )
-from nacre.sampling.mixture import lobe_frame, turned
+from nacre.sampling.mixture import in_frame, lobe_frame
 from nacre.sampling.sequence import even_points
 from nacre.sampling.visible_normals import sample_visible, visible_density
 
@@ -61,18 +61,18 @@ class Proposal:
         As in :class:`Moment`; `wi` is the normal where a light was drawn below the horizon.
     density
         With which lights were drawn, in 1/sr, shape (v, n); infinite below the horizon.
-    shares
+    fractions
         Of the views in the mean, shape (v,).
     """
 
     wo: Floats
     wi: Floats
     density: Floats
-    shares: Floats
+    fractions: Floats
 
     def single(self) -> Proposal:
         """The same in float32, which takes half the time."""
-        arrays = self.wo, self.wi, self.density, self.shares
+        arrays = self.wo, self.wi, self.density, self.fractions
         return Proposal(*(array.astype(np.float32) for array in arrays))
 
     def weights(self, f_r: Floats) -> Floats:
@@ -83,7 +83,7 @@ class Proposal:
             albedo = (value / self.density[..., None]).mean(axis=-2, keepdims=True)
             scale = albedo**2 + (_DARK * albedo.max(axis=-1, keepdims=True)) ** 2
             square = (value**2 / scale).mean(axis=-1)
-            weights = self.shares[:, None] / self.wi.shape[1] * square / self.density
+            weights = self.fractions[:, None] / self.wi.shape[1] * square / self.density
         return np.where(np.isfinite(weights), weights, 0.0)
 
 
@@ -102,7 +102,7 @@ def view_pairs(wo: Floats, wi: Floats, angle: float | None = None) -> Pairs:
     """Pairs of directions of shape (v, n, 3), for lobes that turn with the view or stay."""
     light, eye = split(wi), split(wo)
     axis, view = lobe_frame(eye, angle)
-    return Pairs(turned(half_vector(light, eye), *axis), view, light[2])
+    return Pairs(in_frame(half_vector(light, eye), *axis), view, light[2])
 
 
 def second_moment(brdf: Brdf, seed: int = 0) -> Moment:

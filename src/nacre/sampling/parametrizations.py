@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import abc
 import itertools
 import math
 from collections.abc import Mapping
-from typing import Protocol
 
 import numpy as np
 
@@ -14,85 +14,87 @@ from nacre.brdf import Sampler
 from nacre.sampling.lobes import MAX_EXPONENT, BlinnPhongMixture, blinn_phong_density
 from nacre.sampling.mixture import GgxLobe, GgxMixture
 from nacre.sampling.mixture_parameters import (
-    LEAST_COSINE,
+    MIN_COSINE,
     bounded,
     bounded_roughness,
     logistic,
     rounded_mixture,
 )
 from nacre.sampling.moment import Pairs
+from nacre.sampling.registry import SAMPLERS
 from nacre.sampling.visible_normals import visible_density
 
 
-class LobeFamily(Protocol):
-    """Samplers of one kind, each a point of a space without bounds."""
+class Parametrization(abc.ABC):
+    """Samplers of one kind, each a point of a space without bounds.
 
-    @property
-    def size(self) -> int:
-        """Number of free parameters."""
-        ...
+    A kind of sampler names its own in :meth:`nacre.brdf.Sampler.parametrizations`.
+    """
 
+    size: int
+    """Number of free parameters."""
+
+    @abc.abstractmethod
     def density(self, free: Array, pairs: Pairs) -> Array:
         """Densities in 1/sr, shape (..., v, n), of parameters (..., size).
 
         NumPy arrays or PyTorch tensors.
         """
-        ...
 
+    @abc.abstractmethod
     def sampler(self, free: Floats) -> Sampler:
         """The sampler of parameters (size,), whatever they are, with four digits of each."""
-        ...
 
 
-class BlinnPhongFamily:
-    """:class:`BlinnPhongMixture`: the shares' log-odds, and the place between the least and the
-    greatest logarithm of the exponent.
+class BlinnPhongParametrization(Parametrization):
+    """:class:`BlinnPhongMixture`: log-odds of the fraction, and the place of the exponent's
+    logarithm between its bounds.
     """
 
     size = 2
 
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """See :class:`LobeFamily`."""
-        share, exponent = (x[..., None, None] for x in self._bounded(free))
+        """See :class:`Parametrization`."""
+        fraction, exponent = (x[..., None, None] for x in self._bounded(free))
         lobe = blinn_phong_density(pairs.half, pairs.view, exponent)
-        return share * lobe + (1.0 - share) / math.pi * pairs.cosine
+        return fraction * lobe + (1.0 - fraction) / math.pi * pairs.cosine
 
     def sampler(self, free: Floats) -> BlinnPhongMixture:
-        """See :class:`LobeFamily`."""
-        share, exponent = (float(f"{x:.4g}") for x in self._bounded(free))
-        return BlinnPhongMixture(share, exponent)
+        """See :class:`Parametrization`."""
+        fraction, exponent = (float(f"{x:.4g}") for x in self._bounded(free))
+        return BlinnPhongMixture(fraction, exponent)
 
     @staticmethod
     def _bounded(free: Array) -> tuple[Array, Array]:
-        share = (1.0 - LEAST_COSINE) * logistic(free[..., 0])
-        return share, namespace(free).exp(math.log(MAX_EXPONENT) * logistic(free[..., 1]))
+        fraction = (1.0 - MIN_COSINE) * logistic(free[..., 0])
+        return fraction, namespace(free).exp(math.log(MAX_EXPONENT) * logistic(free[..., 1]))
 
 
-class PlainGgxFamily:
+class SingleLobeParametrization(Parametrization):
     """:class:`GgxMixture` of one isotropic lobe beside the cosine, the same for all views: the
-    share's log-odds and a free roughness.
+    log-odds of its fraction and a free roughness.
     """
 
     size = 2
 
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """See :class:`LobeFamily`."""
-        share, alpha = (x[..., None, None] for x in self._bounded(free))
+        """See :class:`Parametrization`."""
+        fraction, alpha = (x[..., None, None] for x in self._bounded(free))
         lobe = visible_density(pairs.half, pairs.view, (alpha, alpha))
-        return share * lobe + (1.0 - share) / math.pi * pairs.cosine
+        return fraction * lobe + (1.0 - fraction) / math.pi * pairs.cosine
 
     def sampler(self, free: Floats) -> GgxMixture:
-        """See :class:`LobeFamily`."""
-        share, alpha = ((float(f"{x:.4g}"),) for x in self._bounded(free))
-        return GgxMixture((GgxLobe(share, alpha, alpha, (0.0,)),))
+        """See :class:`Parametrization`."""
+        fraction, alpha = ((float(f"{x:.4g}"),) for x in self._bounded(free))
+        return GgxMixture((GgxLobe(fraction, alpha, alpha, (0.0,)),))
 
     @staticmethod
     def _bounded(free: Array) -> tuple[Array, Array]:
-        share = (1.0 - LEAST_COSINE) * logistic(free[..., 0])
-        return share, bounded_roughness(free[..., 1])
+        fraction = (1.0 - MIN_COSINE) * logistic(free[..., 0])
+        return fraction, bounded_roughness(free[..., 1])
 
 
-class MixtureFamily:
+class MixtureParametrization(Parametrization):
     """:class:`GgxMixture` as :func:`fit_lobes` finds it, its lobes turning with the view."""
 
     cosines = 0.1, 0.45, 1.0
@@ -100,9 +102,9 @@ class MixtureFamily:
     size = len(cosines) * (2 + 4 * lobes)
 
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """See :class:`LobeFamily`."""
+        """See :class:`Parametrization`."""
         rows = free.reshape(*free.shape[:-1], len(self.cosines), -1)
-        shares, roughnesses, shifts = (
+        fractions, roughnesses, shifts = (
             self._of_views(part, pairs.view[2][:, :1]) for part in bounded(rows, self.lobes)
         )
         z = pairs.cosine
@@ -118,11 +120,11 @@ class MixtureFamily:
         )
         density = z / math.pi
         for k, lobe in enumerate((*diffuse, *lobes)):
-            density = density + shares[..., k, None] * (lobe - z / math.pi)
+            density = density + fractions[..., k, None] * (lobe - z / math.pi)
         return density
 
     def sampler(self, free: Floats) -> GgxMixture:
-        """See :class:`LobeFamily`."""
+        """See :class:`Parametrization`."""
         rows = np.asarray(free, np.float64).reshape(len(self.cosines), -1)
         return rounded_mixture(rows, self.cosines, self.lobes)
 
@@ -136,12 +138,28 @@ class MixtureFamily:
         return values
 
 
-FAMILIES: Mapping[str, LobeFamily] = {
-    "blinn-phong": BlinnPhongFamily(),
-    "ggx": PlainGgxFamily(),
-    "mixture": MixtureFamily(),
+PARAMETRIZATIONS: Mapping[str, Parametrization] = {
+    **BlinnPhongMixture.parametrizations(),
+    **GgxMixture.parametrizations(),
 }
-"""Every kind by its name in files."""
+"""Those that the training of a basis predicts, by name in files."""
 
-BEST_FAMILY = "mixture"
-"""The kind with the least variance."""
+BEST = "mixture"
+"""The one with the least variance."""
+
+
+def find_parametrization(name: str) -> Parametrization:
+    """The parametrization of a name, of this or of another package.
+
+    Raises
+    ------
+    ValueError
+        If no known sampler has one of this name.
+    """
+    for _, kind in SAMPLERS.members():
+        if name in (known := kind.parametrizations()):
+            found: Parametrization = known[name]
+            return found
+    raise ValueError(
+        f"unknown sampler {name!r}; update nacre, or install the package that brings it"
+    )

@@ -15,13 +15,13 @@ import numpy as np
 from nacre.array import Array, Components, Floats, namespace
 from nacre.brdf import Sampler
 from nacre.geometry import azimuth, cosine_hemisphere, half_vector, reflect, split
-from nacre.sampling.mixture import turned
+from nacre.sampling.mixture import in_frame
 from nacre.sampling.visible_normals import sample_visible, visible_density
 
 PARAMETERS = 4
-"""Of a mixture: share, roughness, and the two coordinates of the slope."""
+"""Of a mixture: fraction, roughness, and the two coordinates of the slope."""
 
-_SHARES = (0.2, 0.4, 0.6, 0.8)
+_FRACTIONS = (0.2, 0.4, 0.6, 0.8)
 _ROUGHNESS = (0.15, 0.22, 0.32, 0.5, 0.8)
 _SLOPES = (0.2, 0.45)
 _AZIMUTHS = 8
@@ -32,13 +32,13 @@ _DARK = 1e-12
 
 @dataclass(frozen=True)
 class TiltedMixture(Sampler):
-    """Density share * (visible normals, mirrored) + (1 - share) * cos(theta_i) / pi.
+    """Density fraction * (visible normals, mirrored) + (1 - fraction) * cos(theta_i) / pi.
 
     What falls below the horizon has density 0: the density integrates to at most one.
 
     Parameters
     ----------
-    share
+    fraction
         Probability of the lobe of normals, in [0, 1).
     roughness
         Of its GGX normals, the same in all directions.
@@ -46,7 +46,7 @@ class TiltedMixture(Sampler):
         x / z and y / z of the mean normal.
     """
 
-    share: Array
+    fraction: Array
     roughness: Array
     slope: tuple[Array, Array]
 
@@ -54,12 +54,12 @@ class TiltedMixture(Sampler):
         """See :class:`nacre.brdf.Sampler`; u[0] selects the lobe."""
         xp = namespace(*wo, *u)
         cos, sin, shift = self._axis()
-        view = turned(wo, cos, sin)
+        view = in_frame(wo, cos, sin)
         alpha = self.roughness, self.roughness
         mirrored = reflect(view, sample_visible(view, u[1], u[2], alpha, shift))
-        mirrored = turned(mirrored, cos, -1.0 * sin)
+        mirrored = in_frame(mirrored, cos, -1.0 * sin)
         diffuse = cosine_hemisphere(u[1], u[2])
-        chosen = u[0] < self.share
+        chosen = u[0] < self.fraction
         x, y, z = (xp.where(chosen, m, d) for m, d in zip(mirrored, diffuse, strict=True))
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
@@ -68,9 +68,9 @@ class TiltedMixture(Sampler):
         xp = namespace(*wi, *wo)
         cos, sin, shift = self._axis()
         alpha = self.roughness, self.roughness
-        h, view = turned(half_vector(wi, wo), cos, sin), turned(wo, cos, sin)
+        h, view = in_frame(half_vector(wi, wo), cos, sin), in_frame(wo, cos, sin)
         mirrored = visible_density(h, view, alpha, shift)
-        mixture = self.share * mirrored + (1.0 - self.share) / math.pi * wi[2]
+        mixture = self.fraction * mirrored + (1.0 - self.fraction) / math.pi * wi[2]
         visible = (wi[2] > 0.0) & (wo[2] > 0.0)
         return xp.where(visible, mixture, 0.0 * mixture)
 
@@ -102,8 +102,8 @@ def fit_tilted(values: Floats, wi: Floats, wo: Floats, areas: Floats) -> Floats:
     mixtures = _mixtures()
     densities = np.empty((len(wi), len(mixtures)), np.float32)
     light, view = split(wi), split(wo)
-    for column, (share, roughness, *slope) in enumerate(mixtures.tolist()):
-        mixture = TiltedMixture(share, roughness, (slope[0], slope[1]))
+    for column, (fraction, roughness, *slope) in enumerate(mixtures.tolist()):
+        mixture = TiltedMixture(fraction, roughness, (slope[0], slope[1]))
         densities[:, column] = mixture.pdf_components(light, view)
     inverse = areas[:, None] / densities
     found = np.empty((len(values), PARAMETERS), np.float32)
@@ -124,5 +124,5 @@ def _mixtures() -> Floats:
     for size in _SLOPES:
         angles = np.arange(_AZIMUTHS) * (2.0 * math.pi / _AZIMUTHS)
         slopes += [(size * math.cos(a), size * math.sin(a)) for a in angles.tolist()]
-    rows = [(s, r, *slope) for s in _SHARES for r in _ROUGHNESS for slope in slopes]
+    rows = [(s, r, *slope) for s in _FRACTIONS for r in _ROUGHNESS for slope in slopes]
     return np.array([(0.0, 1.0, 0.0, 0.0), *rows], np.float32)

@@ -12,7 +12,7 @@ from nacre.errors import NacreError
 from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
-from nacre.sampling.search import fit_blinn_phong
+from nacre.sampling.fit import fit_blinn_phong
 
 Directions = Callable[[Array], tuple[Components, Components]]
 """From numbers in [0, 1), shape (6, n), to pairs (wi, wo); some may lie below the horizon."""

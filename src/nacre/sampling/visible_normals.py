@@ -16,10 +16,10 @@ import math
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, normalize
 
-LEAST_ROUGHNESS = 1e-3
+MIN_ROUGHNESS = 1e-3
 """Below it float32 half vectors do not resolve the lobe."""
 
-_LEAST_AREA = 1e-12
+_MIN_AREA = 1e-12
 """Keeps directions below the horizon, which callers discard, from dividing by 0."""
 
 
@@ -54,7 +54,7 @@ def visible_density(
     """
     seen = stretched(wo, alpha, shift)
     xp = namespace(*seen)
-    area = 0.5 * xp.maximum(seen[2] + xp.sqrt(dot(seen, seen)), _LEAST_AREA)
+    area = 0.5 * xp.maximum(seen[2] + xp.sqrt(dot(seen, seen)), _MIN_AREA)
     return distribution(h, alpha, shift) / (4.0 * area)
 
 

@@ -12,12 +12,12 @@ from typing import Any
 
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, check_writable
 from nacre.measured.textures.image_folder import Quantity
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.codec_file import save_codec
-from nacre.workflows.identity import source_fingerprint
+from nacre.workflows.identity import check_not_inputs, source_fingerprint
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +42,6 @@ class TrainedCodec:
 def kinds_with(setting: str) -> list[str]:
     """Kinds of codecs whose recipe takes a setting."""
     return [kind for kind, codec in CODECS.members() if setting in codec.recipe_settings()]
-
-
-def training_files(output: PathLike, model: str) -> list[Path]:
-    """Files beside the output that a training writes, for refusing to replace an input."""
-    output = Path(output)
-    journal = [_beside(output, "journal.csv")] if CODECS.find(model).journaled else []
-    return [output, _beside(output, "state"), *journal]
 
 
 def train_codec(
@@ -117,7 +110,9 @@ def train_codec(
     if not kind.distributed and int(os.environ.get("WORLD_SIZE", "1")) > 1:
         raise NacreError(f"a model of kind {model} is trained by one process; leave out torchrun")
     recipe = kind.recipe(**settings)
-    state = _beside(output, "state")
+    state, journal = _beside(output, "state"), _beside(output, "journal.csv")
+    check_not_inputs([output, state, *([journal] if kind.journaled else [])], files)
+    check_writable(output)
     _check_begun(output, kind.state_files(state), resume)
     fingerprint = f"{[source_fingerprint(path) for path in files]} {pixels}"
     run = TrainingRun(
@@ -125,7 +120,7 @@ def train_codec(
         partial(load_btf, quantity=pixels),
         state,
         fingerprint,
-        _beside(output, "journal.csv") if kind.journaled else None,
+        journal if kind.journaled else None,
         None if events is None else Path(events),
         progress,
     )

@@ -1,4 +1,4 @@
-"""What is fitted to each material of a library."""
+"""What is fitted to each material, and the files that hold it."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import abc
 import hashlib
 import json
 import math
+import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any, ClassVar
 
 from nacre import analytic, neural
 from nacre.analytic import AnalyticBrdf
 from nacre.analytic import file as analytic_file
 from nacre.brdf import Brdf
+from nacre.errors import FormatError, NacreError
+from nacre.formats import check_target, save, target
 from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
 from nacre.runtime.progress import Progress
@@ -22,8 +26,10 @@ from nacre.runtime.progress import Progress
 class Fitting(abc.ABC):
     """A way to make of a measured material one that is written to a file of its own."""
 
-    ending: ClassVar[str]
-    """Of the files, with the dot."""
+    holds: ClassVar[str]
+    """What such files hold: "neural" or "analytic"."""
+    ending: str
+    """Of the files that are written, with the dot."""
 
     @property
     @abc.abstractmethod
@@ -40,7 +46,6 @@ class Fitting(abc.ABC):
             If it cannot be fitted.
         """
 
-    @abc.abstractmethod
     def encode(self, fitted: Brdf) -> bytes:
         """The content of the file of a fit.
 
@@ -49,19 +54,31 @@ class Fitting(abc.ABC):
         NacreError
             If it cannot be written.
         """
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"fit{self.ending}"
+            save(fitted, path)
+            return path.read_bytes()
 
     @abc.abstractmethod
     def losses(self, fitted: Brdf) -> dict[str, float]:
         """How good a fit is, by name."""
 
-    def check(self) -> None:  # noqa: B027 - most have nothing to check
+    @abc.abstractmethod
+    def summary(self, fitted: Brdf) -> str:
+        """A fit in one line."""
+
+    def check(self) -> None:
         """Raise what any fit would raise, whatever the material.
 
         Raises
         ------
         NacreError
-            If nothing can be fitted in this way on this machine.
+            If nothing can be fitted in this way on this machine, or written to such files.
         """
+        name = f"*{self.ending}"
+        entry = target(name)
+        if entry.holds not in ("", self.holds):
+            raise FormatError(f"{name}: {entry.name} files do not hold {self.holds} materials")
 
     @property
     def digest(self) -> str:
@@ -80,11 +97,14 @@ class NetworkFitting(Fitting):
         Settings of :func:`nacre.fit`.
     device
         None for the compiled CPU kernel, or a PyTorch device.
+    ending
+        Of the files: `.safetensors`, or `.h5` as the paper's authors have it.
     """
 
-    ending: ClassVar[str] = ".safetensors"
+    holds: ClassVar[str] = "neural"
     recipe: Recipe = field(default_factory=Recipe)
     device: str | None = None
+    ending: str = ".safetensors"
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -93,11 +113,14 @@ class NetworkFitting(Fitting):
 
     def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf:
         """See :class:`Fitting`."""
+        check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         return neural.fit(brdf, self.recipe, device=self.device, progress=progress)
 
     def encode(self, fitted: Brdf) -> bytes:
         """See :class:`Fitting`."""
         assert isinstance(fitted, NeuralBrdf)
+        if self.ending != ".safetensors":
+            return super().encode(fitted)
         return neural_file.encode(fitted)
 
     def losses(self, fitted: Brdf) -> dict[str, float]:
@@ -105,14 +128,24 @@ class NetworkFitting(Fitting):
         assert isinstance(fitted, NeuralBrdf)
         return _finite(fitted.metadata["quality"])
 
+    def summary(self, fitted: Brdf) -> str:
+        """See :class:`Fitting`."""
+        assert isinstance(fitted, NeuralBrdf)
+        quality = fitted.metadata["quality"]
+        memory = f"{fitted.weight_count} weights ({fitted.nbytes:,} bytes)"
+        return f"{memory}, held-out loss {quality['held_out_loss']:.5f}{_validation(quality)}"
+
     def check(self) -> None:
-        """See :class:`Fitting`: whether there is such a device.
+        """See :class:`Fitting`: also whether there is such a device.
 
         Raises
         ------
         NacreError
             If PyTorch is not installed, or has no such device here.
         """
+        super().check()
+        if self.recipe.inputs != "paper" and self.ending in (".h5", ".hdf5"):
+            raise NacreError(f"*{self.ending}: such files hold networks of the paper's inputs only")
         if self.device is not None:
             from nacre.runtime.device import open_device
 
@@ -129,11 +162,14 @@ class AnalyticFitting(Fitting):
         Class of the model.
     options
         Keywords of :func:`nacre.analytic.fit` that are not left at their defaults.
+    ending
+        Of the files.
     """
 
-    ending: ClassVar[str] = ".json"
+    holds: ClassVar[str] = "analytic"
     model: type[AnalyticBrdf]
     options: Mapping[str, Any] = field(default_factory=dict)
+    ending: str = ".json"
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -142,11 +178,14 @@ class AnalyticFitting(Fitting):
 
     def fit(self, brdf: Brdf, progress: Progress) -> AnalyticBrdf:
         """See :class:`Fitting`."""
+        check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         return analytic.fit(brdf, self.model, progress=progress, **self.options)
 
     def encode(self, fitted: Brdf) -> bytes:
         """See :class:`Fitting`."""
         assert isinstance(fitted, AnalyticBrdf)
+        if self.ending != ".json":
+            return super().encode(fitted)
         return analytic_file.encode(fitted)
 
     def losses(self, fitted: Brdf) -> dict[str, float]:
@@ -154,7 +193,27 @@ class AnalyticFitting(Fitting):
         assert isinstance(fitted, AnalyticBrdf)
         return _finite({"loss": fitted.metadata["fit"]["loss"]})
 
+    def summary(self, fitted: Brdf) -> str:
+        """See :class:`Fitting`."""
+        assert isinstance(fitted, AnalyticBrdf)
+        return f"{fitted.summary()}, loss {fitted.metadata['fit']['loss']:.5f}"
+
 
 def _finite(values: Mapping[str, float]) -> dict[str, float]:
     """Those that JSON can hold."""
     return {name: float(value) for name, value in values.items() if math.isfinite(value)}
+
+
+def _validation(quality: Mapping[str, Any]) -> str:
+    """What is known of the held-out samples of a scan; empty for any other material."""
+    if "held_out_samples" not in quality:
+        return ""
+    errors = (
+        f"median {100 * quality[f'{who}_median_error']:.1f} %, "
+        f"mean {100 * quality[f'{who}_mean_error']:.1f} %"
+        for who in ("held_out", "nearest_sample")
+    )
+    return (
+        f", relative error at {quality['held_out_samples']} held-out samples: {next(errors)} "
+        f"(of the nearest sample: {next(errors)})"
+    )

@@ -31,6 +31,8 @@ class Fit:
         That the fit took.
     error
         Why there is no fit; None where there is one.
+    summary
+        The fit in one line.
     """
 
     content: bytes = b""
@@ -38,6 +40,7 @@ class Fit:
     losses: Mapping[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     error: str | None = None
+    summary: str = ""
 
 
 def fit_file(path: Path, fitting: Fitting, progress: Progress) -> Fit:
@@ -65,7 +68,9 @@ def finished(fitting: Fitting, fitted: Brdf, sha256: str | None, seconds: float)
     NacreError
         If it cannot be written.
     """
-    return Fit(fitting.encode(fitted), sha256, fitting.losses(fitted), round(seconds, 3))
+    content, losses = fitting.encode(fitted), fitting.losses(fitted)
+    summary = fitting.summary(fitted)
+    return Fit(content, sha256, losses, round(seconds, 3), summary=summary)
 
 
 def explain(error: Exception, path: Path) -> str:

@@ -97,7 +97,7 @@ def fit_library(
         where = ", ".join(map(str, paths))
         factored = (file for path in paths for file in Path(path).glob("*.btf"))
         textures = any(is_btf(path) for path in (*paths, *left_out, *factored))
-        advice = ", but textures (BTFs); see nacre btf --help" if textures else ""
+        advice = ", but textures (BTFs); fit these one at a time" if textures else ""
         raise NacreError(f"{where}: no measured materials found{advice}")
     names = output_names(sources, fitting.ending)
     taken = {source.path.resolve() for source in sources}

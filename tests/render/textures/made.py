@@ -8,6 +8,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.btf import TableBtf
+from nacre.io.tensors import Tensors
 from nacre.measured.textures import BONN
 from nacre.textures.codecs.codec import TexelCodec, TexelMap
 from nacre.textures.latent_map import LatentMap
@@ -19,7 +20,8 @@ FLIP = np.array([1.0, -1.0, 1.0], np.float32)
 class FlatCodec(TexelCodec):
     """Three values a texel, which are its diffuse color."""
 
-    values = 3
+    kind = "flat"
+    code_dim = 3
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """The mean color."""
@@ -28,6 +30,15 @@ class FlatCodec(TexelCodec):
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """The code, whatever the directions."""
         return lambda codes: np.repeat(np.asarray(codes)[:, None], len(wi), 1)
+
+    def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
+        """Nothing needs it in a file."""
+        raise NotImplementedError
+
+    @classmethod
+    def unpack(cls, header: dict[str, Any], tensors: Tensors) -> FlatCodec:
+        """Nothing needs it in a file."""
+        raise NotImplementedError
 
 
 def latent(codes: Floats, codec: TexelCodec, name: str = "cloth") -> LatentMap:

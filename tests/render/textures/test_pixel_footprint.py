@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from nacre.errors import NacreError
-from nacre.render.textures.pixel_footprint import footprint
-from nacre.render.textures.placement import Placement
+from nacre.render.textures.placement import Placement, footprint
 from nacre.render.textures.plugins import texture_bsdf
 
 from .made import FlatCodec, factors_at, hits, latent, picture, surface

@@ -23,7 +23,7 @@ from .made import FlatCodec, latent, picture
 def test_scenes_in_xml_find_files_beside_them(rgb: Any, tmp_path: Path) -> None:
     codes = np.random.default_rng(1).normal(size=(2, 5, 2))
     textures.save_latent_map(latent(codes, basis_codec(1)), tmp_path / "cloth.safetensors")
-    nacre.save(picture(np.full((3, 2, 3), 0.5)), tmp_path / "grey.npz")
+    nacre.save(picture(np.full((3, 2, 3), 0.5)), tmp_path / "gray.npz")
     (tmp_path / "scene.xml").write_text(
         """<scene version="3.0.0">
         <integrator type="path"/><emitter type="constant"/>
@@ -96,7 +96,7 @@ def test_options_out_of_range_are_refused(rgb: Any, tmp_path: Path) -> None:
     for made, options, words in (
         (source, {"decoder": "magic"}, "decoder is one of table, network; got 'magic'"),
         (source, {"interpolation": "cubic"}, "interpolation is one of"),
-        (source, {"resolution": 1}, "resolution is a number from 2 on; got 1"),
+        (source, {"resolution": 1}, "resolution must be a number of 2 or more; got 1"),
         (source, {"resolution": 40, "memory": 8}, r"needs 547 MiB, 8 are allowed; lower the reso"),
         (table, {"depth": 0.1}, "height_field and depth belong together"),
         (table, {"height_field": "x.png"}, "height_field and depth belong together"),

@@ -154,7 +154,8 @@ def test_an_unknown_name_is_no_file(tmp_path: Path) -> None:
 
 def test_the_docs_have_every_parameter(tmp_path: Path) -> None:
     """Names, defaults and ranges of the tables, in the order of the code."""
-    text = (Path(__file__).parents[3] / "docs" / "surfaces.md").read_text("utf-8")
+    page = Path(__file__).parents[3] / "docs" / "reference" / "surface-recipes.md"
+    text = page.read_text("utf-8")
     head, *parts = text.split("\n## ")
     (tmp_path / "x.json").write_text(head.split("```")[1])
     assert find(tmp_path / "x.json").seed == 7

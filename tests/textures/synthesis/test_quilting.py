@@ -86,7 +86,7 @@ def test_distances_of_appearance_are_those_of_roots_of_reflectance():
     distances = np.square(found[a] - found[b]).sum(1)
     assert (distances <= expected * (1.0 + 1e-4)).all()
     assert distances.sum() >= 0.985 * expected.sum()
-    assert texel_features(made, most=1).shape == (8, 8, 1)
+    assert texel_features(made, max_count=1).shape == (8, 8, 1)
 
 
 @pytest.mark.parametrize("tile", [False, True])

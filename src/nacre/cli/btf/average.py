@@ -5,35 +5,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
-from nacre.cli.btf.kinds import expect
-from nacre.cli.btf.options import pixels_option
-from nacre.cli.btf.uniform import check_model, model_option, output_option, write
-from nacre.cli.console import Stages, check_outputs, file_path
+from nacre.cli import options
+from nacre.cli.btf.uniform import OUTPUT_HELP, check_codec, write
+from nacre.cli.command import command as make
+from nacre.cli.materials import check_pixels, expect
+from nacre.cli.progress import progress
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 
-@click.command("average")
-@click.argument("source", type=file_path())
-@output_option
-@model_option
-@pixels_option
-def command(source: Path, output: Path, model: Path | None, pixels: Quantity | None) -> None:
-    """Make one material of the texture at SOURCE: the mean of its texels, as it looks from afar.
+@make("average", writes=True, reports=True)
+@options.input_argument("source", metavar="INPUT")
+@options.output_option(OUTPUT_HELP)
+@options.codec_option()
+@options.pixels_option()
+def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | None) -> None:
+    """Make one reflectance of a texture: the mean of its texels, as it looks from afar.
 
-    Written as codes, it is a material to all of nacre's commands, as any measured one: nacre fit
-    makes a network of it, nacre compare and nacre plot show it.
+    Written as codes, it is a reflectance to all commands: nacre fit makes a network of it, nacre
+    compare and nacre plot show it.
     """
     from nacre.formats import load_btf
     from nacre.textures.uniform import average
 
-    check_model(output, model)
-    check_outputs([output], [source, *([model] if model else [])])
+    check_codec(output, codec)
+    options.check_outputs([output], [source, *([codec] if codec else [])])
     expect(source, "a texture", "an encoded texture")
-    texture = load_btf(source, quantity=pixels)
-    with Stages() as stages:
-        mean = average(texture, stages.add(output.stem))
-    write(mean, output, model)
+    check_pixels(source, pixels)
+    line = progress(output.stem)
+    line("reading", 0, 1)
+    mean = average(load_btf(source, quantity=pixels), line)
+    write(mean, output, codec)

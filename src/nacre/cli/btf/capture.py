@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from nacre.cli.btf.written import print_written
-from nacre.cli.console import Stages, check_outputs, console, file_path
-from nacre.cli.ranges import SEED
+from nacre.cli import options
+from nacre.cli.btf.written import report_texture
+from nacre.cli.command import command as make
+from nacre.cli.progress import progress
+from nacre.cli.report import report, say
+from nacre.cli.session import session
 from nacre.errors import FormatError
 
 if TYPE_CHECKING:
@@ -18,37 +21,35 @@ if TYPE_CHECKING:
     from nacre.textures.capture.recipe import Recipe
 
 
-@click.command("capture")
+@make("capture", writes=True, reports=True)
 @click.argument("recipe", required=False)
-@click.option("--all", "everything", is_flag=True, help="Capture all built-in recipes.")
-@click.option(
-    "-o", "--output", required=True, type=file_path(), help="File to write; a folder with --all."
+@options.option("--all", "everything", is_flag=True, help="Capture all built-in recipes.")
+@options.output_option("Texture to write; a folder with --all.")
+@options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32.")
+@options.option(
+    "--paths", default=64, type=click.IntRange(1, 1 << 16), help="Light paths per texel."
 )
-@click.option("--texels", default=32, type=click.IntRange(1, 4096), help="Rows, and columns.")
-@click.option("--samples", default=64, type=click.IntRange(1, 1 << 16), help="Paths a texel.")
-@click.option(
-    "--dome", default="bonn", metavar="bonn|utia|PATH", help="Directions; or a list of some (.csv)."
-)
-@click.option("--seed", default=0, type=SEED, help="Same seed, same values.")
-@click.option(
-    "--picture", type=file_path(), help="Also write a sheet of pictures (.png, .jpg, .exr)."
+@options.directions_option(default="bonn")
+@options.seed_option()
+@options.option(
+    "--picture", type=options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."
 )
 def command(
     recipe: str | None,
     everything: bool,
     output: Path,
-    texels: int,
-    samples: int,
-    dome: str,
+    texels: tuple[int, int],
+    paths: int,
+    directions: str,
     seed: int,
     picture: Path | None,
 ) -> None:
     """Measure a made-up surface with a virtual gonioreflectometer.
 
     RECIPE is a built-in one (fabric, leather, wood, stone, felt, carpet or wallpaper, each with 01
-    to 12) or a JSON file with family, seed and parameters. With --all, every built-in one is
+    to 12) or a .json file with family, seed and parameters. With --all, every built-in one is
     captured: eleven of a family into OUTPUT/train, the twelfth into OUTPUT/unseen; a run that was
-    stopped goes on where it was.
+    stopped continues.
 
     A list of directions has the columns theta,phi in degrees (every pair of them is taken), or
     theta_l,phi_l,theta_v,phi_v or the unit vectors lx,ly,lz,vx,vy,vz (light and view of a pair).
@@ -62,30 +63,32 @@ def command(
         raise click.UsageError("expected either RECIPE or --all")
     if everything and picture:
         raise click.UsageError("--picture shows a single RECIPE")
-    if is_btf(dome):
+    if texels[0] != texels[1] or texels[0] > 4096:
+        raise click.BadParameter("--texels: a capture is square, of up to 4096 texels an edge")
+    if is_btf(directions):
         raise FormatError(
-            f"{dome}: is a texture, expected bonn, utia or a list of directions (.csv)"
+            f"{directions}: is a texture, expected bonn, utia or a list of directions (.csv)"
         )
     if recipe is not None and is_btf(recipe):
         raise FormatError(f"{recipe}: is a texture, expected the name of a recipe or its .json")
-    settings = Settings(*named_directions(dome, STEEPEST), texels, samples, seed)
-    with Stages() as stages:
-        if recipe is not None:
-            _one(recipe, output, settings, picture, stages)
-            return
-        line = stages.add("")
+    settings = Settings(*named_directions(directions, STEEPEST), texels[0], paths, seed)
+    if recipe is not None:
+        _one(recipe, output, settings, picture)
+        return
+    line = progress("capture")
+    names: list[str] = []
 
-        def report(recipe: Recipe, done: int, total: int) -> Progress:
-            console.print(f"{done + 1} of {total}: {recipe.name}", markup=False)
-            return line
+    def begun(recipe: Recipe, done: int, total: int) -> Progress:
+        names.append(recipe.name)
+        if not session().as_json:
+            say(f"{done + 1} of {total}: {recipe.name}")
+        return line
 
-        capture_all(output, settings, report)
-    console.print(f"{output}: whole", markup=False)
+    capture_all(output, settings, begun)
+    report(f"{output}: complete", {"output": str(output), "captured": names})
 
 
-def _one(
-    recipe: str, output: Path, settings: Settings, picture: Path | None, stages: Stages
-) -> None:
+def _one(recipe: str, output: Path, settings: Settings, picture: Path | None) -> None:
     """Capture one recipe into a file."""
     from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
@@ -96,10 +99,10 @@ def _one(
         check_image_path(picture)
     found = find(recipe)
     target(output, "btf")
-    check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
-    line = stages.add(found.name)
+    options.check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
+    line = progress(found.name)
     btf = settings.take(found, line)
     loss = save(btf, output, progress=line)
     if picture:
         write_image(capture_sheet(btf), picture)
-    print_written(output, btf, loss)
+    report_texture(output, btf, loss)

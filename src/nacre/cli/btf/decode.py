@@ -5,40 +5,40 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
-from nacre.cli.btf.kinds import expect
-from nacre.cli.btf.written import print_written
-from nacre.cli.console import Stages, check_outputs, file_path
+from nacre.cli import options
+from nacre.cli.btf.written import report_texture
+from nacre.cli.command import command as make
+from nacre.cli.materials import expect
+from nacre.cli.progress import progress
 
 if TYPE_CHECKING:
     from nacre.array import Floats
 
 
-@click.command("decode")
-@click.argument("source", type=file_path())
-@click.option("-o", "--output", required=True, type=file_path(), help="File to write.")
-@click.option(
-    "--directions",
-    metavar="bonn|utia|PATH",
-    help="Pairs of directions: every light with every view of a dome; those of another texture; or "
-    "a list (.csv) as nacre btf capture takes. Default: those of the texture that was encoded.",
+@make("decode", writes=True, reports=True)
+@options.input_argument("source", metavar="CODES")
+@options.output_option("Texture to write, in the format that its name ends in.")
+@options.directions_option(
+    show_default="those of the texture that was encoded",
+    help="Pairs of directions: every light with every view of a dome, those of another texture, "
+    "or a list (.csv).",
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
-    """Write the texture that was encoded in SOURCE to a file, in the format of its name."""
+    """Write the texture that the codes of nacre fit stand for, at its directions or at others."""
     from nacre.formats import save, target
     from nacre.textures.latent_file import load_latent_map
     from nacre.textures.latent_map import NeuralBtf
 
     target(output, "btf")
-    check_outputs([output], [source, *([] if directions is None else [Path(directions)])])
+    inputs = [source, *([] if directions is None else [Path(directions)])]
+    options.check_outputs([output], inputs)
     expect(source, "an encoded texture")
+    line = progress(output.stem)
+    line("reading", 0, 1)
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
         btf = btf.at_directions(*_pairs(directions))
-    with Stages() as stages:
-        loss = save(btf, output, progress=stages.add(output.stem))
-    print_written(output, btf, loss)
+    report_texture(output, btf, save(btf, output, progress=line))
 
 
 def _pairs(directions: str) -> tuple[Floats, Floats]:

@@ -9,44 +9,47 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from nacre.cli.btf.kinds import expect
-from nacre.cli.btf.options import angles
-from nacre.cli.console import Stages, check_outputs, console, file_path, print_json, print_table
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.materials import expect
+from nacre.cli.progress import progress
+from nacre.cli.report import keyed, print_json, print_table, say
+from nacre.cli.session import session
 
 if TYPE_CHECKING:
     from nacre.array import Floats
     from nacre.textures.mipmap import Filter
 
-_LIGHT, _VIEW = (30.0, 0.0), (0.0, 0.0)
 _PAIRS = 64
 """Pairs of directions that errors are of."""
 _EDGE = 128
 """Pixels of the longer edge of each level's picture, at least."""
 
 
-@click.command("mipmap")
-@click.argument("source", type=file_path())
-@click.option("-o", "--output", type=file_path(), help="Picture to write (.png, .jpg, .exr).")
-@click.option(
+@make("mipmap", writes=True, reports=True)
+@options.input_argument("source", metavar="CODES")
+@options.output_option("Picture to write (.png, .jpg, .exr).", required=False)
+@options.option(
     "--filter",
     "by",
     default="reflectance",
-    show_default=True,
     type=click.Choice(["reflectance", "codes"]),
-    help="What is averaged: what codes decode to, which is encoded again; or codes.",
+    help="Average what codes decode to, and encode that again; or average the codes.",
 )
-@click.option("--light", callback=angles, metavar="THETA,PHI", help="In degrees.  [default: 30,0]")
-@click.option("--view", callback=angles, metavar="THETA,PHI", help="In degrees.  [default: 0,0]")
-@click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
+@options.option(
+    "--wi", type=options.DIRECTION, default="30,0", help="Direction to the light, in degrees."
+)
+@options.option(
+    "--wo", type=options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."
+)
 def command(
     source: Path,
     output: Path | None,
     by: Filter,
-    light: tuple[float, float] | None,
-    view: tuple[float, float] | None,
-    as_json: bool,
+    wi: tuple[float, float],
+    wo: tuple[float, float],
 ) -> None:
-    """Filter the encoded texture at SOURCE for views from afar, and tell how well that stands.
+    """Filter an encoded texture for views from afar, and report the error.
 
     Errors are of reflectance factors, against means of what the texture decodes to, at directions
     drawn at random from those of the texture. The picture has the levels from left to right, all of
@@ -59,22 +62,21 @@ def command(
 
     if output is not None:
         check_image_path(output)
-        check_outputs([output], [source])
+        options.check_outputs([output], [source])
     expect(source, "an encoded texture")
     latent = load_latent_map(source)
     began = time.monotonic()
-    with Stages() as stages:
-        pyramid = LatentPyramid.build(latent, by, progress=stages.add(source.stem))
+    pyramid = LatentPyramid.build(latent, by, progress=progress(source.stem))
     seconds = time.monotonic() - began
     count = len(latent.wi)
     chosen = np.random.default_rng(1).choice(count, min(_PAIRS, count), replace=False)
-    shown = [from_degrees(*w).astype(np.float32)[None] for w in (light or _LIGHT, view or _VIEW)]
-    wi, wo = (
+    shown = [from_degrees(*w).astype(np.float32)[None] for w in (wi, wo)]
+    light, view = (
         np.concatenate([w[chosen], extra])
         for w, extra in zip((latent.wi, latent.wo), shown, strict=True)
     )
-    decode = latent.codec.decoder(wi, wo)
-    truths = filtered_reflectance(latent, wi, wo)
+    decode = latent.codec.decoder(light, view)
+    truths = filtered_reflectance(latent, light, view)
     rows, pictures = [], []
     for level, (codes, truth) in enumerate(zip(pyramid.levels[1:], truths, strict=True), 1):
         found = decode(codes.reshape(-1, codes.shape[2])).reshape(truth.shape)
@@ -86,16 +88,14 @@ def command(
     if output is not None and pictures:
         write_image(_sheet(pictures), output)
     columns = "level", "texels", "MSE x 1e4", "relative RMSE"
-    if as_json:
-        levels = [dict(zip(columns, row, strict=True)) for row in rows]
+    if session().as_json:
+        levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]
         print_json({"file": str(source), "filter": by, "seconds": seconds, "levels": levels})
         return
     print_table(columns, ((str(row[0]), *row[1:]) for row in rows))
-    console.print(f"{source}: filtered in {seconds:.2g} seconds", markup=False)
+    say(f"{source}: filtered in {seconds:.2g} seconds")
     if output is not None:
-        console.print(
-            f"{output}: means of decoded values above, filtered codes below", markup=False
-        )
+        say(f"{output}: means of decoded values above, filtered codes below")
 
 
 def _sheet(pictures: list[tuple[Floats, Floats]]) -> Floats:

@@ -7,37 +7,43 @@ from pathlib import Path
 import click
 import numpy as np
 
-from nacre.cli.btf.kinds import expect
-from nacre.cli.console import Stages, check_outputs, console, file_path, print_json, print_table
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.materials import expect
+from nacre.cli.progress import progress
+from nacre.cli.report import print_json, print_table, say
+from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@click.command("nearest")
-@click.argument("codes", type=file_path())
-@click.argument("x", type=click.IntRange(0))
-@click.argument("y", type=click.IntRange(0))
-@click.argument("among", nargs=-1, type=file_path())
-@click.option("--count", default=5, type=click.IntRange(1, 1000), help="Texels to find.")
-@click.option("--one-each", is_flag=True, help="Of each texture only the nearest texel.")
-@click.option(
-    "--picture", type=file_path(), help="Also write spheres of the texels (.png, .svg, .pdf)."
+@make("nearest", writes=True, reports=True)
+@options.input_argument("codes")
+@options.input_argument("among", nargs=-1)
+@options.output_option("Also write spheres of the texels (.png, .svg, .pdf).", required=False)
+@options.option(
+    "--texel",
+    type=options.Integers("12,7", 2),
+    required=True,
+    metavar="X,Y",
+    help="Texel to look for: column and row, counted from 0.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One object, as JSON.")
+@options.option(
+    "--count", default=5, type=click.IntRange(1, 1000), help="Number of texels to find."
+)
+@options.option("--one-each", is_flag=True, help="Find only the nearest texel of each texture.")
 def command(
     codes: Path,
-    x: int,
-    y: int,
     among: tuple[Path, ...],
+    output: Path | None,
+    texel: tuple[int, int],
     count: int,
     one_each: bool,
-    picture: Path | None,
-    as_json: bool,
 ) -> None:
-    """Find the texels that look most like the one in column X and row Y of CODES.
+    """Find the texels that look most like one of CODES, an encoded texture.
 
     They are sought in the encoded textures AMONG, or in CODES itself where none is given; all must
-    be of one model. Columns and rows count from 0. A distance is the root of the mean squared
-    difference of square roots of reflectance, over many pairs of directions.
+    be of one codec. A distance is the RMS difference of square roots of reflectance over many pairs
+    of directions.
     """
     from nacre.figures.plot import check_plot_path, write_plot
     from nacre.figures.texel_spheres import spheres_figure, texel_spheres
@@ -47,11 +53,14 @@ def command(
     paths = [codes, *(among or [codes])]
     for path in paths:
         expect(path, "an encoded texture")
-    if picture is not None:
-        check_plot_path(picture)
-        check_outputs([picture], paths)
+    if output is not None:
+        check_plot_path(output)
+        options.check_outputs([output], paths)
+    line = progress(codes.stem)
+    line("reading", 0, 1)
     texture, *textures = load_latent_maps(paths)
     height, width, _ = texture.codes.shape
+    x, y = texel
     if x >= width or y >= height:
         raise NacreError(
             f"{codes}: has {width} x {height} texels, none in column {x}, row {y}; they count "
@@ -60,32 +69,26 @@ def command(
     code = texture.codes[y, x].astype(np.float32)
     same = [path.resolve() == codes.resolve() for path in paths[1:]]
     itself = (same.index(True), y * width + x) if any(same) else None
-    with Stages() as stages:
-        found = nearest_texels(
-            code,
-            textures,
-            count,
-            one_each=one_each,
-            leave_out=itself,
-            progress=stages.add(codes.stem),
-        )
+    found = nearest_texels(
+        code, textures, count, one_each=one_each, leave_out=itself, progress=line
+    )
     rows, shown = [], [code]
     for neighbor in found:
         of = textures[neighbor.texture].codes
         row, column = divmod(neighbor.texel, of.shape[1])
         rows.append((str(paths[1 + neighbor.texture]), column, row, neighbor.distance))
         shown.append(of[row, column].astype(np.float32))
-    if picture is not None:
+    if output is not None:
         captions = [
             f"{codes.stem} ({x}, {y})",
             *(f"{Path(file).stem} ({i}, {j})\n{far:.3f}" for file, i, j, far in rows),
         ]
         spheres = texel_spheres(texture.codec, np.stack(shown))
-        write_plot(spheres_figure(spheres, captions), picture)
-    if as_json:
+        write_plot(spheres_figure(spheres, captions), output)
+    if session().as_json:
         nearest = [dict(zip(("file", "x", "y", "distance"), row, strict=True)) for row in rows]
         print_json({"file": str(codes), "x": x, "y": y, "nearest": nearest})
         return
     print_table(("texture", "x", "y", "distance"), rows)
-    if picture is not None:
-        console.print(f"{picture}: {len(shown)} spheres", markup=False)
+    if output is not None:
+        say(f"{output}: {len(shown)} spheres")

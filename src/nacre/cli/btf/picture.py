@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 import numpy as np
 
-from nacre.cli.btf.kinds import expect
-from nacre.cli.btf.options import angles, pixels_option
-from nacre.cli.console import check_outputs, console, file_path, print_table
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.materials import check_pixels, expect
+from nacre.cli.progress import progress
+from nacre.cli.report import print_table, report
+from nacre.cli.session import session
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -20,24 +22,22 @@ _LIGHTS = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0))
 _VIEWS = ((0.0, 0.0), (30.0, 180.0), (60.0, 180.0))
 
 
-@click.command("picture")
-@click.argument("source", type=file_path())
-@click.option(
-    "-o", "--output", required=True, type=file_path(), help="Picture to write (.png, .jpg, .exr)."
-)
-@click.option("--light", callback=angles, metavar="THETA,PHI", help="To the light, in degrees.")
-@click.option("--view", callback=angles, metavar="THETA,PHI", help="To the viewer, in degrees.")
-@pixels_option
+@make("picture", writes=True, reports=True)
+@options.input_argument("source", metavar="INPUT")
+@options.output_option("Picture to write (.png, .jpg, .exr).")
+@options.option("--wi", type=options.DIRECTION, help="Direction to the light, in degrees.")
+@options.option("--wo", type=options.DIRECTION, help="Direction to the viewer, in degrees.")
+@options.pixels_option()
 def command(
     source: Path,
     output: Path,
-    light: tuple[float, float] | None,
-    view: tuple[float, float] | None,
+    wi: tuple[float, float] | None,
+    wo: tuple[float, float] | None,
     pixels: Quantity | None,
 ) -> None:
-    """Show the texture at SOURCE at the measured pair of directions nearest to one given.
+    """Show a texture at the measured pair of directions nearest to the given one.
 
-    Without a light or a view, a sheet with some, lights across and views down, each pair once. Its
+    Without --wi or --wo, a sheet of several, lights across and views down, each pair once. Its
     pictures have captions, but for .exr, which holds values only. Pictures show reflectance
     factors: 1 is white.
     """
@@ -54,13 +54,15 @@ def command(
     from nacre.workflows.identity import source_files
 
     expect(source, "a texture", "an encoded texture")
+    check_pixels(source, pixels)
     check_image_path(output)
+    progress(output.stem)("reading", 0, 1)
     btf = load_btf(source, quantity=pixels)
-    check_outputs([output], [source, *source_files(source, btf)])
-    lights, views = [light] if light else _LIGHTS, [view] if view else _VIEWS
+    options.check_outputs([output], [source, *source_files(source, btf)])
+    lights, views = [wi] if wi else _LIGHTS, [wo] if wo else _VIEWS
     pairs = np.array(list(dict.fromkeys(nearest_pairs(btf, lights, views).flat)))
     across = min(len(lights), len(pairs))
-    if (light and view) or output.suffix.lower() == ".exr":
+    if (wi and wo) or output.suffix.lower() == ".exr":
         values = laid_out(in_rows(reduced_pictures(btf, pairs), across))
         write_image(values, output)
         height, width = values.shape[:2]
@@ -68,13 +70,17 @@ def command(
         panels = texture_panels(btf, pairs, across)
         write_bytes(panels, output)
         height, width = panels.shape[:2]
-    columns = ("pair", "light theta", "phi", "view theta", "phi")
-    print_table(
-        columns,
-        (
-            (str(pair), *(f"{np.degrees(a):.1f}" for w in (btf.wi, btf.wo)
-                          for a in to_spherical(split(w[pair]))))
-            for pair in pairs
-        ),
-    )  # fmt: skip
-    console.print(f"{output}: {width} x {height} pixels", markup=False)
+    angles = [
+        [float(np.degrees(a)) for w in (btf.wi, btf.wo) for a in to_spherical(split(w[pair]))]
+        for pair in pairs
+    ]
+    if not session().as_json:
+        columns = ("pair", "light theta", "phi", "view theta", "phi")
+        rows = zip(pairs, angles, strict=True)
+        print_table(columns, ((str(pair), *(f"{a:.1f}" for a in row)) for pair, row in rows))
+    shown = [
+        {"pair": int(pair), "light_deg": row[:2], "view_deg": row[2:]}
+        for pair, row in zip(pairs, angles, strict=True)
+    ]
+    data = {"output": str(output), "width": width, "height": height, "pairs": shown}
+    report(f"{output}: {width} x {height} pixels", data)

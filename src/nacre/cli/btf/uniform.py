@@ -8,26 +8,14 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from nacre.cli.btf.kinds import expect
-from nacre.cli.btf.written import print_written
-from nacre.cli.console import file_path, print_facts
+from nacre.cli.btf.written import report_texture
+from nacre.cli.materials import expect
+from nacre.cli.report import report_facts
 
 if TYPE_CHECKING:
     from nacre.btf import Btf
 
-output_option = click.option(
-    "-o",
-    "--output",
-    required=True,
-    type=file_path(),
-    help="File to write: codes (.safetensors), or values in a format of textures.",
-)
-model_option = click.option(
-    "--model",
-    type=file_path(),
-    help="What encodes it, where the output is a .safetensors. Default: the one that comes with "
-    "nacre.",
-)
+OUTPUT_HELP = "File to write: codes (.safetensors), or values in a format of textures."
 
 
 def is_encoded(output: Path) -> bool:
@@ -35,22 +23,22 @@ def is_encoded(output: Path) -> bool:
     return output.suffix.lower() == ".safetensors"
 
 
-def check_model(output: Path, model: Path | None) -> None:
-    """Refuse a model that is none, or that nothing is encoded by, and formats that are unknown."""
+def check_codec(output: Path, codec: Path | None) -> None:
+    """Refuse a codec that is none, or that nothing is encoded by, and formats that are unknown."""
     from nacre.formats import target
 
     encoded = is_encoded(output)
     if not encoded:
         target(output, "btf")
-    if model is None:
+    if codec is None:
         return
     if not encoded:
-        raise click.BadParameter("--model encodes; it is for an output that ends in .safetensors")
-    expect(model, "a model of textures")
+        raise click.BadParameter("--codec encodes; it is for an output that ends in .safetensors")
+    expect(codec, "a texture codec")
 
 
 def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
-    """Write a texture of one texel, repeated to width and height, and say what it became."""
+    """Write a texture of one texel, repeated to width and height, and report what it became."""
     from nacre.btf import TableBtf
     from nacre.formats import save
     from nacre.metrics.texture_errors import UNITS
@@ -63,7 +51,7 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
     if not is_encoded(output):
         values = np.broadcast_to(texture.texels(slice(0, 1)), (height, width, len(texture.wi), 3))
         uniform = TableBtf(values, texture.wi, texture.wo, texture.name)
-        print_written(output, uniform, save(uniform, output))
+        report_texture(output, uniform, save(uniform, output))
         return
     model = model or PUBLISHED
     codec = load_codec(model)
@@ -73,5 +61,5 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
     latent = LatentMap(codes, codec, texture.wi, texture.wo, texture.name, None, facts)
     save_latent_map(latent, output)
     shown, _ = found.errors.shown()
-    rows = [("texels", f"{width} x {height}"), *shown.items(), ("bytes", output.stat().st_size)]
-    print_facts(output.name, rows, UNITS)
+    rows = {"texels": f"{width} x {height}", **shown, "bytes": output.stat().st_size}
+    report_facts(output.name, rows, UNITS, output=str(output))

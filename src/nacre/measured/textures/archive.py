@@ -24,10 +24,10 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf, Indices, TableBtf
-from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, atomic_path, read_head
+from nacre.errors import FormatError
+from nacre.io.files import PathLike, atomic_path, check_regular
 from nacre.io.format import Format
-from nacre.io.npy import TEXT_LIMIT, map_npy, parse_npy, parse_text, unpack_member
+from nacre.io.npy import TEXT_LIMIT, archive_errors, map_npy, parse_npy, parse_text, unpack_member
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.transposition import narrowed, narrowest_precision, transposed
 from nacre.runtime.progress import Progress
@@ -192,19 +192,13 @@ def _aligned(name: str, offset: int) -> zipfile.ZipInfo:
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[zipfile.ZipFile, IO[bytes], int]]:
     """An archive, its file and its length; whatever goes wrong is a :class:`FormatError`."""
-    try:
-        read_head(path)
-        with _Sparing(path.open("rb", buffering=0)) as file:
-            size = path.stat().st_size
-            with zipfile.ZipFile(file) as archive:
-                file.sparing = False
-                yield archive, file, size
-    except FormatError:
-        raise
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except Exception as error:  # the archive's decoders meet damage in many ways
-        raise FormatError(f"{path}: is not a whole .npz archive: {reason(error)}") from error
+    with archive_errors(path):
+        size = check_regular(path)
+        if size == 0:
+            raise FormatError(f"{path}: is empty")
+        with _Sparing(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
+            file.sparing = False
+            yield archive, file, size
 
 
 class _Sparing(io.BufferedReader):
@@ -219,7 +213,7 @@ class _Sparing(io.BufferedReader):
         size = _LISTING_LIMIT + 1 if size is None or size < 0 else size
         content = super().read(min(size, _LISTING_LIMIT + 1))
         if len(content) > _LISTING_LIMIT:
-            raise ValueError("its list is longer than that of any texture")
+            raise FormatError(f"{self.name}: its list is longer than that of any texture")
         return content
 
 

@@ -31,7 +31,7 @@ _SIZE_LIMIT = 1 << 28
 """Bytes of a file: 16 a pixel."""
 _CACHE_SIZE = 1 << 26
 """Bytes of pictures that are kept, or one picture."""
-_COLOURS = (frozenset("RGB"), frozenset("XYZ"))
+_CHANNELS = (frozenset("RGB"), frozenset("XYZ"))
 
 
 class ImageFolderBtf(Btf):
@@ -131,7 +131,7 @@ class ImageFolderBtf(Btf):
                 f"{path}: has {header.width} x {header.height} pixels, {self.files[0].name} has "
                 f"{self.width} x {self.height}; all must be of one size"
             )
-        if header.channels not in _COLOURS:
+        if header.channels not in _CHANNELS:
             found = ", ".join(sorted(header.channels)) or "none"
             raise FormatError(f"{path}: has other channels than R, G, B or X, Y, Z: {found[:80]!a}")
 

@@ -20,7 +20,7 @@ from nacre.textures.codecs.basis.colors import join_components
 from nacre.textures.codecs.basis.networks import SkipNetwork, direction_components
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
-"""Weights of functions, of each texel around a hit, and its share."""
+"""Weights of functions, of each texel around a hit, and its weight."""
 
 
 class HitDecoder(Protocol):
@@ -55,7 +55,7 @@ class TableDecoder:
 
     def texels(self, corners: Corners) -> Weighed:
         """See :class:`HitDecoder`."""
-        return [(self._weights[index], share) for index, share in corners]
+        return [(self._weights[index], weight) for index, weight in corners]
 
     def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
@@ -95,7 +95,7 @@ class BasisDecoder:
         expand = self._expansion
         if expand is not None:
             return [(expand(self._records.at(corners)), self._mi.Float(1.0))]
-        return [(self._records[index], share) for index, share in corners]
+        return [(self._records[index], weight) for index, weight in corners]
 
     def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
         """See :class:`HitDecoder`."""
@@ -224,10 +224,10 @@ def _joined(
         return start
 
     total: list[Any] = [0.0] * 3
-    for weights, share in texels:
+    for weights, texel_weight in texels:
         luma = product(weights[:lumas], functions[:lumas], mean)
         first, second = weights[lumas : lumas + chromas], weights[lumas + chromas :]
         pairs = [product(w, functions[lumas:], 0.0) for w in (first, second)]
         rgb = join_components(luma, *pairs)
-        total = [dr.fma(value, share, sum_) for value, sum_ in zip(rgb, total, strict=True)]
+        total = [dr.fma(value, texel_weight, sum_) for value, sum_ in zip(rgb, total, strict=True)]
     return total[0], total[1], total[2]

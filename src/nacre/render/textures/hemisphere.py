@@ -10,8 +10,7 @@ from scipy.spatial import Delaunay, QhullError
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.errors import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
-from nacre.render.textures.aligned_buffers import Packets
-from nacre.render.textures.texels import Corners, jitters
+from nacre.render.textures.texels import AlignedBuffer, Corners, jitters
 
 _CELLS = 128
 """Along an edge of the square that tells where to begin to look for a triangle."""
@@ -65,7 +64,7 @@ class Hemisphere:
         matrices[:, :9] = inverses.reshape(-1, 9)
         links = aligned_zeros((len(inverses), 8), np.int32)
         links[:, :3], links[:, 3:6] = plane.simplices[solid], neighbors
-        self._inverses, self._links = Packets(mi, matrices), Packets(mi, links)
+        self._inverses, self._links = AlignedBuffer(mi, matrices), AlignedBuffer(mi, links)
         axis = (np.arange(_CELLS) + 0.5) * 2.0 / _CELLS - 1.0
         y, x = (part.ravel() for part in np.meshgrid(axis, axis, indexing="ij"))
         self._starts = mi.UInt32(_nearest(inverses, join(from_stereographic(x, y))))

@@ -34,7 +34,7 @@ def latent_lobes(latent: LatentMap) -> Floats:
     array of shape (height, width, 4)
         Every k-th row and column of the map, k = 1 where it is small.
     """
-    lights, views = _spread(_LIGHTS, 0.0), _spread(_VIEWS, _LOWEST)
+    lights, views = _even(_LIGHTS, 0.0), _even(_VIEWS, _LOWEST)
     wi, wo = np.tile(lights, (_VIEWS, 1)), np.repeat(views, _LIGHTS, 0)
     decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
     codes = latent.codes[_coarse(*latent.codes.shape[:2])]
@@ -50,10 +50,10 @@ def latent_lobes(latent: LatentMap) -> Floats:
 def table_lobes(btf: Btf, sides: Sides) -> Floats:
     """The same for a texture of measurements and its directions."""
     lights, views = sides.lights, sides.views
-    wanted = _spread(_VIEWS, _LOWEST)
+    wanted = _even(_VIEWS, _LOWEST)
     chosen = np.unique(KDTree(views).query(wanted)[1])
     pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()
-    nearest = KDTree(lights).query(_spread(_POINTS, 0.0))[1]
+    nearest = KDTree(lights).query(_even(_POINTS, 0.0))[1]
     counts = np.bincount(nearest, minlength=len(lights))
     areas = np.tile(counts * (2.0 * math.pi / _POINTS), len(chosen)).astype(np.float32)
     rows, columns = _coarse(btf.height, btf.width)
@@ -79,9 +79,9 @@ def _coarse(height: int, width: int) -> tuple[slice, slice]:
     return slice(None, None, step), slice(None, None, step)
 
 
-def _spread(count: int, lowest: float) -> Floats:
+def _even(count: int, lowest: float) -> Floats:
     """Evenly spread directions above a cosine: a lattice of the golden ratio, shape (count, 3)."""
     index = np.arange(count) + 0.5
-    turns = np.modf(index * 0.5 * (math.sqrt(5.0) - 1.0))[0]
-    vectors = uniform_hemisphere((1.0 - lowest) * index / count, turns)
+    rotations = np.modf(index * 0.5 * (math.sqrt(5.0) - 1.0))[0]
+    vectors = uniform_hemisphere((1.0 - lowest) * index / count, rotations)
     return join(vectors).astype(np.float32)

@@ -11,9 +11,8 @@ import numpy.typing as npt
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.btf import Btf
 from nacre.errors import NacreError, require
-from nacre.render.textures.aligned_buffers import Packets
 from nacre.render.textures.hemisphere import Hemisphere
-from nacre.render.textures.texels import Corners
+from nacre.render.textures.texels import AlignedBuffer, Corners
 
 _BLOCK = 1 << 26
 _MOST = 1 << 32
@@ -60,7 +59,7 @@ class MeasuredDecoder:
                 table[block, :, :3] = np.maximum(btf.texels(block)[:, sides.order], 0.0)
         if not all(np.isfinite(table[b]).all() for b in btf.blocks(_BLOCK)):
             raise NacreError(f"{btf.name}: has values above 65,504; scale it down")
-        self._table = Packets(mi, table.reshape(-1, 4))
+        self._table = AlignedBuffer(mi, table.reshape(-1, 4))
         self._pairs, self._lights = btf.pair_count, len(sides.lights)
         self._light_side = Hemisphere(mi, sides.lights, stochastic)
         self._view_side = Hemisphere(mi, sides.views, stochastic)

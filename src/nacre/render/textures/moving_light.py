@@ -28,8 +28,9 @@ def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") 
     Parameters
     ----------
     path
-        "around": one turn about the normal in the middle of the picture, from where the light of a
-        single picture is; "over": on a great circle from 80 degrees to the left to 80 to the right.
+        "around": one rotation about the normal in the middle of the picture, from where the light
+        of a single picture is; "over": on a great circle from 80 degrees to the left to 80 to the
+        right.
     count
         Directions, at least 1. Those around are evenly spaced, so that the first follows the last.
     angle
@@ -52,10 +53,10 @@ def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") 
         raise NacreError(f"a light on its way has 1 direction or more, not {count}")
     if path == "around":
         start, axis = np.array(light_direction(angle)), np.array(facing(geometry))
-        turn = (2.0 * math.pi / count * np.arange(count))[:, None]
+        angles = (2.0 * math.pi / count * np.arange(count))[:, None]
         along = (start @ axis) * axis  # Rodrigues' formula of a rotation
-        turned = np.cos(turn) * (start - along) + np.sin(turn) * np.cross(axis, start)
-        around: Floats = along + turned
+        rotated = np.cos(angles) * (start - along) + np.sin(angles) * np.cross(axis, start)
+        around: Floats = along + rotated
         return around
     if path == "over":
         aside = np.radians(np.linspace(-_LOWEST, _LOWEST, count))[:, None]
@@ -89,7 +90,7 @@ def render_moving(
     seed
         Of the samples.
     progress
-        Called with the part of all pictures that is done.
+        Called with the fraction of all pictures that is done.
 
     Yields
     ------
@@ -117,8 +118,8 @@ def _move(mi: Any, parameters: Any, toward: Floats) -> None:
     elif "light.irradiance.value" in parameters:
         up = np.eye(3)[np.argmin(np.abs(toward))]
         target = [-float(x) for x in toward]
-        turned = mi.ScalarTransform4f().look_at([0, 0, 0], target, up.tolist())
-        parameters["light.to_world"] = mi.Transform4f(turned)
+        toward_origin = mi.ScalarTransform4f().look_at([0, 0, 0], target, up.tolist())
+        parameters["light.to_world"] = mi.Transform4f(toward_origin)
     else:
         raise NacreError("an environment does not move: choose a directional or a point light")
     parameters.update()

@@ -1,7 +1,8 @@
-"""How a texture lies on a surface: Mitsuba's `to_uv`, and the directions that belong to it."""
+"""How a texture lies on a surface: `to_uv`, directions, and how much of it a pixel sees."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,17 @@ import numpy as np
 from nacre.array import Components
 from nacre.errors import NacreError, require
 
-_LEAST = 1e-9
+_MIN_DETERMINANT = 1e-9
+_MIN_COSINE = 0.02
+"""Cosine of the view below which footprints grow no more."""
 
 
 class Placement:
     """Coordinates and directions of a texture from those of a surface.
 
     A texture's x runs along its rows, its y from the last row to the first, as in a photograph;
-    Mitsuba's v runs with the rows. Where `to_uv` turns the texture, directions turn too; of what it
-    stretches, the nearest turn counts.
+    Mitsuba's v runs with the rows. Where `to_uv` rotates the texture, directions rotate too; of
+    what it stretches, the nearest rotation counts.
 
     Parameters
     ----------
@@ -36,11 +39,11 @@ class Placement:
         self._mi = mi
         matrix = np.eye(3) if to_uv is None else np.array(to_uv.matrix, np.float64)
         linear, shift = matrix[:2, :2], matrix[:2, -1]
-        if not np.isfinite(matrix).all() or abs(np.linalg.det(linear)) < _LEAST:
+        if not np.isfinite(matrix).all() or abs(np.linalg.det(linear)) < _MIN_DETERMINANT:
             raise NacreError("to_uv: leaves nothing of the texture; scale by more than 0")
         self._linear, self._shift = linear.tolist(), shift.tolist()
         left, _, right = np.linalg.svd(linear)
-        self._turn = (left @ right).tolist()
+        self._rotation = (left @ right).tolist()
 
     def uv(self, si: Any) -> Any:
         """Texture coordinates of interactions."""
@@ -54,13 +57,13 @@ class Placement:
 
     def to_texture(self, si: Any, w: Components) -> Components:
         """A direction of the shading frame in that of the texture."""
-        (a, b), (c, d) = self._turn
+        (a, b), (c, d) = self._rotation
         y = self._sense(si) * w[1]
         return a * w[0] + b * y, -1.0 * (c * w[0] + d * y), w[2]
 
     def from_texture(self, si: Any, w: Components) -> Components:
         """Inverse of :meth:`to_texture`."""
-        (a, b), (c, d) = self._turn
+        (a, b), (c, d) = self._rotation
         return a * w[0] - c * w[1], self._sense(si) * (b * w[0] - d * w[1]), w[2]
 
     def _sense(self, si: Any) -> Any:
@@ -68,3 +71,64 @@ class Placement:
         dr = require("drjit", "render")
         along = dr.dot(si.dp_dv, si.sh_frame.t)
         return dr.select(along < 0.0, self._mi.Float(-1.0), 1.0)
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """The parallelogram about a point of a texture that a pixel sees, as its two sides.
+
+    Parameters
+    ----------
+    long
+        The longer side in texture coordinates, `mi.Point2f`.
+    texels
+        Lengths of both in texels, the longer one first.
+    """
+
+    long: Any
+    texels: tuple[Any, Any]
+
+
+def footprint(
+    mi: Any, si: Any, placement: Placement, angle: float, height: int, width: int
+) -> Footprint:
+    """The footprint of a cone of rays (Akenine-Moller et al. 2021, "Improved Shader and Texture
+    Level of Detail Using Ray Cones").
+
+    A cone begins anew at each hit of a path: behind the first, footprints are smaller than they
+    might be, which costs speed of convergence at most.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    si
+        Interactions.
+    placement
+        Of the texture on the surface.
+    angle
+        Between neighboring pixels, in radians.
+    height, width
+        Of the texture in texels.
+    """
+    dr = require("drjit", "render")
+    view, normal = si.to_world(si.wi), si.sh_frame.n
+    cosine = dr.dot(view, normal)
+    along = view - normal * cosine
+    upright = dr.squared_norm(along) < 1e-8
+    along = dr.normalize(dr.select(upright, si.sh_frame.s, along))
+    across = dr.cross(normal, along)
+    spread = angle * si.t
+    sides = []
+    for side in (along * (spread / dr.maximum(dr.abs(cosine), _MIN_COSINE)), across * spread):
+        u, v = (
+            dr.dot(side, axis) / dr.maximum(dr.squared_norm(axis), 1e-20)
+            for axis in (si.dp_du, si.dp_dv)
+        )
+        uv = placement.difference(u, v)
+        sides.append((uv, dr.norm(mi.Point2f(uv.x * width, uv.y * height))))
+    (one, first), (other, second) = sides
+    longer = first > second
+    return Footprint(
+        dr.select(longer, one, other), (dr.maximum(first, second), dr.minimum(first, second))
+    )

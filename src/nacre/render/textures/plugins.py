@@ -18,8 +18,7 @@ from nacre.render.textures.decoders import HIT_DECODERS, HitDecoder, TableDecode
 from nacre.render.textures.factors import CHROMAS, LUMAS, factor
 from nacre.render.textures.lobes import latent_lobes, table_lobes
 from nacre.render.textures.measured import MeasuredDecoder, Sides
-from nacre.render.textures.pixel_footprint import footprint
-from nacre.render.textures.placement import Placement
+from nacre.render.textures.placement import Placement, footprint
 from nacre.render.textures.relief import Relief, read_heights
 from nacre.render.textures.texels import INTERPOLATIONS, Records, TexelGrid, record_bytes
 from nacre.runtime.progress import Progress, silent

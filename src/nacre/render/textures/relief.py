@@ -83,8 +83,8 @@ def read_heights(path: PathLike) -> Any:
     try:
         bitmap = mi.Bitmap(str(path))
         bitmap.set_srgb_gamma(False)
-        grey = bitmap.convert(mi.Bitmap.PixelFormat.Y, mi.Struct.Type.Float32, False)
-        heights = np.array(grey, np.float32)
+        gray = bitmap.convert(mi.Bitmap.PixelFormat.Y, mi.Struct.Type.Float32, False)
+        heights = np.array(gray, np.float32)
     except RuntimeError as error:
         raise FormatError(f"{path}: height field cannot be read: {reason(error)}") from error
     if not heights.size or not np.isfinite(heights).all():

@@ -157,8 +157,8 @@ def _light(mi: Any, light: str, angle: float, environment: Environment | None) -
 def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
     place = mi.ScalarTransform4f()
     if geometry == "sphere":
-        turned = place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
-        return {"object": {"type": "sphere", "to_world": turned, "bsdf": bsdf}}
+        upright = place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
+        return {"object": {"type": "sphere", "to_world": upright, "bsdf": bsdf}}
     if geometry == "plane":
         lying = place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE)
         return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}

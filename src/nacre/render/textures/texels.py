@@ -12,8 +12,7 @@ import numpy.typing as npt
 from nacre.array import Floats, aligned_zeros
 from nacre.errors import require
 from nacre.io.tensors import HALF_LARGEST
-from nacre.render.textures.aligned_buffers import Packets
-from nacre.render.textures.pixel_footprint import Footprint
+from nacre.render.textures.placement import Footprint
 
 Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
 INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
@@ -21,7 +20,7 @@ INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
 Corners: TypeAlias = "list[tuple[Any, Any]]"
 """Indices of texels or nodes, and weights that add up to 1."""
 
-_PACKET = 16
+_ROW = 16
 """Numbers that are read at a time."""
 _PARTS = 16
 """Bits of a random number for each of two coordinates."""
@@ -75,14 +74,14 @@ class TexelGrid:
         chance = self._interpolation == "stochastic"
         level = dr.clip(dr.log2(dr.maximum(footprint.texels[int(chance)], 1.0)), 0.0, float(last))
         if chance:
-            place, share = jitters(mi, (uv.y, uv.x), 2)
-            floor = mi.UInt32(dr.minimum(dr.floor(level + share), float(last)))
+            place, fraction = jitters(mi, (uv.y, uv.x), 2)
+            floor = mi.UInt32(dr.minimum(dr.floor(level + fraction), float(last)))
             return self._around(uv + footprint.long * (place - 0.5), floor)
         floor = mi.UInt32(dr.minimum(dr.floor(level), float(last)))
-        share = level - mi.Float(floor)
+        fraction = level - mi.Float(floor)
         return [
             (index, weight * part)
-            for which, part in ((floor, 1.0 - share), (dr.minimum(floor + 1, last), share))
+            for which, part in ((floor, 1.0 - fraction), (dr.minimum(floor + 1, last), fraction))
             for index, weight in self._around(uv, which)
         ]
 
@@ -162,13 +161,13 @@ class Records:
     def __init__(self, mi: Any, values: Floats, half: bool) -> None:
         self._mi = mi
         count, self.numbers = values.shape
-        self._packet = min(_PACKET, 1 << (self.numbers - 1).bit_length())
-        self._packets = -(-self.numbers // self._packet)
+        self._row = min(_ROW, 1 << (self.numbers - 1).bit_length())
+        self._rows = -(-self.numbers // self._row)
         half = half and float(np.abs(values).max()) < HALF_LARGEST
         dtype: npt.DTypeLike = np.float16 if half else np.float32
-        padded = aligned_zeros((count, self._packets * self._packet), dtype)
+        padded = aligned_zeros((count, self._rows * self._row), dtype)
         padded[:, : self.numbers] = values
-        self._data = Packets(mi, padded.reshape(-1, self._packet))
+        self._data = AlignedBuffer(mi, padded.reshape(-1, self._row))
 
     def at(self, corners: Corners) -> list[Any]:
         """The weighted sums of the numbers of some records."""
@@ -184,11 +183,39 @@ class Records:
 
     def __getitem__(self, index: Any) -> list[Any]:
         """The numbers of some records."""
-        packets = [self._data[index * self._packets + k] for k in range(self._packets)]
-        return [self._mi.Float(v) for packet in packets for v in packet][: self.numbers]
+        rows = [self._data[index * self._rows + k] for k in range(self._rows)]
+        return [self._mi.Float(v) for row in rows for v in row][: self.numbers]
 
 
 def record_bytes(numbers: int, half: bool) -> int:
     """Memory of a record."""
-    packet = min(_PACKET, 1 << (numbers - 1).bit_length())
-    return -(-numbers // packet) * packet * (2 if half else 4)
+    row = min(_ROW, 1 << (numbers - 1).bit_length())
+    return -(-numbers // row) * row * (2 if half else 4)
+
+
+class AlignedBuffer:
+    """Rows of numbers, each of which a kernel reads at once.
+
+    Parameters
+    ----------
+    mi
+        The `mitsuba` module with a JIT variant set.
+    values
+        Shape (count, size), size a power of two, of :func:`nacre.array.aligned_zeros`; float16,
+        float32 or int32. What it holds must not change.
+    """
+
+    def __init__(self, mi: Any, values: npt.NDArray[Any]) -> None:
+        tensor, self._kind = {
+            "float16": (mi.TensorXf16, mi.ArrayXf16),
+            "float32": (mi.TensorXf, mi.ArrayXf),
+            "int32": (mi.TensorXi, mi.ArrayXi),
+        }[values.dtype.name]
+        self._size = values.shape[1]
+        self._data = tensor(values).array
+
+    def __getitem__(self, index: Any) -> list[Any]:
+        """The numbers of some rows."""
+        dr = require("drjit", "render")
+        shape = (self._size, dr.width(index))
+        return list(dr.gather(self._kind, self._data, index, shape=shape))

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.errors import NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike
 from nacre.io.tensors import Tensors
 from nacre.registry import Registry
@@ -155,7 +155,6 @@ class TexelCodec(Frozen, abc.ABC):
             If the codec is for other directions only.
         """
 
-    @abc.abstractmethod
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """Header and tensors for a file; `metadata` is in the header.
 
@@ -168,11 +167,11 @@ class TexelCodec(Frozen, abc.ABC):
         Raises
         ------
         FormatError
-            If a weight is not finite or too large.
+            If a weight is not finite or too large, or codecs of this kind are not kept in files.
         """
+        raise FormatError(f"a {type(self).__name__} is of no kind that files hold")
 
     @classmethod
-    @abc.abstractmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelCodec:
         """The codec that :meth:`pack` packed.
 
@@ -181,6 +180,7 @@ class TexelCodec(Frozen, abc.ABC):
         KeyError, TypeError, ValueError, AttributeError, OverflowError
             If a field is missing or bad.
         """
+        raise ValueError(f"a {cls.__name__} is of no kind that files hold")
 
     def describe(self) -> dict[str, Any]:
         """Sizes of what the codec is made of, JSON-able, in the order to print them."""

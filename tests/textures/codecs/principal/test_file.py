@@ -30,7 +30,7 @@ def path(codec, tmp_path):
 
 def test_components_come_back_as_they_were(codec, path, tmp_path):
     after = load_codec(path)
-    assert (after.values, after.noise, after.metadata) == (5, codec.noise, codec.metadata)
+    assert (after.code_dim, after.noise, after.metadata) == (5, codec.noise, codec.metadata)
     texels = TEXTURES[0]().texels(slice(0, 4))
     np.testing.assert_array_equal(after.encoder(*RING)(texels), codec.encoder(*RING)(texels))
     again = tmp_path / "b.safetensors"

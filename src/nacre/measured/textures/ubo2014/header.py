@@ -159,7 +159,7 @@ def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ..
     start = reader.skip(36 * count, "the rotations")
     rotations = np.frombuffer(data, "<f4", 9 * count, start).reshape(count, 3, 3)
     _check_finite(path, "rotations", rotations)
-    most, model = reader.take("<Ii", "the number of components and the color model")
+    largest, model = reader.take("<Ii", "the number of components and the color model")
     matrix = reader.take("<12f", "the color mean and matrix")
     _check_finite(path, "color mean or matrix", matrix)
     if model not in ColorModel.__members__.values():
@@ -167,9 +167,9 @@ def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ..
         raise FormatError(f"{path}: color model {model} is not read (those read: {known})")
     colors = Decorrelation(ColorModel(model), matrix[:3], np.reshape(matrix[3:], (3, 3)))
     header = Header(width, height, views, lights, colors, rotations=rotations, **notes)
-    if not 1 <= most <= COMPONENT_LIMIT:
-        raise FormatError(f"{path}: {most} components, expected 1 to {COMPONENT_LIMIT}")
-    factors = tuple(_factors(reader, header, name, most) for name in header.channels)
+    if not 1 <= largest <= COMPONENT_LIMIT:
+        raise FormatError(f"{path}: {largest} components, expected 1 to {COMPONENT_LIMIT}")
+    factors = tuple(_factors(reader, header, name, largest) for name in header.channels)
     if reader.position != len(data):
         raise FormatError(
             f"{path}: {len(data)} bytes, expected {reader.position}; the file is damaged"
@@ -233,7 +233,7 @@ def _bytes(text: str) -> bytes:
 
 
 def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
-    """Views, and the lights of each; every view has as many, else rows could not be told."""
+    """Views, and the lights of each; every view has as many, else rows could not be numbered."""
     path, what = reader.path, "the directions"
     (count,) = reader.take("<I", "the number of views")
     start = reader.position
@@ -260,7 +260,7 @@ def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
     return views, angles
 
 
-def _factors(reader: BinaryReader, header: Header, name: str, most: int) -> Factors:
+def _factors(reader: BinaryReader, header: Header, name: str, largest: int) -> Factors:
     """Numbers of rows and columns of the matrices of a channel; goes on behind them."""
     where = f"{reader.path}: channel '{name}'"
     size, components, rows, columns = reader.take("<BIII", f"the matrix of channel '{name}'")
@@ -271,9 +271,9 @@ def _factors(reader: BinaryReader, header: Header, name: str, most: int) -> Fact
         raise FormatError(
             f"{where}: matrix of {rows} x {columns}, expected {pairs} pairs x {texels} texels"
         )
-    if not 1 <= components <= min(rows, columns, most):
+    if not 1 <= components <= min(rows, columns, largest):
         raise FormatError(
-            f"{where}: {components} components, expected 1 to {min(rows, columns, most)}"
+            f"{where}: {components} components, expected 1 to {min(rows, columns, largest)}"
         )
     factors = Factors(SCALARS[size], components, rows, columns, reader.position)
     reader.skip(factors.end - factors.start, f"the matrices of channel '{name}'")

@@ -237,8 +237,11 @@ class TexelNetwork(TexelCodec):
 
     def describe(self) -> dict[str, Any]:
         """See :meth:`TexelCodec.describe`: the settings."""
-        settings = asdict(self.settings).items()
-        return {name.replace("_", " "): value for name, value in settings if name != "latent"}
+        return {
+            name.replace("_", " "): list(value) if isinstance(value, tuple) else value
+            for name, value in asdict(self.settings).items()
+            if name != "latent"
+        }
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """See :meth:`TexelCodec.pack`."""

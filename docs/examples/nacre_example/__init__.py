@@ -1,0 +1,1 @@
+"""One member of each family that nacre can be extended by: a module each."""

@@ -1,0 +1,162 @@
+"""Commands and groups: the options that all share, lazy loading, help, suggestions."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import click
+
+import nacre
+from nacre.cli.session import session
+from nacre.io.outputs import overwrite, written_by
+
+
+def _set(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
+    def callback(_context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+        if value:
+            setattr(session(), name, True)
+
+    return callback
+
+
+def _flag(name: str, *names: str, about: str) -> click.Option:
+    return click.Option(names, is_flag=True, expose_value=False, callback=_set(name), help=about)
+
+
+def _print_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if value and not context.resilient_parsing:
+        click.echo(f"nacre, version {nacre.__version__}")
+        context.exit()
+
+
+def _shared() -> list[click.Parameter]:
+    """Options of every command and group."""
+    return [
+        _flag("quiet", "-q", "--quiet", about="Print no progress and no notes."),
+        _flag("verbose", "-v", "--verbose", about="Print timings, paths and causes of errors."),
+        click.Option(
+            ("-V", "--version"),
+            is_flag=True,
+            expose_value=False,
+            is_eager=True,
+            callback=_print_version,
+            help="Print the version and exit.",
+        ),
+    ]
+
+
+def _help_alone() -> None:
+    """Print the help of a group that is given no command."""
+    context = click.get_current_context()
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+class Command(click.Command):
+    """A command with the options that all share.
+
+    Parameters
+    ----------
+    writes
+        Whether it writes files, and so takes --force.
+    reports
+        Whether it reports results, and so takes --json.
+    settings
+        See click.
+    """
+
+    def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
+        super().__init__(**settings)
+        if reports:
+            text = "Print the results as JSON, with units in the keys."
+            self.params.append(_flag("as_json", "--json", about=text))
+        if writes:
+            text = "Replace files even if they are measured, read-only or not written by nacre."
+            self.params.append(_flag("force", "--force", about=text))
+        self.params.extend(_shared())
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """See click; shows progress meanwhile."""
+        from nacre.cli.progress import Display
+        from nacre.cli.report import detail, status
+
+        now, began = session(), time.monotonic()
+        display = Display(ctx.command_path, status, quiet=now.quiet, verbose=now.verbose)
+        with display, overwrite(now.force), written_by(ctx.command_path):
+            now.display = display
+            result = super().invoke(ctx)
+        now.flush()
+        detail(f"{ctx.command_path}: {time.monotonic() - began:.2f} s")
+        return result
+
+
+class Group(click.Group):
+    """A group whose commands are imported when they run: help must come at once.
+
+    Parameters
+    ----------
+    package
+        Package that has a module for each command, named like it, with the command as `command`.
+    commands_help
+        The commands, each with what the list says of it.
+    settings
+        See click.
+    """
+
+    def __init__(
+        self, name: str, *, package: str, commands_help: Mapping[str, str], **settings: Any
+    ) -> None:
+        super().__init__(
+            name,
+            callback=_help_alone,
+            invoke_without_command=True,
+            subcommand_metavar="COMMAND [ARGS]...",
+            **settings,
+        )
+        self._package, self._help = package, dict(commands_help)
+        self.params.extend(_shared())
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """See click."""
+        return sorted(self._help)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """See click."""
+        if cmd_name not in self._help:
+            return None
+        module = importlib.import_module(f"{self._package}.{cmd_name}")
+        command: click.Command = module.command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click; suggests the nearest where there is no such command."""
+        if args and not args[0].startswith("-") and args[0] not in self._help:
+            near = difflib.get_close_matches(args[0], self._help, 3, 0.5)
+            hint = f"; did you mean {' or '.join(near)}?" if near else ""
+            ctx.fail(f"No such command {args[0]!r}{hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """See click."""
+        with formatter.section("Commands"):
+            formatter.write_dl(sorted(self._help.items()))
+
+
+def command(
+    name: str, *, writes: bool = False, reports: bool = False, **settings: Any
+) -> Callable[[Callable[..., Any]], Command]:
+    """Make a function a :class:`Command`."""
+
+    def decorate(function: Callable[..., Any]) -> Command:
+        made: Command = click.command(
+            name, cls=Command, writes=writes, reports=reports, **settings
+        )(function)
+        return made
+
+    return decorate

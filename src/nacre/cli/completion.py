@@ -1,0 +1,29 @@
+"""`nacre completion`."""
+
+from __future__ import annotations
+
+import click
+from click.shell_completion import get_completion_class
+
+from nacre.cli.command import command as make
+from nacre.errors import NacreError
+
+
+@make("completion")
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+def command(context: click.Context, shell: str) -> None:
+    r"""Print the script that completes commands, options and files in a shell.
+
+    \b
+    bash, in ~/.bashrc:  eval "$(nacre completion bash)"
+    zsh, in ~/.zshrc:    eval "$(nacre completion zsh)"
+    fish:                nacre completion fish > ~/.config/fish/completions/nacre.fish
+    """
+    kind = get_completion_class(shell)
+    assert kind is not None  # click knows all three
+    try:
+        script = kind(context.find_root().command, {}, "nacre", "_NACRE_COMPLETE").source()
+    except (OSError, RuntimeError) as error:
+        raise NacreError(f"{shell}: {error}") from error
+    click.echo(script)

@@ -1,0 +1,198 @@
+"""What `nacre fit` does for reflectances and for a texture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from nacre.cli import options
+from nacre.cli.materials import check_pixels, expect
+from nacre.cli.progress import progress
+from nacre.cli.report import fail, json_key, report, report_facts, report_parts, say
+from nacre.cli.session import session
+from nacre.cli.watcher import RunWatcher
+from nacre.errors import printable
+
+if TYPE_CHECKING:
+    from nacre.workflows import Executor, FittedFile, Fitting, Record
+
+_RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling")
+_SHOWN = 5
+"""Files that are named of a list that may be long."""
+
+
+def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[str, Any]) -> None:
+    """Fit files, or all that is in folders; exit with 1 if some failed, with 2 if all did."""
+    from nacre.workflows import fit_files, output_paths
+
+    folders = any(path.is_dir() for path in paths)
+    ending = _fitting(chosen).ending
+    if output == "-":
+        if ending != ".json" or len(paths) > 1 or folders:
+            raise click.BadParameter("-o -: standard output takes one analytic model; name a file")
+        output = str(session().to_stdout(ending))
+    if folders:
+        _fit_folders(paths, Path(output or "."), chosen)
+        return
+    targets = output_paths(paths, output, ending)
+    fitting = _fitting(chosen, targets[0].suffix)
+    found = fit_files(
+        paths, targets, fitting, executor=_executor(chosen), watcher=RunWatcher("fit")
+    )
+    lines = [
+        f"{file.output}: {file.fit.summary}, {file.fit.seconds:.1f} s"
+        for file in found
+        if file.fit.error is None
+    ]
+    report_parts([_facts(file) for file in found], lines)
+
+
+def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
+    """What the options ask for."""
+    from nacre.analytic import MODELS
+    from nacre.neural import Recipe
+    from nacre.workflows import AnalyticFitting, NetworkFitting
+
+    given = {"ending": ending} if ending else {}
+    if (name := chosen["model"]) != "nbrdf":
+        if name not in MODELS:
+            raise click.BadParameter(f"--model {name}: is not one of nbrdf, {', '.join(MODELS)}")
+        options.refuse(("network",), f"{name} is an analytic model")
+        if chosen["precision"] is not None:
+            raise click.BadParameter(f"--precision is for networks; {name} is an analytic model")
+        settings = {key: chosen[key] for key in ("gain", "samples", "seed")}
+        settings = {key: value for key, value in settings.items() if value is not None}
+        return AnalyticFitting(MODELS[name], settings, **given)
+    if chosen["max_bytes"] is not None and options.is_given("hidden"):
+        raise click.UsageError("--max-bytes and --hidden exclude one another")
+    settings = {name: chosen[name] for name in _RECIPE}
+    if chosen["epochs"] is not None:
+        settings["epochs"] = chosen["epochs"]
+    recipe = Recipe.preset(chosen["preset"], size=chosen["max_bytes"], **settings)
+    return NetworkFitting(recipe, chosen["device"], **given)
+
+
+def _executor(chosen: Mapping[str, Any]) -> Executor:
+    """What carries out the fits."""
+    from nacre.workflows import Cluster, Stacks, Threads
+    from nacre.workflows.cluster import LOCAL
+
+    scheduler, jobs, data = chosen["scheduler"], chosen["jobs"], chosen["data"]
+    if scheduler is None:
+        if data != "auto":
+            raise click.BadParameter("--data is for a cluster; name its --scheduler")
+        # On a device materials train together, unless they are asked to come so many at a time.
+        return Threads(jobs) if jobs or chosen["device"] is None else Stacks()
+    if scheduler != LOCAL and "://" not in scheduler:
+        raise click.BadParameter(f"{scheduler!r} is neither {LOCAL} nor like tcp://host:8786")
+    if scheduler != LOCAL and jobs:
+        raise click.BadParameter("--jobs is for this machine; a cluster runs one fit a thread")
+    return Cluster(scheduler, data=data, workers=jobs)
+
+
+def _fit_folders(paths: Sequence[Path], output: Path, chosen: Mapping[str, Any]) -> None:
+    from nacre.formats import formats
+    from nacre.workflows import fit_library
+
+    endings = {ending for entry in formats() for ending in entry.extensions}
+    if output.suffix.lower() in endings and not output.is_dir():
+        raise click.BadParameter(f"{output} must be a folder, for the fits to a folder")
+    fitting, executor = _fitting(chosen), _executor(chosen)
+    outcome = fit_library(paths, output, fitting, executor=executor, watcher=RunWatcher("fit"))
+    counts = {
+        "fitted": outcome.fitted,
+        "unchanged": outcome.unchanged,
+        "failed": outcome.failed,
+    }
+    line = ", ".join(f"{len(records)} {word}" for word, records in counts.items() if records)
+    rows = {word: [_recorded(record) for record in records] for word, records in counts.items()}
+    left_out = [str(path) for path in outcome.left_out]
+    report(f"{output}: {line}", {"output": str(output), **rows, "left_out": left_out})
+    if outcome.left_out:
+        names = printable(", ".join(path.name for path in outcome.left_out[:_SHOWN]))
+        more = len(left_out) - _SHOWN
+        fail(f"left out, not measurements: {names}{f', and {more} more' if more > 0 else ''}")
+    for record in outcome.failed:
+        fail(f"{record.source}: {record.error}")
+    if outcome.failed:
+        raise SystemExit(1)
+
+
+def _recorded(record: Record) -> dict[str, Any]:
+    """What is reported of a material of a folder."""
+    if record.error is not None:
+        return {"file": record.source, "error": record.error}
+    facts = {"file": record.source, "output": record.output, "seconds": record.seconds}
+    return facts | {json_key(name): value for name, value in record.losses.items()}
+
+
+def _facts(file: FittedFile) -> dict[str, Any]:
+    """What is reported of a file."""
+    if (error := file.fit.error) is not None:
+        own = error.startswith(f"{file.output}: ")
+        return {"file": str(file.source), "error": error if own else f"{file.source}: {error}"}
+    return {
+        "file": str(file.source),
+        "output": str(file.output),
+        "size_bytes": file.output.stat().st_size,
+        "seconds": file.fit.seconds,
+        **{json_key(name): value for name, value in file.fit.losses.items()},
+    }
+
+
+def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
+    """Encode a texture."""
+    from nacre.metrics.texture_errors import UNITS
+    from nacre.textures.codecs.codec_file import PUBLISHED
+    from nacre.workflows import encode_texture, output_paths
+
+    if output == "-":
+        raise click.BadParameter("-o -: standard output takes no binary file; name a file")
+    codec, directions = chosen["codec"], chosen["directions"]
+    (target,) = output_paths([source], output, ".safetensors")
+    state = target.with_name(f"{target.name}.state")
+    listed = [Path(directions)] if directions is not None else []
+    options.check_outputs([target], [source, codec or PUBLISHED, *listed], [state])
+    if directions is None:
+        check_pixels(source, chosen["pixels"])
+    elif not source.is_dir():
+        raise click.BadParameter("--directions is for a folder of images; leave it out")
+    if codec is not None:
+        expect(codec, "a texture codec")
+    line = progress(target.stem)
+    line("reading", 0, 1)
+    found = encode_texture(
+        source,
+        target,
+        model=codec,
+        directions=directions,
+        pixels=chosen["pixels"],
+        reference=not chosen["embed"],
+        half=chosen["precision"] == "half",
+        texels_per_block=chosen["texels_per_block"],
+        resume=chosen["resume"],
+        progress=line,
+    )
+    height, width, code_dim = found.latent.codes.shape
+    shown, by_view = found.errors.shown()
+    facts = {
+        "width": width,
+        "height": height,
+        "code dim": code_dim,
+        **shown,
+        "pairs compared a texel": found.compared,
+        **{f"MSE x 1e4, views {name}": mse for name, mse in by_view.items()},
+        "seconds": found.seconds,
+        "bytes of codes": found.latent.codes.nbytes,
+        "bytes": found.nbytes,
+        "bytes of the source": found.source_nbytes,
+        "ratio": found.source_nbytes / found.nbytes,
+    }
+    beside = found.beside and found.beside.name
+    names = {"file": str(source), "output": str(target), "keep_beside": beside}
+    report_facts(target.name, facts, UNITS, **names)
+    if beside and not session().as_json:
+        say(f"{target}: keep {beside} beside it")

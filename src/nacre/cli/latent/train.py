@@ -1,0 +1,93 @@
+"""`nacre latent train`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.progress import progress
+from nacre.cli.report import note, report_file
+
+
+@make("train", writes=True, reports=True)
+@options.inputs_argument("paths", metavar="INPUT...")
+@options.output_option("Basis to write (.safetensors).")
+@options.option(
+    "--model",
+    metavar="NAME",
+    default="pca",
+    help="Kind of basis. pca: principal components, 16 MB. neural: closer, 0.2 MB. hypernetwork: "
+    "codes decode into networks of 675 weights; 0.6 MB. autoencoder: the paper's. All but pca "
+    "continue where they were stopped.",
+)
+@options.option(
+    "--code-dim",
+    type=click.IntRange(1, 1024),
+    show_default="32",
+    help="Latent size: values in a code.",
+)
+@options.resolution_option(
+    type=options.Integers("90,45,45", 3),
+    metavar="N,N,N",
+    show_default="90,45,45",
+    help="Nodes of the grid of pca: theta_h,theta_d,phi_d.",
+)
+@options.option(
+    "--separate",
+    is_flag=True,
+    default=None,
+    help="Train pca on each channel as a material of its own, not on the six channel permutations.",
+)
+@options.option(
+    "--steps",
+    type=click.IntRange(1),
+    show_default="8000; 4000 for autoencoder",
+    help="Optimizer steps, except for pca.",
+)
+@options.seed_option(
+    default=None, show_default="0", help="Seed of all random numbers, except for pca."
+)
+def command(
+    paths: tuple[Path, ...],
+    output: Path,
+    model: str,
+    resolution: tuple[int, ...] | None,
+    **chosen: Any,
+) -> None:
+    """Train a basis on isotropic materials: files, or folders of measured files."""
+    from nacre.measured.merl import Resolution
+    from nacre.workflows import train_basis
+
+    if resolution:
+        try:
+            chosen["resolution"] = Resolution(*resolution)
+        except ValueError as error:
+            raise click.BadParameter(f"--resolution: {error}") from error
+    options.check_outputs([output], paths)
+    settings = {name: value for name, value in chosen.items() if value is not None}
+    line = progress(output.stem)
+    line("reading", 0, 1)
+    basis = train_basis(
+        paths,
+        output,
+        model,
+        settings,
+        progress=line,
+        left_out=lambda path: note(f"{path}: no material, left out"),
+    )
+    count = len(basis.metadata["materials"])
+    text = f"{count} materials, latent size {basis.code_dim}, {basis.nbytes:,} bytes in memory"
+    if basis.predictors:
+        text += ", predicts lobes for importance sampling"
+    report_file(
+        output,
+        text,
+        model=model,
+        materials=count,
+        code_dim=basis.code_dim,
+        memory_bytes=basis.nbytes,
+    )

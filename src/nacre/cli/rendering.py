@@ -1,0 +1,150 @@
+"""What `nacre render` does for a reflectance, a texture and a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from nacre.cli import options
+from nacre.cli.progress import progress
+from nacre.cli.report import keyed, print_facts, report
+from nacre.cli.session import session
+from nacre.render import scene
+from nacre.render.textures import scene as texture_scene
+
+if TYPE_CHECKING:
+    from nacre.metrics.temporal import TemporalErrors
+    from nacre.render.environment import Environment
+
+TEXTURE_SPP = 64
+"""Samples per pixel of a texture."""
+
+
+def _check_shape(
+    source: Path, chosen: dict[str, Any], kind: str, shapes: Sequence[str], lights: Sequence[str]
+) -> None:
+    """Refuse an object or a light that is for the other kind of material."""
+    for name, known in (("shape", shapes), ("light", lights)):
+        if chosen[name] is not None and chosen[name] not in known:
+            raise click.BadParameter(
+                f"--{name} {chosen[name]}: {source} is {kind}, for which there are "
+                f"{', '.join(known)}"
+            )
+
+
+def _environment(path: Path | None) -> Environment | None:
+    from nacre.render.environment import load_environment
+
+    return load_environment(path) if path else None
+
+
+def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) -> None:
+    """Render a scene file of Mitsuba."""
+    from nacre.render.preview import check_image_path, write_image
+    from nacre.render.scene_file import render_file
+
+    output = output or Path(f"{source.stem}.png")
+    check_image_path(output)
+    options.check_outputs([output], [source])
+    line = progress(source.stem)
+    line("compiling", 0, 1)
+    image = render_file(
+        source, spp=spp, seed=seed, progress=lambda part: line("rendering", round(100 * part), 100)
+    )
+    write_image(image, output)
+    height, width = image.shape[:2]
+    data = {"output": str(output), "width": width, "height": height}
+    report(f"{output}: {width} x {height} pixels", data)
+
+
+def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
+    """Render an object of a reflectance."""
+    from nacre.formats import load_brdf
+    from nacre.render.preview import check_image_path, default_spp, render_preview, write_image
+
+    _check_shape(source, chosen, "a reflectance", scene.SHAPES, scene.LIGHTS)
+    output = output or Path(f"{source.stem}.png")
+    check_image_path(output)
+    options.check_outputs([output], [source])
+    width, spp = chosen["size"], chosen["spp"] or default_spp(chosen["denoise"])
+    height = chosen["height"] or width
+    line = progress(source.stem)
+    line("reading", 0, 1)
+    brdf = load_brdf(source)
+    environment = _environment(chosen["environment"])
+    line("compiling", 0, 1)
+    image = render_preview(
+        brdf,
+        chosen["shape"] or scene.SHAPES[0],
+        chosen["light"],
+        (width, height),
+        spp,
+        chosen["seed"],
+        environment,
+        lambda part: line("rendering", round(part * spp), spp),
+        chosen["denoise"],
+    )
+    write_image(image, output)
+    data = {"output": str(output), "width": width, "height": height, "samples_per_pixel": spp}
+    report(f"{output}: {width} x {height} pixels, {spp} samples per pixel", data)
+
+
+def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
+    """Render an object of a texture, or an animation of one."""
+    from nacre.formats import load_btf
+    from nacre.workflows.texture_rendering import (
+        TextureView,
+        check_texture_view,
+        error_text,
+        render_texture,
+    )
+
+    shapes, lights = texture_scene.GEOMETRIES, texture_scene.LIGHTS
+    _check_shape(source, chosen, "a texture", shapes, lights)
+    frames, reference = chosen["frames"], chosen.pop("reference")
+    output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
+    del chosen["height"], chosen["denoise"]
+    chosen |= {
+        "shape": chosen["shape"] or texture_scene.GEOMETRIES[0],
+        "spp": chosen["spp"] or TEXTURE_SPP,
+    }
+    lighting = chosen.pop("environment")
+    view = TextureView(**chosen)
+    check_texture_view(output, view, compared=reference is not None)
+    inputs = [path for path in (source, reference, view.height_field) if path is not None]
+    options.check_outputs([output], inputs)
+    view = replace(view, environment=_environment(lighting))
+    texture = load_btf(source)
+    compared = load_btf(reference) if reference else None
+    names = (reference.name, source.name) if reference else ("", "")
+    made = render_texture(texture, output, view, reference=compared, names=names, start=progress)
+    text = f"{made.width} x {made.height} pixels, {view.spp} samples per pixel"
+    if frames:
+        text = f"{frames} frames of {text}"
+    data: dict[str, Any] = {
+        "output": str(output),
+        "width": made.width,
+        "height": made.height,
+        "frames": frames or 1,
+        "samples_per_pixel": view.spp,
+    }
+    if made.mse is not None:
+        text += f", {error_text(made.mse)}"
+        data["mse"] = made.mse
+    steps = {} if made.temporal is None else _temporal(made.temporal)
+    report(f"{output}: {text}", data | keyed(steps))
+    if steps and not session().as_json:
+        print_facts("from frame to frame", steps.items())
+
+
+def _temporal(errors: TemporalErrors) -> dict[str, float]:
+    return {
+        "variance of the error x 1e4": 1e4 * errors.variance,
+        "squared steps of the error x 1e4": 1e4 * errors.error_steps,
+        "squared steps of the reference x 1e4": 1e4 * errors.truth_steps,
+        "squared steps of the rendering x 1e4": 1e4 * errors.other_steps,
+    }

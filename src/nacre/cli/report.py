@@ -1,0 +1,239 @@
+"""What commands print: results on standard output, notes and details on standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from nacre.cli.session import session
+from nacre.errors import printable
+
+_results = Console(highlight=False, soft_wrap=True)
+status = Console(stderr=True, highlight=False, soft_wrap=True)
+"""Progress and notes go to standard error."""
+
+_ENDINGS = {
+    "bytes": "bytes",
+    "degrees": "deg",
+    "1/sr": "per_sr",
+    "nm": "nm",
+    "dB": "db",
+    "seconds": "s",
+    "share": "fraction",
+    "fraction": "fraction",
+}
+"""How the key of a fact ends by the first word of its unit."""
+_KEYS = {
+    "bytes": "size_bytes",
+    "ratio": "compression_ratio",
+    "largest polar angle of lights": "light_polar_angle_max_deg",
+    "largest polar angle of views": "view_polar_angle_max_deg",
+}
+
+
+def say(text: str, *, style: str | None = None, end: str = "\n") -> None:
+    """Print a line of results."""
+    now = session()
+    if now.display is not None:
+        now.display.clear()
+    # Standard output may be taken by a file that is written there.
+    (_results if now.piped is None else status).print(text, style=style, markup=False, end=end)
+
+
+def note(text: str) -> None:
+    """Print something to bear in mind, on standard error."""
+    aside(f"note: {text}")
+
+
+def aside(text: str) -> None:
+    """Print what happens on the way, on standard error."""
+    if not session().quiet:
+        _print_status(text)
+
+
+def detail(text: str) -> None:
+    """Print something that only --verbose asks for, on standard error."""
+    if session().verbose:
+        _print_status(text)
+
+
+def fail(message: str) -> None:
+    """Print what went wrong, on one line of standard error."""
+    now = session()
+    if now.display is not None:
+        now.display.clear()
+    click.echo(f"nacre: {printable(_unspooled(message))}", err=True)
+
+
+def _unspooled(text: str) -> str:
+    """Paths of standard input and output by their names alone."""
+    for folder in session().folders:
+        text = text.replace(f"{folder}{os.sep}", "")
+    return text
+
+
+def _print_status(text: str) -> None:
+    now = session()
+    if now.display is not None:
+        now.display.clear()
+    status.print(printable(text), markup=False)
+
+
+def report(text: str | Iterable[str], data: Mapping[str, Any]) -> None:
+    """Print a result: lines for people, or its data as JSON."""
+    if session().as_json:
+        print_json(data)
+        return
+    for line in [text] if isinstance(text, str) else text:
+        say(printable(line))
+
+
+def report_file(path: Path, text: str, **data: Any) -> None:
+    """Report a file that was written; `text` tells about it, its size is added."""
+    size = path.stat().st_size
+    facts = [text, f"{size:,} bytes"] if text else [f"{size:,} bytes"]
+    report(f"{path}: {', '.join(facts)}", {"output": str(path), "size_bytes": size, **data})
+
+
+def report_facts(
+    title: str,
+    facts: Mapping[str, Any],
+    units: Mapping[str, str] | None = None,
+    **data: Any,
+) -> None:
+    """Print facts in aligned columns, or as JSON after further `data`."""
+    if session().as_json:
+        print_json({**data, **keyed(facts, units)})
+    else:
+        print_facts(title, facts.items(), units)
+
+
+def report_parts(results: Sequence[Mapping[str, Any]], lines: Iterable[str] = ()) -> None:
+    """Report on several files, of which some may have failed, and exit accordingly.
+
+    Parameters
+    ----------
+    results
+        One object a file; of a failure with the keys "file" and "error".
+    lines
+        Text on those that have not failed.
+
+    Raises
+    ------
+    Exit
+        With 1 if some failed, with 2 if all did.
+    """
+    if session().as_json:
+        print_json(results)
+    else:
+        for line in lines:
+            say(printable(line))
+    failures = [result["error"] for result in results if result.get("error")]
+    for failure in failures:
+        fail(failure)
+    if failures:
+        _exit(1 if len(failures) < len(results) else 2)
+
+
+def _exit(code: int) -> NoReturn:
+    raise SystemExit(code)
+
+
+def keyed(facts: Mapping[str, Any], units: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Facts under keys in snake case that end in the unit."""
+    return {json_key(name, (units or {}).get(name, "")): _plain(v) for name, v in facts.items()}
+
+
+def json_key(name: str, unit: str = "") -> str:
+    """The key of a fact: `json_key("value range", "1/sr")` is `"value_range_per_sr"`."""
+    if name in _KEYS:
+        return _KEYS[name]
+    key = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    ending = _ENDINGS.get(re.split(r"[ ,;]", unit)[0], "")
+    return key if not ending or key.endswith(ending) else f"{key}_{ending}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {json_key(str(key)): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def print_facts(
+    title: str, facts: Iterable[tuple[str, Any]], units: Mapping[str, str] | None = None
+) -> None:
+    """Aligned columns under a title: what, its value, and in brackets its unit where there is one.
+
+    A line is never broken, so that scripts can read it.
+    """
+    lines = [(key, _text(value)) for key, value in facts]
+    width = max(len(key) for key, _ in lines)
+    say(printable(title), style="bold")
+    for key, value in lines:
+        unit = (units or {}).get(key, "")
+        say(f"  {key:<{width}}  {value}", end="" if unit else "\n")
+        if unit:
+            say(f"  [{unit}]", style="dim")
+
+
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """A table with all but the first column to the right."""
+    now = session()
+    if now.display is not None:
+        now.display.clear()
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="right" if index else "left")
+    for row in rows:
+        table.add_row(*(Text(_text(v)) for v in row))
+    (_results if now.piped is None else status).print(table)
+
+
+def print_json(value: Any) -> None:
+    """A value as JSON; what is not finite becomes null, which is all that JSON has for it."""
+    now = session()
+    if now.display is not None:
+        now.display.clear()
+    text = json.dumps(_finite(value), indent=2, allow_nan=False)
+    click.echo(text, err=now.piped is not None)
+
+
+def counted(number: int, one: str, many: str) -> str:
+    """A number with the word that goes with it: "1 pair", "2 pairs"."""
+    return f"{number:,} {one if number == 1 else many}"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "unknown"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, list | tuple):
+        pair = len(value) == 2 and all(isinstance(v, float) for v in value)
+        between = " to " if pair else ", "
+        return between.join(_text(v) for v in value)
+    return printable(str(value))

@@ -1,0 +1,167 @@
+"""Lone files of materials, each fitted into a file of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import nacre
+from nacre.errors import FormatError, NacreError, printable
+from nacre.io.files import PathLike, atomic_path, check_writable
+from nacre.runtime.parallel import core_count
+from nacre.runtime.progress import Progress
+from nacre.workflows.executor import Executor, Job, Threads
+from nacre.workflows.fitting import Fitting, NetworkFitting
+from nacre.workflows.manifest import Record
+from nacre.workflows.material import Fit, explain
+from nacre.workflows.watcher import Watcher
+
+
+@dataclass(frozen=True)
+class FittedFile:
+    """What came of one file.
+
+    Parameters
+    ----------
+    source
+        Measured file.
+    output
+        Fitted file; not written where the fit failed.
+    fit
+        The fit, or why there is none.
+    """
+
+    source: Path
+    output: Path
+    fit: Fit
+
+
+def output_paths(
+    paths: Sequence[PathLike], output: str | os.PathLike[str] | None, ending: str
+) -> list[Path]:
+    """The file that the fit of each file is written to.
+
+    Parameters
+    ----------
+    paths
+        Measured files.
+    output
+        A file, for a single path; a folder, which is made; or None for the current folder. A name
+        is a folder's if it ends in a slash, is one already, or is for several files.
+    ending
+        Of files in a folder, with the dot.
+
+    Raises
+    ------
+    FormatError
+        If the output does not fit the number of files, or two would have the same name.
+    """
+    sources = [Path(path) for path in paths]
+    folder = Path(output or ".")
+    slashed = output is not None and os.fspath(output).endswith(("/", os.sep))
+    if output is not None and not folder.is_dir() and not slashed:
+        if len(sources) > 1 and folder.suffix:
+            raise FormatError(f"{output}: must be a folder for several files; end it in a slash")
+        if len(sources) == 1 and folder.suffix:
+            return [folder]
+        if len(sources) == 1:
+            raise FormatError(
+                f"{output}: has no ending; write {output}{ending} for a file or {output}/ for a "
+                "folder"
+            )
+    folder.mkdir(parents=True, exist_ok=True)
+    targets = [folder / f"{path.stem}{ending}" for path in sources]
+    if len(set(targets)) < len(targets):
+        raise FormatError("two files would be written to the same name; fit them into two folders")
+    return targets
+
+
+def fit_files(
+    paths: Sequence[PathLike],
+    outputs: Sequence[PathLike],
+    fitting: Fitting | None = None,
+    *,
+    executor: Executor | None = None,
+    watcher: Watcher | None = None,
+) -> list[FittedFile]:
+    """Fit files, each into a file of its own; what goes wrong with one costs only that one.
+
+    Parameters
+    ----------
+    paths
+        Measured files.
+    outputs
+        The file to write for each; see :func:`output_paths`.
+    fitting
+        What to fit; networks by the recommended recipe where None.
+    executor
+        What carries out the fits; threads, one a core, where None.
+    watcher
+        Hears how the fits go on.
+
+    Returns
+    -------
+    list of FittedFile
+        In the order of `paths`.
+
+    Raises
+    ------
+    NacreError
+        If nothing can be fitted in this way.
+    """
+    fitting = fitting or NetworkFitting()
+    pairs = [(Path(path), Path(output)) for path, output in zip(paths, outputs, strict=True)]
+    taken = {path.resolve() for path, _ in pairs}
+    found: dict[Path, Fit] = {}
+    for path, output in pairs:
+        try:
+            if output.resolve() in taken:
+                raise FormatError(f"{output}: is the input as well; name another output")
+            check_writable(output)
+        except (OSError, NacreError) as error:
+            found[output] = Fit(error=explain(error, path))
+
+    watcher = watcher or Watcher()
+    watcher.begin(len(pairs) - len(found))
+
+    def jobs() -> Iterator[Job]:
+        for path, output in pairs:
+            if output not in found:
+                yield Job(path, _record(path, output, fitting), _progress(path, watcher))
+
+    threads = Threads(min(core_count(), len(pairs)))
+    with (
+        (executor or threads).open(fitting, watcher) as stream,
+        contextlib.closing(stream(jobs())) as results,
+    ):
+        for job, fit in results:
+            output = Path(job.record.output)
+            found[output] = _written(job.path, output, fit)
+            watcher.end(printable(job.path.name), found[output].error)
+    return [FittedFile(path, output, found[output]) for path, output in pairs]
+
+
+def _record(path: Path, output: Path, fitting: Fitting) -> Record:
+    return Record(str(path), None, None, None, fitting.digest, nacre.__version__, str(output))
+
+
+def _progress(path: Path, watcher: Watcher) -> Progress:
+    """A material counts as started when the first is heard of it, not when it is queued."""
+    started = cache(lambda: watcher.start(printable(path.name)))
+    return lambda stage, done, total, note: started()(stage, done, total, note)
+
+
+def _written(source: Path, output: Path, fit: Fit) -> Fit:
+    """Write the content of a fit; the fit without it."""
+    error = fit.error
+    if error is None:
+        try:
+            with atomic_path(output) as temporary:
+                temporary.write_bytes(fit.content)
+        except (OSError, NacreError) as problem:
+            error = explain(problem, source)
+    return replace(fit, content=b"", error=error)

@@ -1,0 +1,163 @@
+"""What a file of any kind holds: facts about it, and their units."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nacre.brdf import Brdf
+from nacre.errors import FormatError, reason
+from nacre.formats import identify, load_brdf, load_btf
+from nacre.io.files import PathLike, read_bytes
+from nacre.io.tensors import has_header
+
+if TYPE_CHECKING:
+    from nacre.measured.textures.image_folder import Quantity
+
+_CODE_LIMIT = 1 << 20
+_UNITS = {
+    "value range": "1/sr",
+    "table range": "as stored",
+    "invalid samples": "fraction of nodes",
+    "points with a negative channel": "fraction of tabulated points",
+    "points below the horizon": "fraction of tabulated points",
+    "memory bytes": "bytes",
+    "wavelengths nm": "nm",
+    "bytes": "bytes",
+    "training loss": "mean log-cosine loss",
+    "held out loss": "mean log-cosine loss",
+}
+"""Units of the facts about a reflectance."""
+_TEXTURE_UNITS = {
+    "largest polar angle of lights": "degrees",
+    "largest polar angle of views": "degrees",
+    "value range": "reflectance factor",
+    "mean value": "reflectance factor",
+    "bytes as half floats": "bytes",
+    "bytes": "bytes",
+}
+"""Units of the facts about a texture; values are of a sample of it."""
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a file holds.
+
+    Parameters
+    ----------
+    kind
+        "brdf", "btf", or what else a file of nacre is: "codec", "basis", "code", "map".
+    facts
+        By name, in the order to show them.
+    units
+        Of those that have one.
+    brdf
+        The reflectance, if it is one.
+    """
+
+    kind: str
+    facts: Mapping[str, Any]
+    units: Mapping[str, str]
+    brdf: Brdf | None = None
+
+
+def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = None) -> Inspection:
+    """Look into a file.
+
+    Parameters
+    ----------
+    path
+        A material, or another file that nacre writes.
+    physics
+        Integrate energy, reciprocity and anisotropy of a reflectance.
+    pixels
+        What the pixels of a folder of images mean; see :func:`nacre.load`.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, is of no known kind, or is no folder of images and `pixels` is given.
+    """
+    path = Path(path)
+    other = _other(path)
+    if other is not None:
+        if pixels is not None:
+            raise FormatError(f"{path}: has no images; leave out --pixels")
+        return other
+    entry = identify(path)
+    if entry.kind == "brdf":
+        return _reflectance(path, load_brdf(path), physics)
+    if pixels is not None and entry.claims_folder is None:
+        raise FormatError(f"{path}: says what its values are; --pixels is for folders of images")
+    texture = load_btf(path, quantity=pixels)
+    if texture.texel_count == 1 and entry.load_material is not None:
+        return _reflectance(path, load_brdf(path), physics)
+    from nacre.textures.selection import some_values
+
+    values = some_values(texture)
+    facts = texture.describe() | {
+        "value range": [float(values.min()), float(values.max())],
+        "mean value": [float(x) for x in values.mean(axis=0, dtype=float)],
+        "format": entry.name,
+    }
+    if path.is_file():
+        facts["bytes"] = path.stat().st_size
+    return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS))
+
+
+def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
+    facts, units = dict(brdf.describe()), dict(_UNITS)
+    if physics:
+        from nacre.metrics.facts import UNITS, physical_facts
+
+        facts |= physical_facts(brdf)
+        units |= UNITS
+    facts["bytes"] = path.stat().st_size
+    facts["sha256"] = (brdf.source or {}).get("sha256", "")
+    return Inspection("brdf", facts, _known(facts, units), brdf)
+
+
+def _other(path: Path) -> Inspection | None:
+    """A file of nacre's own that is no material."""
+    from nacre.latent.file import KEY as BASIS
+    from nacre.latent.file import is_code, load_basis
+    from nacre.textures.codecs.codec_file import KEY as CODEC
+    from nacre.textures.codecs.codec_file import codec_facts
+    from nacre.textures.embedding import KEY as MAP
+    from nacre.textures.embedding import load_embedding_map
+
+    if has_header(path, CODEC):
+        return Inspection("codec", codec_facts(path), {"bytes": "bytes"})
+    facts: dict[str, Any]
+    if has_header(path, BASIS):
+        kind, facts = "basis", dict(load_basis(path).describe())
+    elif has_header(path, MAP):
+        chart = load_embedding_map(path)
+        kind = "map"
+        facts = {"texels": len(chart.texture), "textures": ", ".join(chart.names)}
+    elif is_code(path):
+        kind, facts = "code", _code_facts(path)
+    else:
+        return None
+    facts["bytes"] = path.stat().st_size
+    return Inspection(kind, facts, _known(facts, _UNITS))
+
+
+def _code_facts(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(read_bytes(path, _CODE_LIMIT))
+        return {
+            "name": content["name"],
+            "model": content["code of"],
+            "code dim": len(content["values"]),
+            "basis sha256": content["basis"],
+        }
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise FormatError(f"{path}: is not a whole code: {reason(error)}") from error
+
+
+def _known(facts: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, str]:
+    return {name: unit for name, unit in units.items() if name in facts and unit}

@@ -1,0 +1,100 @@
+"""Mitsuba BSDFs by what describes them: JSON, or a scene file."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from nacre.errors import NacreError
+from nacre.io.files import PathLike
+from nacre.render.scene_file import scene_bsdfs
+from nacre.render.virtual import MitsubaBrdf
+
+
+def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
+    """The reflectance of a BSDF as `mitsuba.load_dict` takes it.
+
+    Parameters
+    ----------
+    text
+        A JSON object with a "type".
+    where
+        What errors call it.
+
+    Raises
+    ------
+    NacreError
+        If it is no such object, or Mitsuba refuses it.
+    """
+
+    def refuse(name: str) -> None:
+        raise NacreError(f"{where}: {name} is not a number of JSON")
+
+    try:
+        description = json.loads(text, parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        raise NacreError(
+            f"{where}: is no JSON: {error.msg} at character {error.pos + 1}"
+        ) from error
+    except RecursionError as error:
+        raise NacreError(f"{where}: is nested too deeply") from error
+    if not isinstance(description, dict) or not isinstance(description.get("type"), str):
+        raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
+    return _virtual(_loaded(description, where), where)
+
+
+def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
+    """The reflectance of a BSDF in a scene file.
+
+    Parameters
+    ----------
+    path
+        Mitsuba scene (`.xml`).
+    name
+        Id of the BSDF; may be left out where there is one.
+
+    Raises
+    ------
+    NacreError
+        If the scene cannot be loaded, or has no such BSDF.
+    """
+    bsdfs = scene_bsdfs(path)
+    found = {bsdf.id(): bsdf for bsdf in bsdfs if bsdf.id()}
+    if name is None and len(bsdfs) == 1:
+        return _virtual(bsdfs[0], f"{path}: {bsdfs[0].id() or 'its BSDF'}")
+    if name not in found:
+        problem = f"has no BSDF {name!r}" if name else "has not one BSDF; use --bsdf"
+        nameless = sum(not bsdf.id() for bsdf in bsdfs)
+        names = [*found, f"{nameless} without an id"] if nameless else found
+        raise NacreError(f"{path}: {problem} (found: {', '.join(names) or 'none'})")
+    return _virtual(found[name], f"{path}: {name}")
+
+
+def _loaded(description: dict[str, Any], where: str) -> Any:
+    """What Mitsuba makes of a dictionary; its complaints in one line."""
+    from nacre.render import register
+    from nacre.render.engine import mitsuba
+
+    mi = mitsuba()
+    register()
+    try:
+        return mi.load_dict(description)
+    except NacreError:
+        raise
+    except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet
+        raise NacreError(f"{where}: Mitsuba: {' '.join(str(error).split())}") from error
+
+
+def _virtual(bsdf: Any, where: str) -> MitsubaBrdf:
+    """A BSDF of Mitsuba as a reflectance."""
+    from nacre.render.engine import mitsuba
+
+    mi = mitsuba()
+    if not isinstance(bsdf, mi.BSDF):
+        raise NacreError(f"{where}: is not a BSDF")
+    if not bsdf.flags() & int(mi.BSDFFlags.Smooth):
+        raise NacreError(f"{where}: reflects in single directions only; nothing can be measured")
+    try:
+        return MitsubaBrdf(bsdf)
+    except NacreError as error:
+        raise NacreError(f"{where}: {error}") from error

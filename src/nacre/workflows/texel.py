@@ -1,0 +1,46 @@
+"""One texel of a texture, or the mean of all, as a reflectance."""
+
+from __future__ import annotations
+
+import math
+
+from nacre.brdf import Brdf
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.measured.scattered import ScatteredBrdf
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.uniform import average
+
+
+def texture_reflectance(
+    texture: Btf, texel: tuple[int, int] | None = None, progress: Progress = silent
+) -> Brdf:
+    """The apparent BRDF of a texel, or of the mean of all, between the directions of the texture.
+
+    Parameters
+    ----------
+    texture
+        Measured or encoded.
+    texel
+        Column and row, from 0; the mean of all texels where None.
+    progress
+        Called with the texels or images read for the mean.
+
+    Raises
+    ------
+    NacreError
+        If there is no such texel.
+    """
+    if texel is None:
+        values = average(texture, progress).texels(slice(0, 1))[0]
+    else:
+        x, y = texel
+        if x >= texture.width or y >= texture.height:
+            raise NacreError(
+                f"{texture.name}: has {texture.width} x {texture.height} texels, none in column "
+                f"{x}, row {y}; they count from 0"
+            )
+        values = texture.texels(slice(y * texture.width + x, y * texture.width + x + 1))[0]
+    above = (texture.wi[:, 2] > 0.0) & (texture.wo[:, 2] > 0.0)
+    rgb = values[above] / math.pi
+    return ScatteredBrdf(texture.wi[above], texture.wo[above], rgb, texture.name, isotropic=False)

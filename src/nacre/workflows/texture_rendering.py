@@ -1,0 +1,214 @@
+"""Pictures and animations of textures on objects, alone or beside a reference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nacre.errors import NacreError
+from nacre.io.files import PathLike
+from nacre.render.environment import Environment
+from nacre.runtime.progress import Progress, silent
+
+if TYPE_CHECKING:
+    from nacre.array import Floats
+    from nacre.btf import Btf
+    from nacre.figures.page import Bytes
+    from nacre.metrics.temporal import TemporalErrors
+
+
+@dataclass(frozen=True)
+class TextureView:
+    """How a texture is shown.
+
+    Parameters
+    ----------
+    shape, light, environment
+        Object, light on it, and the map for the light "environment"; a built-in one where None.
+    angle
+        Degrees between the view and a directional or point light.
+    repeat
+        Repetitions of the texture around the object.
+    size
+        Width and height of a picture in pixels.
+    spp, seed
+        Samples per pixel, and their seed.
+    frames, light_path
+        Frames of an animation, and the path of its light; one picture where None.
+    decoder, interpolation, mipmap
+        How an encoded texture is decoded, texels interpolated, codes filtered.
+    height_field, depth
+        Gray image for parallax, and the depth of black in widths of the texture.
+    """
+
+    shape: str = "cylinder"
+    light: str = "environment"
+    environment: Environment | None = None
+    angle: float = 45.0
+    repeat: int = 4
+    size: int = 512
+    spp: int = 64
+    seed: int = 0
+    frames: int | None = None
+    light_path: str | None = None
+    decoder: str = "table"
+    interpolation: str = "stochastic"
+    mipmap: bool = False
+    height_field: Path | None = None
+    depth: float = 0.1
+
+
+@dataclass(frozen=True)
+class RenderedTexture:
+    """What was rendered.
+
+    Parameters
+    ----------
+    width, height
+        Of the picture or animation in pixels.
+    mse
+        Mean squared error against the reference, noise included; None without one.
+    temporal
+        Errors from frame to frame; None but for an animation with a reference.
+    """
+
+    width: int
+    height: int
+    mse: float | None = None
+    temporal: TemporalErrors | None = None
+
+
+def check_texture_view(output: PathLike, view: TextureView, *, compared: bool = False) -> None:
+    """Raise before the work if a view cannot be shown, or its output not be written.
+
+    Raises
+    ------
+    NacreError
+        If options contradict one another, or the output is of no kind for pictures.
+    """
+    from nacre.figures.rendering_panels import panels_size
+    from nacre.render.animation import check_animation
+    from nacre.render.preview import check_image_path
+
+    if view.frames is None:
+        if view.light_path is not None:
+            raise NacreError("a light path is for an animation; add frames (--frames)")
+        check_image_path(output)
+        return
+    if view.light == "environment":
+        raise NacreError(
+            "frames show a light that moves; choose a directional or point light (--light)"
+        )
+    size = panels_size(view.size) if compared else (view.size, view.size)
+    check_animation(Path(output), view.frames, *size)
+
+
+def render_texture(
+    texture: Btf,
+    output: PathLike,
+    view: TextureView | None = None,
+    *,
+    reference: Btf | None = None,
+    names: tuple[str, str] = ("Reference", "Model"),
+    start: Callable[[str], Progress] = lambda name: silent,
+) -> RenderedTexture:
+    """Render a texture to a picture or an animation.
+
+    Parameters
+    ----------
+    texture
+        Measured or encoded.
+    output
+        `.exr`, `.png` or `.jpg`; of an animation `.gif`, `.png` or `.webp`.
+    view
+        How it is shown.
+    reference
+        A texture to show in the same way at the left; but for `.exr`, errors are at the right.
+    names
+        Captions of the reference and of the texture.
+    start
+        Called with the name of each texture; what it returns hears of the progress.
+
+    Raises
+    ------
+    NacreError
+        As :func:`check_texture_view` has it, or if the texture cannot be rendered so.
+    """
+    from nacre.color import tone_map
+    from nacre.figures.page import display_bytes
+    from nacre.figures.rendering_panels import panels_size, rendering_panels
+    from nacre.metrics.temporal import temporal_errors
+    from nacre.render.animation import write_animation
+    from nacre.render.preview import write_bytes, write_image
+
+    view, output = view or TextureView(), Path(output)
+    check_texture_view(output, view, compared=reference is not None)
+    shown = list(_pictures(texture, view, start))
+    expected = [] if reference is None else list(_pictures(reference, view, start))
+    width = height = view.size
+    pages: Iterable[Bytes] = (display_bytes(tone_map(picture)) for picture in shown)
+    mse = temporal = None
+    if reference is not None:
+        errors = temporal_errors(zip(expected, shown, strict=True))
+        mse, temporal = errors.mse, errors if view.frames else None
+        width, height = panels_size(view.size)
+        facts = f"{view.spp} samples per pixel, {error_text(mse)}"
+        pages = rendering_panels(expected, shown, names, facts)
+    if output.suffix.lower() == ".exr":
+        values = np.concatenate([*expected, *shown], axis=1)
+        height, width = values.shape[:2]
+        write_image(values, output)
+    elif view.frames is None:
+        (page,) = pages
+        write_bytes(page, output)
+    else:
+        write_animation(pages, output)
+    return RenderedTexture(width, height, mse, temporal)
+
+
+def error_text(mse: float) -> str:
+    """A mean squared error of renderings, for people."""
+    return f"MSE x 1e4 {1e4 * mse:.3g}, noise included"
+
+
+def _pictures(btf: Btf, view: TextureView, start: Callable[[str], Progress]) -> Iterator[Floats]:
+    from nacre.render.preview import render_scene
+    from nacre.render.textures.moving_light import PATHS, light_path, render_moving
+    from nacre.render.textures.plugins import texture_bsdf
+    from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
+
+    report = start(btf.name)
+    size = view.size, view.size
+    options: dict[str, Any] = {"interpolation": view.interpolation}
+    if view.height_field is not None:
+        options |= {"height_field": str(view.height_field), "depth": view.depth}
+    if btf.latent is not None:
+        options |= {"decoder": view.decoder}
+        options |= {"pixel_angle": pixel_angle(size)} if view.mipmap else {}
+    bsdf = texture_bsdf(
+        btf if btf.latent is None else btf.latent,
+        report,
+        **options,
+        to_uv=texture_scale(view.shape, view.repeat, btf.width / btf.height),
+    )
+    total = view.frames or view.spp
+    report("rendering", 0, total, "")
+
+    def progress(part: float) -> None:
+        report("rendering", round(part * total), total, "")
+
+    way = view.light_path or PATHS[0]
+    standing = view.frames is None or way != "around"
+    scene = describe_texture_scene(
+        bsdf, view.shape, view.light, size, view.angle, view.environment, standing=standing
+    )
+    if view.frames is None:
+        yield render_scene(scene, view.spp, view.seed, progress)
+        return
+    directions = light_path(way, view.frames, view.angle, view.shape)
+    for picture in render_moving(scene, directions, view.spp, view.seed, progress):
+        yield np.clip(picture, 0.0, 1.0).astype(np.float16)  # finer than what is shown

@@ -1,0 +1,133 @@
+"""Progress on standard error, on a terminal and elsewhere."""
+
+from __future__ import annotations
+
+import io
+import re
+import time
+
+import pytest
+from rich.console import Console
+
+import nacre
+from nacre.cli import progress as module
+from nacre.cli import report
+from nacre.cli.progress import Display
+from nacre.cli.session import begin
+from nacre.cli.watcher import RunWatcher
+from tests.cli.support import run
+from tests.reflectances import Glossy
+
+
+def screen(*, terminal: bool) -> Console:
+    return Console(file=io.StringIO(), force_terminal=terminal, width=120, color_system=None)
+
+
+def printed(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def until(console: Console, words: str) -> str:
+    """What is printed as soon as that has the words in it."""
+    end = time.monotonic() + 20.0
+    while words not in printed(console):
+        assert time.monotonic() < end, printed(console)
+        time.sleep(0.02)
+    return printed(console)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(module, "DELAY", 0.05)
+
+
+def test_plain_lines_come_with_the_stages_where_there_is_no_terminal():
+    console = screen(terminal=False)
+    with Display("nacre fit", console) as display:
+        until(console, "nacre fit: starting\n")
+        line = display.add("gold")
+        line("reading", 0, 1)
+        until(console, "gold: reading\n")
+        line("training", 3, 100, "loss 0.1")
+        text = until(console, "gold: training 3/100, loss 0.1\n")
+        line("training", 4, 100, "loss 0.1")
+    assert text.count("\n") == 3
+    assert printed(console) == text
+
+
+def test_a_stage_that_goes_on_is_told_of_now_and_then(monkeypatch):
+    monkeypatch.setattr(module, "EVERY", 0.0)
+    console = screen(terminal=False)
+    with Display("nacre fit", console) as display:
+        line = display.add("gold")
+        line("training", 1, 100)
+        until(console, "gold: training 1/100\n")
+        line("training", 50, 100)
+        until(console, "gold: training 50/100\n")
+
+
+def test_many_materials_take_few_lines():
+    console = screen(terminal=False)
+    with Display("nacre fit", console) as display:
+        for index in range(50):
+            display.add(f"m{index}")("training", 1, 9)
+        text = until(console, "and 46 more\n")
+    assert text.count("\n") <= 6
+
+
+def test_what_is_over_soon_prints_nothing(monkeypatch):
+    monkeypatch.setattr(module, "DELAY", 5.0)
+    console = screen(terminal=False)
+    with Display("nacre fit", console) as display:
+        display.add("gold")("training", 1, 100)
+    assert printed(console) == ""
+
+
+def test_a_terminal_shows_what_is_in_work_and_is_left_clean():
+    console = screen(terminal=True)
+    now = begin()
+    with Display("nacre fit", console) as display:
+        now.display = display
+        watcher = RunWatcher("library")
+        watcher.begin(1000)
+        reports = {name: watcher.start(name) for name in ("gold", "sub/[b]silver", "tin")}
+        reports["gold"]("training", 3, 100, "held-out loss 0.1")
+        watcher.end("sub/[b]silver", None)
+        watcher.end("tin", "is empty")
+        watcher.start("zinc")
+        text = until(console, "zinc")
+    assert "2 running, 1 failed" in text
+    assert "2/1,000" in text
+    assert re.search(r"gold +training .* 3/100", text)
+    assert "held-out loss 0.1" in text
+    last = text.rpartition("library")[2]
+    assert "silver" not in last
+    assert "tin" not in last.replace("starting", "")
+    assert display._live is None
+
+
+def test_a_piped_command_shows_progress_unless_it_is_quiet(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    nacre.save(Glossy(0.2, 0.5, 0.3), "gold.binary")
+    console = screen(terminal=False)
+    monkeypatch.setattr(report, "status", console)
+    monkeypatch.setattr(module, "DELAY", 0.0)
+    options = ("fit", "gold.binary", "--epochs", 1, "--samples", 2000)
+    assert run(*options) == 0
+    assert printed(console) == ""
+    assert run(*options, quiet=False) == 0
+    assert "gold" in printed(console)
+
+
+def test_verbose_tells_times_and_causes(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    nacre.save(Glossy(0.2, 0.5, 0.3), "gold.binary")
+    console = screen(terminal=False)
+    monkeypatch.setattr(report, "status", console)
+    assert run("convert", "gold.binary", "-o", "gold.npz", "-v", quiet=False) == 0
+    assert re.search(r"gold: writing: \d+\.\d\d s\n", printed(console))
+    assert re.search(r"nacre convert: \d+\.\d\d s\n", printed(console))
+    assert run("measure", "{", "-o", "x.binary", "-v", quiet=False) == 2
+    assert "because of JSONDecodeError" in printed(console)
+    assert "Traceback" not in printed(console) + capsys.readouterr().err

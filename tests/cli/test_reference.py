@@ -1,0 +1,60 @@
+"""The reference of the command line is made of its help texts; examples in the docs are right."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+from nacre.cli import root
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
+
+
+def test_page_is_what_the_generator_prints() -> None:
+    page = runpy.run_path(str(ROOT / "scripts" / "command_line.py"))["page"]
+    committed = (ROOT / "docs" / "reference" / "command-line.md").read_text("utf-8")
+    again = "python scripts/command_line.py > docs/reference/command-line.md"
+    assert committed == page(), f"out of date: {again}"
+
+
+def examples(page: Path) -> list[list[str]]:
+    """Arguments of every nacre command in code blocks that are neither Python nor usages."""
+    found = []
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", page.read_text("utf-8"), re.S | re.M)
+    code = "".join(text for kind, text in blocks if kind in ("", "bash", "sh"))
+    for line in code.replace("\\\n", " ").splitlines():
+        if not re.match(r"(nacre|torchrun) ", line) or "OPTIONS" in line:
+            continue
+        words = shlex.split(line, comments=True)
+        for end in (">", "|"):
+            if end in words:
+                words = words[: words.index(end)]
+        found.append(words[words.index("nacre") + 1 :])
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_examples_name_commands_and_options_that_exist(page: Path) -> None:
+    for words in examples(page):
+        command: click.Command = root
+        context = click.Context(root, info_name="nacre")
+        rest = words
+        while isinstance(command, click.Group) and rest:
+            name, *rest = rest
+            found = command.get_command(context, name)
+            assert found is not None, f"nacre {shlex.join(words)}: no command {name}"
+            command = found
+        try:
+            given, _, _ = command.make_parser(click.Context(command)).parse_args(list(rest))
+        except click.UsageError as error:
+            pytest.fail(f"nacre {shlex.join(words)}: {error.format_message()}")
+        required = {p.name for p in command.params if p.required and "--help" not in rest}
+        missing = [name for name in required if not given.get(name)]
+        assert not missing, f"nacre {shlex.join(words)}: lacks {', '.join(missing)}"

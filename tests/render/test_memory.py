@@ -1,0 +1,65 @@
+"""Little memory: rendering and its libraries say so in a line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from nacre.render import llvm
+from nacre.runtime.memory import available_memory
+
+resource = pytest.importorskip("resource", reason="needs limits of a process")
+pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+
+LIMITED = """
+import resource, sys
+import nacre.render
+from nacre.errors import NacreError
+{before}
+resource.setrlimit(resource.RLIMIT_AS, ({megabytes} << 20, resource.RLIM_INFINITY))
+try:
+    {code}
+except NacreError as error:
+    print(type(error).__name__, error)
+"""
+
+
+def limited(megabytes: int, code: str, before: str = "") -> str:
+    """What a process of so little address space prints."""
+    if llvm.prepare() is None:
+        pytest.skip(f"needs LLVM {llvm.MINIMUM} or newer")
+    script = LIMITED.format(before=before, megabytes=megabytes, code=code)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def used() -> int:
+    """MiB of address space of a process that has imported what renders."""
+    code = "import nacre.render; print(open('/proc/self/statm').read().split()[0])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return (int(done.stdout) * resource.getpagesize()) >> 20
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
+def test_too_little_to_load_llvm_is_told() -> None:
+    found = limited(used() + 120, "nacre.render.mitsuba()")
+    assert "not enough memory to load" in found
+    assert "install" not in found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
+def test_a_picture_that_does_not_fit_is_refused_before_it_is_rendered() -> None:
+    code = 'nacre.render.render_preview({"type": "diffuse"}, size=8192, spp=16)'
+    found = limited(3000, code, "nacre.render.mitsuba()")
+    assert "NacreError a picture of 8192 x 8192 pixels takes about" in found
+    assert "pixels or fewer" in found
+
+
+def test_available_memory_is_positive() -> None:
+    available = available_memory()
+    assert available is None or available > 1 << 20
