@@ -83,7 +83,8 @@ def test_bsdfs_on_shapes_and_on_none_are_found(rgb: Any, scene: Path, tmp_path: 
     loose.write_text(
         """<scene version="3.0.0"><bsdf type="roughconductor" id="metal"/>
         <bsdf type="diffuse" id="paint"/>
-        <bsdf type="twosided" id="both"><bsdf type="plastic" id="inner"/></bsdf><shape type="sphere"><ref id="paint"/></shape></scene>"""
+        <bsdf type="twosided" id="both"><bsdf type="plastic" id="inner"/></bsdf>
+        <shape type="sphere"><ref id="paint"/></shape></scene>"""
     )
     assert sorted(bsdf.id() for bsdf in scene_bsdfs(loose)) == ["both", "metal", "paint"]
     alone = tmp_path / "alone.xml"
