@@ -139,10 +139,10 @@ def test_the_map_is_the_same_again(study, tmp_path):
     assert {r["family"] for r in rows} == {"felt", "wood"}
     places = np.array([[float(r["x"]), float(r["y"])] for r in rows])
     assert np.isfinite(places).all()
-    shares = [float(part) for part in text.split("| pca-4 | 216 | ")[1].split(" %")[:1]]
-    assert shares[0] > 100.0 * 35 / 215  # better than by chance
+    alike = [float(part) for part in text.split("| pca-4 | 216 | ")[1].split(" %")[:1]]
+    assert alike[0] > 100.0 * 35 / 215  # better than by chance
     with pytest.raises(NacreError, match="each material has codes of its own"):
-        EXPERIMENTS["btf-tsne"].run("btf-tsne", study, [find("pca-own-4")], tmp_path)
+        EXPERIMENTS["btf-tsne"].outcome("btf-tsne", study, [find("pca-own-4")])
 
 
 def test_the_command_writes_and_goes_on(folder, tmp_path, monkeypatch, capsys):
