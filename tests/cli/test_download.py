@@ -46,7 +46,7 @@ def test_prints_the_path_and_nothing_else(server, tmp_path):
     assert (folder / "leaf_maple_rgb.bsdf").read_bytes() == server.content
     again = download("rgl", "leaf_maple", cwd=tmp_path, NACRE_MIRROR="http://127.0.0.1:9")
     assert again.stdout == f"{folder / 'leaf_maple_rgb.bsdf'}\n"
-    assert again.stderr == "leaf_maple: already there, not verified: no known checksum\n"
+    assert again.stderr.endswith("leaf_maple: already there, not verified: no known checksum\n")
 
 
 def test_a_real_file_is_verified_and_loads(server, tmp_path):
@@ -70,7 +70,7 @@ def test_lists_what_there_is(tmp_path):
 def test_terms_are_shown_and_not_assumed(server, tmp_path):
     done = download("merl", "chrome", "--mirror", server.url, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr.startswith("MERL BRDF database")
+    assert "\nMERL BRDF database" in done.stderr
     assert done.stderr.endswith("--accept-terms accepts them\n")
     assert not server.requests
     assert not (tmp_path / "cache").exists()
