@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import nacre
+from nacre.io.outputs import overwrite
 from nacre.measured.merl import Resolution
 from nacre.measured.merl import save as save_merl
 from nacre.workflows import MANIFEST, NetworkFitting
@@ -34,7 +35,8 @@ class Staged(NetworkFitting):
 def table(path: Path, theta_h: int = 6) -> Path:
     """A MERL table of few nodes; other numbers of nodes make other files."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    save_merl(Gloss(), path, Resolution(theta_h, 4, 4))
+    with overwrite():
+        save_merl(Gloss(), path, Resolution(theta_h, 4, 4))
     return path
 
 

@@ -27,6 +27,11 @@ def charts(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
 
 
+def _label(value: float, _position: int | None = None) -> str:
+    """The number at a tick of a logarithmic axis, if it begins with 1, 2 or 5."""
+    return f"{value:,.10g}" if f"{value:e}"[0] in "125" else ""
+
+
 def dress(
     axes: Any, title: str = "", x: str = "", y: str = "", log: str = "", grid: str = "both"
 ) -> None:
@@ -45,6 +50,9 @@ def dress(
     """
     for name in log:
         axes.set(**{f"{name}scale": "log"})
+        axis = getattr(axes, f"{name}axis")
+        for set_formatter in (axis.set_major_formatter, axis.set_minor_formatter):
+            set_formatter(_label)
     axes.set_title(title, fontsize=9, color=INK)
     axes.set_xlabel(x, fontsize=8, color=FAINT)
     axes.set_ylabel(y, fontsize=8, color=FAINT)

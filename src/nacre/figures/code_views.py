@@ -56,8 +56,11 @@ def between(first: CodedBrdf, second: CodedBrdf, count: int) -> list[CodedBrdf]:
     return [decode((1.0 - t) * first.code + t * second.code, f"{name} {t:.2f}") for t in steps]
 
 
-def displayed(material: CodedBrdf, size: int, spp: int) -> npt.NDArray[np.float32]:
+def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np.float32]:
     """The preview of a material in values of display, shape (size, size, 3).
+
+    Samples per pixel are those of a preview, which is denoised, where `spp` is None. Materials of
+    one neural basis share their hidden layers, so that one kernel renders all of them.
 
     Raises
     ------
@@ -68,7 +71,7 @@ def displayed(material: CodedBrdf, size: int, spp: int) -> npt.NDArray[np.float3
 
 
 def strip(
-    materials: Sequence[CodedBrdf], size: int, spp: int, progress: Progress = silent
+    materials: Sequence[CodedBrdf], size: int, spp: int | None, progress: Progress = silent
 ) -> npt.NDArray[np.uint8]:
     """Previews of materials side by side, shape (size, size * materials, 3).
 
@@ -79,8 +82,9 @@ def strip(
     """
     pictures = []
     for index, material in enumerate(materials):
+        progress("rendering", index, len(materials), "")
         pictures.append(displayed(material, size, spp))
-        progress("rendering", index + 1, len(materials), "")
+    progress("rendering", len(materials), len(materials), "")
     return display_bytes(np.concatenate(pictures, axis=1))
 
 

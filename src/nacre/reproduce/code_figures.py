@@ -45,7 +45,7 @@ class CodeRows(Experiment):
     def run(self, name: str, request: Request) -> Outcome:
         """See :class:`nacre.reproduce.experiment.Experiment`."""
         files, progress = request.files, request.progress
-        size, spp = (64, 16) if request.quick else (192, 64)
+        size, spp = (64, 16) if request.quick else (192, None)
         basis = request.find_basis()
         if len(files) % 2:
             raise NacreError(f"{name} takes pairs of materials, got {len(files)}")

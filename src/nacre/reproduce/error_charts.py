@@ -145,7 +145,6 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
         axes.invert_yaxis()
         axes.yaxis.set_major_formatter(lambda error, _: f"{1.0 - error:.5g}")
         axes.yaxis.set_minor_formatter(lambda error, _: "")
-    axes.xaxis.set_major_formatter(lambda size, _: f"{size:,.0f}")
     axes.text(0.99, 0.01, "bar: ± standard deviation; dash: worst material", fontsize=7,
               color=FAINT, ha="right", va="bottom", transform=axes.transAxes)  # fmt: skip
     points = np.array(list(places.values()))

@@ -18,8 +18,10 @@ ROWS = 8
 
 _SIDE, _STRIP, _GAP = 1.1, 0.42, 0.08
 """Inches: edge of a sphere, height of what is below it, and between cells."""
-_NAMES, _HEAD, _FOOT = 1.35, 0.5, 0.5
+_NAMES, _HEAD, _FOOT = 1.35, 0.45, 0.5
 """Inches: width of the materials' names, height of the methods' names and of the color scale."""
+_BAR = 2.6
+"""Inches: width of the color scale."""
 _DARKEST = -4.0
 """Decimal logarithm of 1 - SSIM at the dark end of the color scale."""
 
@@ -129,12 +131,12 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
 
 def _scale(page: Page, x: float, y: float) -> None:
     """The color scale of 1 - SSIM."""
-    page.image(x, y, 1.6, 0.1, magma(np.linspace(0.0, 1.0, 256))[None])
+    page.image(x, y, _BAR, 0.1, magma(np.linspace(0.0, 1.0, 256))[None])
     exponents = range(round(_DARKEST), 1)
     for exponent in exponents:
-        place = x + 1.6 * (exponent - _DARKEST) / -_DARKEST
+        place = x + _BAR * (exponent - _DARKEST) / -_DARKEST
         page.text(place, y + 0.13, f"{10.0**exponent:g}", ha="center", va="top", color=FAINT)
-    page.text(x + 1.75, y + 0.05, "1 − SSIM", va="center", color=FAINT)
+    page.text(x + _BAR + 0.25, y + 0.05, "1 − SSIM", va="center", color=FAINT)
 
 
 def _error_colors(similarity: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import stat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -213,12 +214,13 @@ class _Run:
             yield Job(source.path, record, self._progress(relative))
 
     def _is_own(self, path: Path) -> bool:
-        """Whether a file is a fit of this library that nobody changed."""
+        """Whether the manifest says that a file is a fit of this library, whole or damaged."""
         record = self._before.get(path.relative_to(self._output).as_posix())
-        if record is None or record.output_sha256 is None or path.is_symlink():
+        if record is None or record.output_sha256 is None:
             return False
-        with contextlib.suppress(FormatError):
-            return digest(path) == record.output_sha256
+        with contextlib.suppress(OSError):
+            mode = path.lstat().st_mode
+            return stat.S_ISREG(mode) and bool(mode & 0o222)
         return False
 
     def _progress(self, relative: str) -> Progress:

@@ -161,17 +161,17 @@ def test_materials_are_collected_and_separated(folder, tmp_path):
         collect([folder / "bonn", tmp_path / "more"])
 
 
-def test_other_values_have_another_mark(tmp_path):
-    marks = []
+def test_other_values_have_another_fingerprint(tmp_path):
+    found = []
     for seed, name in ((0, "a"), (0, "b"), (1, "a")):
         write(texture(seed), tmp_path / f"{name}.npz")
-        marks.append(Material(tmp_path / f"{name}.npz").mark)
-    assert marks[0] == marks[1] != marks[2]
+        found.append(Material(tmp_path / f"{name}.npz").fingerprint)
+    assert found[0] == found[1] != found[2]
 
 
 def test_methods_are_found_by_name(folder):
     method = find("custom-all-32")
-    assert (method.kind, method.values, method.own, method.name) == (
+    assert (method.kind, method.code_dim, method.own, method.name) == (
         *("custom-all", 32, False),
         "custom-all-32",
     )
@@ -252,7 +252,7 @@ def sources(monkeypatch, tmp_path):
         ("numerics/channels.py", {"pca-4", "pca-own-4", "basis-4"}),
         ("measured/textures/domes.py", {"pca-4", "pca-own-4", "basis-4"}),
         ("textures/codecs/networks/unified.py", {"unified-4", "custom-4", "custom-all-4"}),
-        ("textures/codecs/basis/symmetry.py", {"pca-4", "pca-own-4", "basis-4"}),
+        ("textures/codecs/symmetry.py", {"pca-4", "pca-own-4", "basis-4"}),
     ],
 )
 def test_codecs_are_made_again_when_a_module_that_decides_them_changes(

@@ -25,7 +25,11 @@ from nacre.cli.session import session
 @options.option(
     "--size", default=192, type=click.IntRange(16, 1024), help="Width of each picture in pixels."
 )
-@options.option("--spp", default=64, type=click.IntRange(1), help="Samples per pixel.")
+@options.option(
+    "--spp",
+    type=click.IntRange(1),
+    help="Samples per pixel; by default those of nacre render, which are denoised.",
+)
 def command(
     first: Path,
     second: Path,
@@ -34,7 +38,7 @@ def command(
     count: int,
     codes: Path | None,
     size: int,
-    spp: int,
+    spp: int | None,
 ) -> None:
     """Render what lies between FIRST and SECOND, which are materials or codes (.json).
 

@@ -223,7 +223,7 @@ KINDS: Mapping[str, Kind] = {
     "basis": Kind(
         "nacre's own codec",
         _basis,
-        ("textures/codecs/basis/*.py", "numerics/mlp.py", *_CHOICES),
+        ("textures/codecs/basis/*.py", "textures/codecs/symmetry.py", "numerics/mlp.py", *_CHOICES),
         _basis_settings,
     ),
 }
