@@ -85,7 +85,7 @@ def test_the_nearest_texels_are_told_and_shown(here, capsys) -> None:
         ("map model.safetensors -o x.png", "is a texture codec, expected an encoded texture"),
         ("map felt01.safetensors other.safetensors -o x.png", "encoded by another model than felt"),
         ("map felt01.safetensors felt01.safetensors -o x.png", "felt01: appears twice"),
-        ("map felt01.safetensors -o x.png --count 4", "5 texels at least, got 4"),
+        ("map felt01.safetensors -o x.png --count 4", "at least 5 texels, got 4"),
         ("map felt01.safetensors -o x.jpg", "a plot ends in one of"),
         ("map felt01.safetensors -o x.png --save x.json", "is saved as a .safetensors file"),
         ("map felt01.safetensors -o x.png --into felt02.safetensors", "not a map of texels"),

@@ -140,7 +140,7 @@ def test_a_killed_run_is_taken_up_where_it_stopped(folder):
         table(folder / f"in/{name}.binary")
     arguments = ["fit", "in", "-o", "lib", "--jobs", "1", *QUICK]
     with subprocess.Popen(
-        [sys.executable, "-c", KILLED, *arguments],
+        [sys.executable, "-c", KILLED, "-q", *arguments],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
