@@ -94,7 +94,7 @@ def test_what_is_no_map_of_these_texels_is_refused(chart) -> None:
         embed_texels([_texture(0.0, of=1)], ["other"], 5, onto=chart)
     with pytest.raises(NacreError, match="low: appears twice"):
         embed_texels([_texture(0.0)], ["low"], 5, onto=chart)
-    with pytest.raises(NacreError, match="5 texels at least, got 4"):
+    with pytest.raises(NacreError, match="at least 5 texels, got 4"):
         embed_texels([_texture(0.0)], ["few"], 4)
     with pytest.raises(ValueError, match="codes are"):
         replace(chart, codes=chart.codes[:3])

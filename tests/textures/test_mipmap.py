@@ -21,7 +21,7 @@ from nacre.textures.mipmap import (
 class Squares(TexelCodec):
     """Reflectance factors that are squares of the one value of a code."""
 
-    values = 1
+    code_dim = 1
 
     def encoder(self, wi, wo):
         return lambda texels: np.sqrt(texels.mean((1, 2)))[:, None]

@@ -204,9 +204,9 @@ def test_notes_in_other_encodings_are_kept(tmp_path: Path) -> None:
     end = first.index(b"<a>K") + len(notes["xml"]) + 4 + 3 * 4 + 83
     assert second[start:end] == first[start:end]
     assert notes["setup"] in second
-    assert run("btf", "info", path) == 0
+    assert run("info", path) == 0
     path.write_bytes(btf_bytes(names=(b"\xff", b"G", b"B"), scalar=3))
-    assert run("btf", "info", path) == 2
+    assert run("info", path) == 2
 
 
 def test_pairs_in_any_order_are_written(tmp_path: Path) -> None:

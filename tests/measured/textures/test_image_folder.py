@@ -285,6 +285,6 @@ def test_a_factored_file_of_images_is_as_exact_as_its_numbers(bright, tmp_path: 
 def test_commands_take_such_images(bright, tmp_path: Path) -> None:
     path, _ = bright
     model = tmp_path / "foil.safetensors"
-    assert run("btf", "convert", path, "-o", tmp_path / "x.npz") == 0
-    assert run("btf", "compare", path, tmp_path / "x.npz") == 0
-    assert run("btf", "encode", path, "-o", model) == 0
+    assert run("convert", path, "-o", tmp_path / "x.npz") == 0
+    assert run("compare", path, tmp_path / "x.npz") == 0
+    assert run("fit", path, "-o", model) == 0
