@@ -277,5 +277,5 @@ def test_a_cluster_that_is_not_there_or_goes_away(folder, output, tmp_path):
 
 def test_without_dask_the_extra_is_named(folder, output, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'nacre\[cluster\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'nacre-materials\[cluster\]'"):
         fit_library([folder], output, QUICK, executor=Cluster())
