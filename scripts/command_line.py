@@ -87,9 +87,12 @@ def _about(command: click.Command) -> str:
 def _row(names: str, text: str) -> str:
     """A row of the table: the option, what it does, its default and range."""
     facts = re.search(r"\s*\[([^\[\]]*(?:\[[^\[\]]*\][^\[\]]*)*)\]$", text)
-    default = facts[1].removeprefix("default: ") if facts else ""
+    only, _, rest = (facts[1] if facts else "").rpartition(" only")
+    default = (rest if only else facts[1] if facts else "").removeprefix("; ")
+    default = default.removeprefix("default: ")
     default = default.replace("<=", " ≤ ").replace(">=", " ≥ ").replace("<", " < ")
     about = text[: facts.start()] if facts else text
+    about += f" For {only}." if only else ""
     cells = (f"`{_cell(names)}`", _escaped(_cell(about)), _escaped(_cell(default)))
     return f"| {' | '.join(cells)} |".replace("|  |", "| |")
 

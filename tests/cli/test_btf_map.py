@@ -16,7 +16,7 @@ from nacre.io.image_file import read_header
 from nacre.measured.textures import BONN
 from nacre.textures import LatentMap
 from nacre.textures.codecs import save_codec
-from tests.cli.support import assert_refused, run
+from tests.cli.support import assert_refused, run, run_json
 from tests.textures.codecs.basis.made import codec
 
 pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
@@ -53,6 +53,8 @@ def test_a_map_is_drawn_saved_and_added_to(here, capsys) -> None:
     assert {row["family"] for row in first[1]} == {"felt"}
     assert run("btf", "map", *arguments.split(), *options.split()) == 0
     assert Path("map.png").read_bytes() == first[0]
+    (found,) = run_json(capsys, "info", "map.safetensors")
+    assert (found["kind"], found["texels"]) == ("map", 16)
     more = "wood01.safetensors --into map.safetensors -o more.png --table more.csv --colors"
     assert run("btf", "map", *more.split(), "--count", 3) == 0
     rows = _rows("more.csv")

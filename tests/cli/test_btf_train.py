@@ -278,4 +278,4 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     assert f"up to {most} for basis. [default: {basis.code_dim}; 8 for custom" in shown
     for word in ("batch", "learning_rate"):
         default = getattr(TrainingRecipe(), word), getattr(reference, word)
-        assert "[default: {}; {} with the reference recipe".format(*default) in shown
+        assert "default: {}; {} with the reference recipe".format(*default) in shown

@@ -323,7 +323,7 @@ directions_option = _shared(
     metavar="bonn|utia|FILE",
     help="Pairs of directions: every light with every view of a dome, or a list (.csv).",
 )
-texels_option = _shared("--texels", type=TEXELS)
+texels_option = _shared("--texels", type=TEXELS, metavar="WxH")
 device_option = _shared(
     "--device", help="PyTorch device, like cpu, cuda or cuda:1, in place of the CPU kernel."
 )

@@ -1,0 +1,96 @@
+"""Lone files: where fits go, what one failure costs, and what is in a file of any kind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nacre
+from nacre.btf import TableBtf
+from nacre.errors import FormatError, NacreError
+from nacre.measured.textures import UTIA
+from nacre.workflows import (
+    Watcher,
+    fit_files,
+    inspect,
+    output_paths,
+    texture_reflectance,
+)
+from tests.workflows.support import QUICK, table
+
+
+class Heard(Watcher):
+    """Keeps what a run says."""
+
+    def __init__(self):
+        self.total, self.ended = 0, {}
+
+    def begin(self, materials):
+        self.total = materials
+
+    def end(self, name, error):
+        self.ended[name] = error
+
+
+def test_a_failure_costs_only_its_own_file(tmp_path):
+    paths = [table(tmp_path / f"{name}.binary") for name in ("a", "b")]
+    bad = tmp_path / "bad.binary"
+    bad.write_bytes(b"bad")
+    outputs = [tmp_path / "a.safetensors", tmp_path / "absent/b.safetensors", tmp_path / "c.h5"]
+    heard = Heard()
+    found = fit_files([*paths, bad], outputs, QUICK, watcher=heard)
+    assert [file.output for file in found] == outputs
+    first, second, third = (file.fit for file in found)
+    assert (first.error, first.content) == (None, b"")
+    assert "675" not in first.summary
+    assert "weights" in first.summary
+    assert nacre.load(outputs[0]).metadata["quality"] == first.losses
+    assert "does not exist" in second.error
+    assert "content is of no known format" in third.error
+    assert heard.total == 2
+    assert set(heard.ended) == {"a.binary", "bad.binary"}
+
+
+def test_inputs_are_never_outputs(tmp_path):
+    path = table(tmp_path / "a.binary")
+    before = path.read_bytes()
+    (found,) = fit_files([path], [path], QUICK)
+    assert "is the input as well" in found.fit.error
+    assert path.read_bytes() == before
+
+
+def test_outputs_are_files_or_folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ending = ".safetensors"
+    assert str(output_paths(["x/a.binary"], None, ending)[0]) == "a.safetensors"
+    assert str(output_paths(["a.binary"], "b.h5", ending)[0]) == "b.h5"
+    assert str(output_paths(["a.binary"], "new/", ending)[0]) == "new/a.safetensors"
+    assert str(output_paths(["a.binary"], "new", ending)[0]) == "new/a.safetensors"
+    assert len(output_paths(["a.binary", "b.binary"], "more", ending)) == 2
+    for paths, output, words in (
+        (["a.binary"], "other", "write other.safetensors for a file or other/ for a folder"),
+        (["a.binary", "b.binary"], "b.h5", "must be a folder for several files"),
+        (["x/a.binary", "y/a.binary"], None, "two files would be written to the same name"),
+    ):
+        with pytest.raises(FormatError, match=words):
+            output_paths(paths, output, ending)
+
+
+def test_a_texel_is_a_reflectance():
+    wi, wo = (w[::50] for w in UTIA.pairs())
+    values = np.linspace(0.1, 0.6, 6, dtype="f4").reshape(2, 3, 1, 1)
+    texture = TableBtf(np.broadcast_to(values, (2, 3, len(wi), 3)), wi, wo, "cloth")
+    for texel, value in ((None, 0.35), ((2, 1), 0.6), ((0, 0), 0.1)):
+        f_r = texture_reflectance(texture, texel).eval(wi[:5], wo[:5])
+        np.testing.assert_allclose(np.pi * f_r, value, rtol=1e-4)
+    with pytest.raises(NacreError, match="has 3 x 2 texels, none in column 3"):
+        texture_reflectance(texture, (3, 0))
+
+
+def test_files_say_what_they_are(tmp_path):
+    found = inspect(table(tmp_path / "a.binary"), physics=False)
+    assert (found.kind, found.facts["isotropic"]) == ("brdf", True)
+    assert found.units["bytes"] == "bytes"
+    assert found.brdf is not None
+    with pytest.raises(FormatError, match="cannot be read"):
+        inspect(tmp_path / "absent.bsdf")
