@@ -30,7 +30,7 @@ def _json_valued(value: float) -> Iterable[bytes]:
     for model, example in EXAMPLES.items():
         for name, old in example.values.items():
             new = value if isinstance(old, float) else [*old[:2], value]
-            yield _json_file(_content(model) | {"parameters": example.values | {name: new}})
+            yield _json_file(_content(model) | {"parameters": {**example.values, name: new}})
 
 
 def _json_rebuilt(_: bytes, random: Random) -> bytes:
