@@ -18,7 +18,7 @@ from nacre.cli.demo import _MATERIAL as PAINT
 from nacre.color import tone_map
 from nacre.figures.difference_sheet import CELL_PIXELS, Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end
-from nacre.measured.textures import BONN
+from nacre.measured.textures import UTIA
 from nacre.metrics.metrics import flip
 from nacre.render.preview import render_preview, render_scene, write_bytes
 from nacre.render.textures.plugins import texture_bsdf
@@ -31,7 +31,7 @@ from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.workflows.encoding import encode
 from studies.study import Study, progress
 
-TEXELS, REPEAT = 64, 3
+TEXELS, REPEAT = 64, 2
 
 
 def reflectance(spp: int, seed: int) -> Bytes:
@@ -49,7 +49,9 @@ def reflectance(spp: int, seed: int) -> Bytes:
 
 def texture(spp: int, seed: int, texels: int) -> Bytes:
     """A virtual capture, and what the default codec makes of it."""
-    btf = capture(find("leather12").build(), *BONN.pairs(), texels, seed=seed, progress=progress)
+    btf = capture(
+        find("leather12").build(), *UTIA.pairs(), texels, samples=32, seed=seed, progress=progress
+    )
     codec = load_codec(PUBLISHED)
     codes = encode(btf, codec, progress=progress).codes
     views = []

@@ -68,7 +68,7 @@ def round_trip(network: Path, folder: Path, size: int, spp: int) -> tuple[tuple[
     source = nacre.load(table)
     measured = {"type": "measured", "filename": str(written)}
     pictures = [
-        render_preview(material, size=size, spp=spp, seed=seed)
+        render_preview(material, size=size, spp=spp, seed=seed, denoise=False)
         for seed, material in enumerate((source, source, measured, measured))
     ]
     errors, flip_map = image_errors(pictures[0], pictures[2])

@@ -138,9 +138,11 @@ def test_a_sheet_of_some_pairs(cloth: TableBtf) -> None:
     np.testing.assert_allclose(sheet[5, 1], seen, atol=1e-3)
     assert run("btf", "picture", "cloth.npz", "-o", "x.png") == 0
     sheet = np.array(mi.Bitmap("x.png")) / 255.0
-    panels, down = [24, 24 + 255 + 16], [108, 108 + 2 * (170 + 40 + 16)]
-    np.testing.assert_allclose(sheet[down[0], panels[1]], tone_map(np.array(lit)), atol=0.01)
-    np.testing.assert_allclose(sheet[down[1], panels[0]], tone_map(np.array(seen)), atol=0.01)
+    for color in (lit, seen):
+        there = np.abs(sheet - tone_map(np.array(color))).max(axis=-1) < 0.01
+        rows, columns = np.nonzero(there)
+        assert there.sum() > 10_000
+        assert there[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1].mean() > 0.2
 
 
 def test_a_sheet_shows_each_pair_once(tmp_path: Path, monkeypatch, capsys) -> None:

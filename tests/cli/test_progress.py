@@ -126,6 +126,8 @@ def test_verbose_tells_times_and_causes(tmp_path, monkeypatch, capsys):
     console = screen(terminal=False)
     monkeypatch.setattr(report, "status", console)
     assert run("convert", "gold.binary", "-o", "gold.npz", "-v", quiet=False) == 0
+    assert f"reads {tmp_path / 'gold.binary'}\n" in printed(console)
+    assert f"writes {tmp_path / 'gold.npz'}\n" in printed(console)
     assert re.search(r"gold: writing: \d+\.\d\d s\n", printed(console))
     assert re.search(r"nacre convert: \d+\.\d\d s\n", printed(console))
     assert run("measure", "{", "-o", "x.binary", "-v", quiet=False) == 2

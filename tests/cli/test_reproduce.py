@@ -98,8 +98,8 @@ def test_a_map_rings_what_its_basis_was_not_trained_on(coded, capsys):
     assert run("reproduce", "fig11", *files, *options) == 0
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "out/fig11.png: 6 materials, 4 that the basis was not trained on"
-    marks = [option for k in range(2, 6) for option in ("--highlight", f"m{k}.json")]
-    assert run("latent", "map", *files, *marks, *options[:2], "-o", "map.png") == 0
+    highlights = [option for k in range(2, 6) for option in ("--highlight", f"m{k}.json")]
+    assert run("latent", "map", *files, *highlights, *options[:2], "-o", "map.png") == 0
     assert (coded / "map.png").read_bytes() == (coded / "out" / "fig11.png").read_bytes()
 
 

@@ -53,6 +53,12 @@ def test_too_little_to_load_llvm_is_told() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
+def test_too_little_to_render_is_told() -> None:
+    found = limited(used() + 400, 'nacre.render.render_preview({"type": "diffuse"}, size=8, spp=1)')
+    assert "not enough memory to render" in found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
 def test_a_picture_that_does_not_fit_is_refused_before_it_is_rendered() -> None:
     code = 'nacre.render.render_preview({"type": "diffuse"}, size=8192, spp=16)'
     found = limited(3000, code, "nacre.render.mitsuba()")

@@ -323,6 +323,11 @@ def test28_a_material_of_mitsuba_is_rendered_as_itself(rgb: Any) -> None:
     assert nacre.render.bsdf(brdf) is brdf.bsdf
 
 
+def test29_what_cannot_be_sampled_is_refused(rgb: Any) -> None:
+    with pytest.raises(nacre.NacreError, match="constant: has no sampler"):
+        nacre.render.bsdf(Constant(0.5).replaced(sampler=None))
+
+
 def test13_scalar(scalar: Any) -> None:
     brdf, wi, wo = network(1), np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, -0.6, 0.8]])
     bsdf, context = nacre.render.bsdf(brdf), scalar.BSDFContext()

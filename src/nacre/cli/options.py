@@ -147,10 +147,9 @@ _SUBJECTS = {
     "brdf": "reflectances (BRDFs)",
     "btf": "textures (BTFs)",
     "network": "networks",
-    "network codec": "codecs that are networks (--model unified, custom)",
-    "trained basis": "--model neural, hypernetwork and autoencoder",
-    "pca": "--model pca",
+    "network codec": "unified and custom",
 }
+"""What options may be for where that is not everything."""
 
 
 class _Option(click.Option):
@@ -159,17 +158,22 @@ class _Option(click.Option):
     def __init__(self, *arguments: Any, applies: str = "", **settings: Any) -> None:
         super().__init__(*arguments, **settings)
         self.applies = applies
-        if applies and self.help:
-            self.help += f" For {_SUBJECTS[applies]}."
         if self.metavar is None and isinstance(self.type, click.IntRange | click.FloatRange):
             self.metavar = "N" if isinstance(self.type, click.IntRange) else "X"
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """See click; a default in words stands there without brackets."""
+        """See click; a default in words stands there without brackets, after what it is for."""
         record = super().get_help_record(ctx)
-        if record is None or not isinstance(self.show_default, str):
+        if record is None:
             return record
-        return record[0], record[1].replace(f"({self.show_default})", self.show_default)
+        names, text = record
+        if isinstance(self.show_default, str):
+            text = text.replace(f"({self.show_default})", self.show_default)
+        if self.applies:
+            about, bracket, extra = text.rpartition("  [")
+            only = f"{_SUBJECTS[self.applies]} only"
+            text = f"{about}  [{only}; {extra}" if bracket else f"{text}  [{only}]"
+        return names, text
 
 
 def option(*names: str, applies: str = "", **settings: Any) -> Callable[[_Function], _Function]:
@@ -226,13 +230,18 @@ def check_outputs(
     FormatError
         If a folder is absent or not writable, or an output is a folder or an input.
     """
+    from nacre.cli.report import detail
+
+    inputs, outputs = list(inputs), list(outputs)
     taken = {path.resolve() for path in inputs}
-    outputs = list(outputs)
     for path in (*outputs, *internal):
         if path.resolve() in taken:
             raise FormatError(f"{path}: is the input as well; name another output")
     for path in outputs:
         check_writable(path)
+    for verb, paths in (("reads", inputs), ("writes", outputs)):
+        for path in paths:
+            detail(f"{verb} {path.resolve()}")
 
 
 def input_argument(name: str = "path", **settings: Any) -> Callable[[_Function], _Function]:

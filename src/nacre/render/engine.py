@@ -7,8 +7,12 @@ from typing import Any
 from nacre.errors import NacreError, require
 from nacre.io.image_file import bitmaps
 from nacre.render import llvm
+from nacre.runtime.memory import available_memory
 
 DEFAULT_VARIANT = "llvm_ad_rgb"
+
+_MIN_MEMORY = 192 << 20
+"""Bytes for threads and kernels, without which libraries below end the process."""
 
 
 class LLVMError(NacreError, RuntimeError):
@@ -30,6 +34,8 @@ def mitsuba(variant: str | None = None) -> Any:
         If Mitsuba is not installed.
     LLVMError
         If the variant compiles with LLVM and there is none of release 17 or newer.
+    NacreError
+        If there is too little memory to render anything.
     """
     llvm.prepare()
     mi = bitmaps()
@@ -39,6 +45,12 @@ def mitsuba(variant: str | None = None) -> Any:
         check_llvm()
     if current is None:
         mi.set_variant(chosen)
+        available = available_memory()
+        if available is not None and available < _MIN_MEMORY:
+            raise NacreError(
+                f"not enough memory to render: {available >> 20} MiB are left; free some, or raise "
+                "ulimit -v"
+            )
     return mi
 
 

@@ -22,8 +22,9 @@ _MAX_SAMPLES, _MAX_WAVEFRONT = 1 << 24, 1 << 21
 """Samples of all pixels that are rendered at a time: by one kernel, and in a wavefront."""
 _SAMPLE_BYTES, _WAVEFRONT_BYTES = 32, 600
 """Memory of each of them, about."""
-_PIXEL_BYTES = 128
-"""Memory of a pixel of the picture, its sums, and what writes it, about."""
+_PIXEL_BYTES, _DENOISER_BYTES = 128, 112
+"""Memory of a pixel of the picture, its sums, and what writes it, about; and what the denoiser's
+images add."""
 
 
 def pass_sizes(counts: Sequence[int], largest: int = PASS) -> list[int]:
@@ -56,7 +57,9 @@ class Plan:
     rows: int
 
 
-def plan_passes(width: int, height: int, spp: int, wavefront: bool = False) -> Plan:
+def plan_passes(
+    width: int, height: int, spp: int, wavefront: bool = False, denoised: bool = False
+) -> Plan:
     """The passes of a picture.
 
     Parameters
@@ -67,6 +70,8 @@ def plan_passes(width: int, height: int, spp: int, wavefront: bool = False) -> P
         Samples per pixel.
     wavefront
         Whether paths are traced one bounce at a time; see :func:`wavefronts`.
+    denoised
+        Whether the picture goes through the denoiser.
 
     Raises
     ------
@@ -77,7 +82,8 @@ def plan_passes(width: int, height: int, spp: int, wavefront: bool = False) -> P
     samples = max(1, min(PASS, spp, limit // (width * height)))
     rows = max(1, min(height, limit // (width * samples)))
     bytes_each = _WAVEFRONT_BYTES if wavefront else _SAMPLE_BYTES
-    needed = width * height * _PIXEL_BYTES + width * rows * samples * bytes_each
+    pixel_bytes = _PIXEL_BYTES + (_DENOISER_BYTES if denoised else 0)
+    needed = width * height * pixel_bytes + width * rows * samples * bytes_each
     available = available_memory()
     if available is not None and needed > available:
         fitting = math.sqrt(available / needed)

@@ -136,7 +136,7 @@ def render_scene(
     loaded = mi.load_dict(scene) if isinstance(scene, dict) else scene
     wavefront = needs_wavefronts(loaded)
     width, height = (int(v) for v in loaded.sensors()[0].film().crop_size())
-    plan = plan_passes(width, height, spp, wavefront)
+    plan = plan_passes(width, height, spp, wavefront, clean)
     sizes = pass_sizes([spp], plan.samples)
     picture: npt.NDArray[np.float64] = np.zeros((1, 1, 3))
     with wavefronts() if wavefront else nullcontext():

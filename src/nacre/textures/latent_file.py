@@ -110,7 +110,7 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
         if fingerprint != first:
             raise FormatError(
                 f"{path}: was encoded by another model than {paths[0]}; encode it anew with "
-                "nacre btf encode --model"
+                "nacre fit --codec"
             )
         found.append(latent)
     return found

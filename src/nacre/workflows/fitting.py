@@ -131,9 +131,8 @@ class NetworkFitting(Fitting):
     def summary(self, fitted: Brdf) -> str:
         """See :class:`Fitting`."""
         assert isinstance(fitted, NeuralBrdf)
-        quality = fitted.metadata["quality"]
         memory = f"{fitted.weight_count} weights ({fitted.nbytes:,} bytes)"
-        return f"{memory}, held-out loss {quality['held_out_loss']:.5f}{_validation(quality)}"
+        return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}"
 
     def check(self) -> None:
         """See :class:`Fitting`: also whether there is such a device.
@@ -196,7 +195,7 @@ class AnalyticFitting(Fitting):
     def summary(self, fitted: Brdf) -> str:
         """See :class:`Fitting`."""
         assert isinstance(fitted, AnalyticBrdf)
-        return f"{fitted.summary()}, loss {fitted.metadata['fit']['loss']:.5f}"
+        return f"{fitted.summary()}, {fitted.loss_text()}"
 
 
 def _finite(values: Mapping[str, float]) -> dict[str, float]:

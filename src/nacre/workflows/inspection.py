@@ -133,7 +133,9 @@ def _other(path: Path) -> Inspection | None:
         return Inspection("codec", codec_facts(path), {"bytes": "bytes"})
     facts: dict[str, Any]
     if has_header(path, BASIS):
-        kind, facts = "basis", dict(load_basis(path).describe())
+        kind = "basis"
+        described = load_basis(path).describe()
+        facts = {"model" if name == "kind" else name: value for name, value in described.items()}
     elif has_header(path, MAP):
         chart = load_embedding_map(path)
         kind = "map"

@@ -125,7 +125,7 @@ def test_the_command_writes_a_texture_and_a_picture(tmp_path: Path) -> None:
     lists = tmp_path / "list.csv"
     lists.write_text("theta,phi\n0,0\n45,180\n70,90\n")
     output, picture = tmp_path / "x.npz", tmp_path / "x.png"
-    text = run("fabric12", "-o", output, "--dome", lists, "--texels", 6, "--samples", 2,
+    text = run("fabric12", "-o", output, "--directions", lists, "--texels", 6, "--paths", 2,
                "--seed", 3, "--picture", picture)  # fmt: skip
     assert "6 x 6 texels, 9 pairs" in text
     data = read(output)
@@ -140,7 +140,17 @@ def test_the_command_writes_a_texture_and_a_picture(tmp_path: Path) -> None:
 def test_the_command_captures_all(tmp_path: Path) -> None:
     lists = tmp_path / "list.csv"
     lists.write_text("theta,phi\n0,0\n")
-    arguments = ("--all", "-o", tmp_path / "set", "--dome", lists, "--texels", 2, "--samples", 1)
+    arguments = (
+        "--all",
+        "-o",
+        tmp_path / "set",
+        "--directions",
+        lists,
+        "--texels",
+        2,
+        "--paths",
+        1,
+    )
     assert "3 of 3: stone12" in run(*arguments)
     assert len(contents(tmp_path / "set")) == 3
     assert " of 3" not in run(*arguments)

@@ -50,7 +50,7 @@ class MeasuredDecoder:
             limit = min(memory, 2 * _MOST)
             raise NacreError(
                 f"{btf.name}: its table needs {2 * size / 2**20:,.0f} MiB, {limit / 2**20:,.0f} "
-                "are allowed; encode it (nacre btf encode) and render that, or raise memory"
+                "are allowed; encode it (nacre fit) and render that, or raise memory"
             )
         # A fourth value keeps the three of a color on one line of the cache.
         table = aligned_zeros((btf.texel_count, btf.pair_count, 4), np.float16)
@@ -118,6 +118,6 @@ class Sides:
         if not np.array_equal(place[order], np.arange(len(lights) * len(views))):
             raise NacreError(
                 f"{btf.name}: not every light is measured once with every view; encode it "
-                "(nacre btf encode) and render that"
+                "(nacre fit) and render that"
             )
         return cls(lights, views, order)

@@ -14,7 +14,8 @@ from nacre.textures.codecs.codec import CODECS, TexelCodec
 PUBLISHED = Path(__file__).parents[1] / "nacre-btf.safetensors"
 """The default codec, 32 values, trained on 77 virtual captures.
 
-By `nacre btf capture --all -o captured` and `nacre btf train captured/train/*.npz --half -o FILE`.
+By `nacre btf capture --all -o captured`, then
+`nacre btf train captured/train/*.npz --precision half -o FILE`.
 """
 KEY = "nacre texel network"
 """Name of the header in a file."""

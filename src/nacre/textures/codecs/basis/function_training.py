@@ -88,18 +88,22 @@ def principal_components(
     mean = np.mean([mean[order] for order in orders], axis=0)
     luma -= mean
     report("components", 0, 2, "")
-    lumas, luma_variances = leading_components(luma, orders, recipe.luma_count, recipe.seed)
+    luma_functions, luma_variances = leading_components(
+        luma, orders, recipe.luma_count, recipe.seed
+    )
     report("components", 1, 2, "")
     pairs = chroma.reshape(2 * count, -1)
-    chromas, chroma_variances = leading_components(pairs, orders, recipe.chroma_count, recipe.seed)
+    pair_functions, chroma_variances = leading_components(
+        pairs, orders, recipe.chroma_count, recipe.seed
+    )
     report("components", 2, 2, "")
     # A function counts by what it adds to a texel: its root mean square there.
     smallest = _SMALLEST * float(np.square(mean).sum())
     parts = [
         block[:, variances > smallest] * np.sqrt(variances[variances > smallest])
         for block, variances in (
-            (lumas, luma_variances),
-            (chromas, 2.0 * chroma_variances),
+            (luma_functions, luma_variances),
+            (pair_functions, 2.0 * chroma_variances),
         )
     ]
     found = [part.shape[1] for part in parts]

@@ -150,10 +150,10 @@ def _of_pairs(
     luma, chroma = rows
     mean = _centred(luma, weights, orders)
     chroma *= np.tile(np.sqrt(weights), 2)[:, None]
-    lumas, luma_variances = leading_components(luma, orders, recipe.code_dim, recipe.seed)
+    luma_functions, luma_variances = leading_components(luma, orders, recipe.code_dim, recipe.seed)
     half = -(-recipe.code_dim // 2)
-    chromas, chroma_variances = leading_components(chroma, orders, half, recipe.seed)
-    functions = lumas.T, chromas.T
+    pair_functions, chroma_variances = leading_components(chroma, orders, half, recipe.seed)
+    functions = luma_functions.T, pair_functions.T
     best = strongest([luma_variances, chroma_variances], BY_PERMUTATION, recipe.code_dim)
     colors = best.colors.astype(np.float32)
     chosen = zip(best.part, best.component, colors, strict=True)
