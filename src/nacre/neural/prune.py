@@ -7,7 +7,7 @@ import numpy as np
 from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import Layer, dense
 
 _PAIRS = 1 << 16
 _MARGIN = 0.02
@@ -32,7 +32,7 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     values = np.stack(np.broadcast_arrays(*inputs), axis=-1, dtype=np.float32)
     layers = list(network.layers)
     for index, layer in enumerate(network.layers[:-1]):
-        values = values @ layer.weights + layer.biases
+        values = dense(values, layer)
         low, high = values.min(axis=0), values.max(axis=0)
         kept = high > -_MARGIN * (high - low)
         kept[0] |= not kept.any()  # a layer keeps a unit

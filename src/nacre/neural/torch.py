@@ -19,7 +19,7 @@ from nacre.errors import require
 from nacre.neural.device import SampleStack
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, Layer, dense
 from nacre.runtime.device import open_device
 
 torch: Any = require("torch", "torch")
@@ -202,9 +202,9 @@ class TorchTrainer:
 def _forward(rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> list[Tensor]:
     """Inputs of every layer, and the outputs, each of shape (materials, samples, width)."""
     activations = [rows[..., : weights[0].shape[1]]]
-    for index, (w, b) in enumerate(zip(weights, biases, strict=True), 1):
-        y = torch.baddbmm(b.unsqueeze(1), activations[-1], w)
-        activations.append(y.relu_() if index < len(weights) else y)
+    for index, layer in enumerate(zip(weights, biases, strict=True), 1):
+        activation = RELU if index < len(weights) else None
+        activations.append(dense(activations[-1], layer, activation))
     return activations
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.errors import FormatError, NacreError
+from nacre.numerics.pca import largest_first
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.latent_map import LatentMap
@@ -65,10 +66,10 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
         if not np.isfinite(seen).all():
             raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
         mean = seen.mean(0)
-        variances, directions = np.linalg.eigh(np.cov(seen, rowvar=False, bias=True))
-        left_out = np.cumsum(np.maximum(variances, 0.0))
+        variances, directions = largest_first(np.cov(seen, rowvar=False, bias=True))
+        left_out = np.cumsum(np.maximum(variances[::-1], 0.0))
         needed = int(np.count_nonzero(left_out > _LEFT_OUT * left_out[-1]))
-        kept = directions[:, ::-1][:, : min(max(needed, 1), max_count)]
+        kept = directions[:, : min(max(needed, 1), max_count)]
         blocks = (codes[start : start + _BLOCK] for start in range(0, total, _BLOCK))
         features = np.concatenate([(embed(block) - mean) @ kept for block in blocks])
     features -= features.mean(0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.numerics.channels import CHROMA_PERMUTATIONS
+from nacre.numerics.pca import largest_first
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
@@ -231,7 +232,7 @@ def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple
     """Principal components: from coefficients over their deviations to codes, and back."""
     energy = np.square(data.values).sum(1) / 3.0 + data.residuals
     weighted = data.values / (energy[:, None] ** 0.25 + 1e-6)
-    vectors = np.linalg.eigh((weighted.T @ weighted).astype(np.float64))[1][:, ::-1][:, :count]
+    vectors = largest_first(weighted.T @ weighted, count)[1]
     deviation = np.sqrt(np.square(data.values @ vectors).mean(0)) + 1e-9
     forward = vectors / deviation * deviations[:, None]
     back = (vectors * deviation / deviations[:, None]).T
