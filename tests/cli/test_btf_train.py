@@ -209,7 +209,7 @@ def test_the_default_model_goes_on_to_the_same_bytes(
     assert run(*arguments[:-1], 4, "--resume") == 2
     assert "is of another run" in capsys.readouterr().err
     assert run(*arguments, "--resume") == 0
-    assert not list(tmp_path.glob("*.stage"))
+    assert not list(tmp_path.glob("*.state"))
     content = output.read_bytes()
     output.unlink()
     assert run(*arguments) == 0

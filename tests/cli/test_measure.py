@@ -71,7 +71,7 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
     assert_diffuse(tmp_path / "x.binary", 1e-3)
     for extra, words in (
         ([], "use --bsdf (found: matte, metal, 2 without an id)"),
-        (["--bsdf", "x"], "no BSDF 'x' on a shape (found: matte, metal, 2 without an id)"),
+        (["--bsdf", "x"], "no BSDF 'x' (found: matte, metal, 2 without an id)"),
     ):
         code, text = run("measure", *scene, *extra, "-o", tmp_path / "y.binary")
         assert code == 2

@@ -67,6 +67,17 @@ def test_a_stage_that_goes_on_is_told_of_now_and_then(monkeypatch):
         until(console, "gold: training 50/100\n")
 
 
+@pytest.mark.parametrize("terminal", [False, True])
+def test_nothing_is_shown_beside_a_question(terminal):
+    console = screen(terminal=terminal)
+    with Display("nacre download", console) as display:
+        with display.hidden():
+            display.add("gold")("downloading", 1, 100)
+            time.sleep(0.3)
+            assert "gold" not in printed(console)
+        until(console, "gold")
+
+
 def test_many_materials_take_few_lines():
     console = screen(terminal=False)
     with Display("nacre fit", console) as display:

@@ -82,9 +82,11 @@ def test_bsdfs_on_shapes_and_on_none_are_found(rgb: Any, scene: Path, tmp_path: 
     loose = tmp_path / "loose.xml"
     loose.write_text(
         """<scene version="3.0.0"><bsdf type="roughconductor" id="metal"/>
-        <bsdf type="diffuse" id="paint"/><shape type="sphere"><ref id="paint"/></shape></scene>"""
+        <bsdf type="diffuse" id="paint"/>
+        <bsdf type="twosided" id="both"><bsdf type="plastic" id="inner"/></bsdf>
+        <shape type="sphere"><ref id="paint"/></shape></scene>"""
     )
-    assert sorted(bsdf.id() for bsdf in scene_bsdfs(loose)) == ["metal", "paint"]
+    assert sorted(bsdf.id() for bsdf in scene_bsdfs(loose)) == ["both", "metal", "paint"]
     alone = tmp_path / "alone.xml"
     alone.write_text('<bsdf version="3.0.0" type="plastic" id="it"/>')
     assert [bsdf.id() for bsdf in scene_bsdfs(alone)] == ["it"]

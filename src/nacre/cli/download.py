@@ -11,7 +11,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.progress import Line, progress
+from nacre.cli.progress import Line, hidden_progress, progress
 from nacre.cli.report import aside, print_facts, print_json, report_parts, say
 from nacre.cli.session import session
 from nacre.errors import NacreError
@@ -65,14 +65,15 @@ def command(
         return
 
     def agree(terms: str) -> bool:
-        click.echo(terms, err=True)
-        if accept_terms:
-            return True
-        if not sys.stdin.isatty():
-            raise click.UsageError(
-                f"{source.name}: read the terms of use above; --accept-terms accepts them"
-            )
-        return click.confirm("Do you accept these terms?", err=True)
+        with hidden_progress():
+            click.echo(terms, err=True)
+            if accept_terms:
+                return True
+            if not sys.stdin.isatty():
+                raise click.UsageError(
+                    f"{source.name}: read the terms of use above; --accept-terms accepts them"
+                )
+            return click.confirm("Do you accept these terms?", err=True)
 
     results: list[dict[str, Any]] = []
     for material in source.select(materials):

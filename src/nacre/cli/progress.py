@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from rich.console import Console
@@ -87,7 +89,7 @@ class Display:
         self._console, self._quiet, self._verbose = console, quiet, verbose
         self._lock = threading.Lock()
         self._lines = [Line(self, title)]
-        self._untouched = True
+        self._untouched, self._hidden = True, False
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
         self._live: Live | None = None
@@ -132,6 +134,17 @@ class Display:
                 self._live.stop()
                 self._live = None
 
+    @contextmanager
+    def hidden(self) -> Iterator[None]:
+        """A block in which nothing is shown, as a question to the user needs."""
+        with self._lock:
+            self._hidden = True
+        self.clear()
+        try:
+            yield
+        finally:
+            self._hidden = False
+
     def stage_ended(self, line: Line, seconds: float) -> None:
         """Print how long a stage took, if that is wanted."""
         if self._verbose and line.stage:
@@ -142,13 +155,14 @@ class Display:
     def _run(self) -> None:
         wait = DELAY
         while not self._stop.wait(wait):
+            wait = 0.125 if self._console.is_terminal else 1.0
             with self._lock:
+                if self._hidden:
+                    continue
                 if self._console.is_terminal:
                     self._refresh()
-                    wait = 0.125
                 else:
                     self._print()
-                    wait = 1.0
 
     def _refresh(self) -> None:
         grid = Table.grid(padding=(0, 1))
@@ -175,6 +189,14 @@ class Display:
             self._console.print(f"and {len(chosen) - _LINES} more", markup=False)
             for line in chosen:
                 line.printed = line.stage
+
+
+@contextmanager
+def hidden_progress() -> Iterator[None]:
+    """A block in which the command shows no progress, as a question to the user needs."""
+    display = session().display
+    with display.hidden() if display is not None else nullcontext():
+        yield
 
 
 def progress(name: str) -> Line:

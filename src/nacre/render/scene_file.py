@@ -94,13 +94,9 @@ def scene_bsdfs(path: PathLike) -> list[Any]:
     if not isinstance(found, mi.Scene):
         return []
     bsdfs = [shape.bsdf() for shape in found.shapes() if shape.bsdf()]
-
-    class Children(mi.TraversalCallback):  # type: ignore[misc,name-defined]
-        def put(self, _name: str, value: Any, *_: Any) -> None:
-            if isinstance(value, mi.BSDF):
-                bsdfs.append(value)
-
-    found.traverse(Children())
+    # A callback class made here would end the process once it is garbage.
+    found_at = mi.traverse(found).hierarchy.items()
+    bsdfs += [child for child, (_, depth) in found_at if depth == 1 and isinstance(child, mi.BSDF)]
     return list(dict.fromkeys(bsdfs))
 
 

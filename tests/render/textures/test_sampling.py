@@ -26,7 +26,7 @@ FAMILIES = "carpet", "fabric", "felt", "leather", "stone", "wallpaper", "wood"
 
 @cache
 def families() -> LatentMap:
-    """A row of texels of each family, encoded by the model that comes along."""
+    """A row of texels of each family, encoded by the included model."""
     wi, wo = pairs(BONN.directions[::8], BONN.directions[::8])
     codec = load_codec(PUBLISHED)
     encode = codec.encoder(wi, wo)

@@ -210,7 +210,7 @@ def _silu(state: Any) -> Any:
 
 
 def _joined(
-    texels: Weighed, functions: list[Any], lumas: int, chromas: int, mean: Any = 0.0
+    texels: Weighed, functions: list[Any], luma_count: int, chroma_count: int, mean: Any = 0.0
 ) -> Components:
     """Reflectance between texels, of functions of luma, then of both values of pairs.
 
@@ -225,9 +225,12 @@ def _joined(
 
     total: list[Any] = [0.0] * 3
     for weights, texel_weight in texels:
-        luma = product(weights[:lumas], functions[:lumas], mean)
-        first, second = weights[lumas : lumas + chromas], weights[lumas + chromas :]
-        pairs = [product(w, functions[lumas:], 0.0) for w in (first, second)]
+        luma = product(weights[:luma_count], functions[:luma_count], mean)
+        first, second = (
+            weights[luma_count : luma_count + chroma_count],
+            weights[luma_count + chroma_count :],
+        )
+        pairs = [product(w, functions[luma_count:], 0.0) for w in (first, second)]
         rgb = join_components(luma, *pairs)
         total = [dr.fma(value, texel_weight, sum_) for value, sum_ in zip(rgb, total, strict=True)]
     return total[0], total[1], total[2]
