@@ -160,7 +160,7 @@ def anisotropy(
 
 
 def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
-    """Fraction of pairs of directions at which f_r is known, both uniform over solid angle, in [0, 1].
+    """Fraction of pairs of directions at which f_r is known, uniform over solid angle, in [0, 1].
 
     Parameters
     ----------
