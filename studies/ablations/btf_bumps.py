@@ -3,7 +3,7 @@
 A leather of Fresnel reflectance 0.3 and GGX alpha 0.15 is captured with bumps of several heights
 and encoded by the default codec. Spread is the standard deviation of single texels about their mean
 over that mean, at 2,000 random pairs of directions: what a picture that takes single texels for
-what a pixel sees errs by. What follows are errors of the level of a single texel, relative in the
+what a pixel sees is off by. What follows are errors of the level of a single texel, relative in the
 same way, and its brightness over what it should be, by means of codes and by means of reflectance
 that are encoded again; then the error of the codec's own mean against the measured one.
 

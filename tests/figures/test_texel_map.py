@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+import itertools
 
+import numpy as np
+import pytest
+
+from nacre.figures.code_views import map_figure
 from nacre.figures.texel_map import apart, family, middle
 
 
@@ -19,6 +23,20 @@ def test_names_are_moved_apart_and_no_further() -> None:
     assert (found <= 400.0 - sizes / 2 + 0.01).all()
     assert np.abs(found[20] - centers[20]).max() < 0.1
     np.testing.assert_allclose(found[21], [15.0, 200.0], atol=0.1)
+
+
+def test_names_on_a_map_of_codes_do_not_cover_one_another() -> None:
+    pytest.importorskip("matplotlib", reason="needs the extra 'plot'")
+    random = np.random.default_rng(0)
+    names = [f"material-{'x' * random.integers(3, 15)}-{k}" for k in range(40)]
+    pictures = [np.full((8, 8, 3), 0.5)] * len(names)
+    figure = map_figure(names, random.normal(size=(len(names), 2)), pictures, names[:1])
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in figure.texts]
+    boxes += [axes.get_window_extent() for axes in figure.axes]
+    assert len(boxes) == 80
+    assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
 
 
 def test_a_name_goes_where_most_texels_are() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.figures.labels import place_labels
 from nacre.figures.page import INK, Page, display_bytes
 from nacre.figures.texel_map import apart
 from nacre.formats import load_brdf
@@ -23,8 +23,10 @@ from nacre.runtime.progress import Progress, silent
 
 _THUMBNAIL, _SIDE, _PAGE = 64, 0.42, 8.0
 """Pixels along an edge of a sphere on a map, and inches; inches of the map."""
-_OVERLAP = 0.8
-"""Fraction of a sphere that neighbors leave free at least."""
+_NAME, _GAP = 0.18, 0.06
+"""Inches: height of a name, and space between two."""
+_ROOM = 4.0
+"""The page's area over that of all spheres and names, at least."""
 _HIGHLIGHT = "#d62728"
 
 
@@ -139,6 +141,8 @@ def map_figure(
 ) -> Any:
     """Spheres of materials where they are on the map, the highlighted ones ringed in red.
 
+    Spheres with their names are moved apart as little as it takes until none covers another.
+
     Parameters
     ----------
     names
@@ -158,29 +162,22 @@ def map_figure(
     Raises
     ------
     MissingExtraError
-        If Matplotlib or textalloc is not installed.
+        If Matplotlib is not installed.
     """
-    page = Page(_PAGE, _PAGE, "white")
+    ruler = Page(1.0, 1.0)
+    widths = [ruler.text_width(ruler.text(0.0, 0.0, name, 8.0)) + _GAP for name in names]
+    boxes = np.array([(max(width, _SIDE), _SIDE + _NAME) for width in widths])
+    edge = max(_PAGE, math.sqrt(_ROOM * boxes.prod(axis=1).sum()))
+    page = Page(edge, edge, "white")
     low, high = places.min(axis=0), places.max(axis=0)
-    margin = 0.6 + _SIDE
-    points = margin + (places - low) / np.maximum(high - low, 1e-9) * (_PAGE - 2.0 * margin)
-    sides = np.full((len(points), 2), _OVERLAP * _SIDE)
-    points = apart(points, sides, np.array([[margin] * 2, [_PAGE - margin] * 2]))
-    for (x, y), picture in zip(points, pictures, strict=True):
-        page.sphere(x - 0.5 * _SIDE, _PAGE - y - 0.5 * _SIDE, _SIDE, picture)
-    axes = page.axes(0.0, 0.0, _PAGE, _PAGE)
-    axes.set(xlim=(0.0, _PAGE), ylim=(0.0, _PAGE), zorder=-1)  # lines to names end at spheres
-    ringed = np.array([name in highlighted for name in names])
-    circle = {"facecolors": "none", "edgecolors": _HIGHLIGHT, "linewidths": 1.6}
-    axes.scatter(*points[ringed].T, s=(72.0 * 1.05 * _SIDE) ** 2, **circle)
-    angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
-    rim = 0.5 * _SIDE * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    place_labels(
-        axes,
-        points,
-        list(names),
-        colors=[_HIGHLIGHT if ring else INK for ring in ringed],
-        obstacles=(points[:, None] + rim).reshape(-1, 2),
-        distance=0.55 * _SIDE / _PAGE,
-    )
+    margin = 0.5 * boxes.max(axis=0)
+    centers = margin + (places - low) / np.maximum(high - low, 1e-9) * (edge - 2.0 * margin)
+    centers = apart(centers, boxes, np.array([[0.0, 0.0], [edge, edge]]))
+    for name, (x, up), picture in zip(names, centers, pictures, strict=True):
+        top, color = edge - up - 0.5 * (_SIDE + _NAME), INK
+        if name in highlighted:
+            color = _HIGHLIGHT
+            page.ring(x, top + 0.5 * _SIDE, 0.51 * _SIDE, color)
+        page.sphere(x - 0.5 * _SIDE, top, _SIDE, picture)
+        page.text(x, top + _SIDE + 0.02, name, 8.0, color, ha="center", va="top")
     return page.figure

@@ -138,6 +138,14 @@ class Page:
         rim = patches.Circle((middle, middle), inside, transform=axes.transData)
         axes.images[0].set_clip_path(rim)
 
+    def ring(self, x: float, y: float, radius: float, color: str) -> None:
+        """A circle about a place in inches."""
+        patches = require("matplotlib.patches", "plot")
+        place = x / self.width, 1.0 - y / self.height
+        size = 2.0 * radius / self.width, 2.0 * radius / self.height
+        style = {"fill": False, "edgecolor": color, "linewidth": 1.6}
+        self.figure.add_artist(patches.Ellipse(place, *size, **style))
+
     def text(
         self,
         x: float,

@@ -19,7 +19,7 @@ AZIMUTHS = tuple(range(0, 360, 45))
 """Their azimuths in degrees; the first alone where the material is isotropic."""
 
 UNITS = {
-    "unknown pairs": "share of pairs of directions, by solid angle",
+    "unknown pairs": "fraction of pairs of directions, by solid angle",
     "f cos range": "1/sr",
     "albedo at 0 degrees": "red, green, blue: part of the light that is reflected",
     "largest albedo": f"red, green, blue; of views at 0 to {VIEWS[-1]} degrees",
@@ -43,7 +43,7 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
     Returns
     -------
     dict
-        Numbers, texts and lists of them; :data:`UNITS` tells what they are in. Definitions are in
+        Numbers, texts and lists of them; :data:`UNITS` has their units. Definitions are in
         :mod:`nacre.metrics.physics`. A figure that nothing is known of is None.
     """
     with one_blas_thread():
@@ -62,9 +62,9 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
             "anisotropy": 0.0,
         }
         if not brdf.isotropic:
-            turning = anisotropy(brdf, proposal=proposal)
-            facts["anisotropy"] = _number(turning.value)
-            facts["anisotropy standard error"] = _number(turning.error)
+            rotated = anisotropy(brdf, proposal=proposal)
+            facts["anisotropy"] = _number(rotated.value)
+            facts["anisotropy standard error"] = _number(rotated.error)
     return facts
 
 
@@ -75,7 +75,7 @@ def _energy(brdf: Brdf, proposal: Proposal) -> dict[str, Any]:
     count = 1024 if brdf.isotropic else 256
     found = albedo(brdf, theta[:, None], phi, count=count, proposal=proposal)
     flat = Estimate(found.value.reshape(-1, 3), found.error.reshape(-1, 3))
-    # A view at which it is not finite is the first to tell.
+    # A view at which it is not finite counts as the highest.
     highest = np.argmax(np.where(np.isfinite(flat.value), flat.value, math.inf), axis=0)
     row, column = np.unravel_index(highest, found.value.shape[:2])
     degrees = [float(VIEWS[k]) for k in row]

@@ -160,7 +160,7 @@ def anisotropy(
 
 
 def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
-    """Share of pairs of directions at which f_r is known, both uniform over solid angle, in [0, 1].
+    """Fraction of pairs of directions at which f_r is known, uniform over solid angle, in [0, 1].
 
     Parameters
     ----------
@@ -173,13 +173,13 @@ def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
 
 
 def _turn(w: Floats, step: int) -> Floats:
-    """Directions turned about the normal by a number of steps of a full turn."""
+    """Directions rotated about the normal by a number of steps of a full turn."""
     if not step:
         return w
     angle = 2.0 * math.pi * step / _ROTATIONS
     cosine, sine = math.cos(angle), math.sin(angle)
-    turned: Floats = w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return turned
+    rotated: Floats = w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return rotated
 
 
 def _inverse(density: Floats) -> Floats:
