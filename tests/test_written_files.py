@@ -303,13 +303,13 @@ def test_a_folder_of_captures_goes_on(tmp_path):
     for name in json.loads(before)["textures"]:
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).touch()  # there already, so not captured
-    size = ("--texels", 1, "--samples", 1, "--dome", folder / "dome.csv")
+    size = ("--texels", 1, "--paths", 1, "--directions", folder / "dome.csv")
     assert run("btf", "capture", "--all", *size, "-o", folder) == 0
     assert manifest.read_bytes() == before
 
 
 def test_a_recipe_of_a_surface_is_captured_as_it_was(tmp_path):
-    size = ("--texels", 4, "--samples", 4, "--dome", WRITTEN / "captures" / "dome.csv")
+    size = ("--texels", 4, "--paths", 4, "--directions", WRITTEN / "captures" / "dome.csv")
     path, recipe = tmp_path / "recipe.npz", WRITTEN / "captures" / "recipe.json"
     assert run("btf", "capture", recipe, *size, "-o", path) == 0
     kept = load_texture(WRITTEN / "captures" / "recipe.npz").texels(slice(None))
