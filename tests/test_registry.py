@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from nacre.errors import NacreError
+from nacre.export import TARGETS
 from nacre.registry import Registry
 
 BUILTIN = {"tables": "wave:open", "numbers": "fractions:Fraction"}
@@ -52,3 +53,10 @@ def test_an_unknown_name_lists_the_known_ones():
         registry().find("x")
     with pytest.raises(KeyError):
         registry()["x"]
+
+
+def test_export_targets_are_classes_of_targets():
+    with pytest.raises(NacreError, match=r"export target 'x' is not a nacre\.export\.target\.Tar"):
+        TARGETS.register("x", int)
+    with pytest.raises(NacreError, match="'glsl' is no known export target"):
+        TARGETS.find("glsl")
