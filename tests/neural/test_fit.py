@@ -135,6 +135,15 @@ def test_training_samples_are_uniform_in_rusinkiewicz_angles_and_valid():
     assert low.sum() == pytest.approx(high.sum(), rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [("x.bsdf", r"got a path: give it nacre\.load\('x\.bsdf'\)"), (None, "got NoneType")],
+)
+def test_what_is_no_reflectance_is_named(wrong, words):
+    with pytest.raises(TypeError, match=words):
+        fit(wrong)
+
+
 def test_a_reflectance_without_valid_samples_is_refused():
     class Empty(Gloss):
         def valid_components(self, wi, wo):

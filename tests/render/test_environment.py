@@ -128,6 +128,7 @@ def test12_exposure_of_white_light():
     ("pixels", "complaint"),
     [
         (np.zeros((4, 8)), "2 x 2 pixels"),
+        (np.ones((1, 1, 3)), "2 x 2 pixels"),
         (np.zeros((4, 8, 3)), "black"),
         (np.full((4, 8, 3), -1.0), "non-negative"),
         (np.full((4, 8, 3), np.nan), "finite"),

@@ -51,6 +51,15 @@ def test_a_failure_costs_only_its_own_file(tmp_path):
     assert set(heard.ended) == {"a.binary", "bad.binary"}
 
 
+def test_a_name_that_is_too_long_costs_only_its_own_file(tmp_path):
+    paths = [table(tmp_path / f"{name}.binary") for name in ("a" * 246, "b")]
+    found = fit_files(paths, output_paths(paths, f"{tmp_path}/out/", ".safetensors"), QUICK)
+    errors = [file.fit.error for file in found]
+    assert "File name too long" in errors[0]
+    assert errors[1] is None
+    assert found[1].output.exists()
+
+
 def test_inputs_are_never_outputs(tmp_path):
     path = table(tmp_path / "a.binary")
     before = path.read_bytes()

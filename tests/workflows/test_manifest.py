@@ -108,3 +108,13 @@ def test_a_manifest_that_is_a_folder_is_an_error(tmp_path):
     (tmp_path / MANIFEST).mkdir()
     with pytest.raises(FormatError, match=MANIFEST):
         Manifest(tmp_path)
+
+
+def test_a_link_is_not_followed(tmp_path):
+    elsewhere = tmp_path / "notes.jsonl"
+    elsewhere.write_text("")
+    (tmp_path / "fits").mkdir()
+    (tmp_path / "fits" / MANIFEST).symlink_to(elsewhere)
+    with pytest.raises(FormatError, match="is a symbolic link"):
+        Manifest(tmp_path / "fits").keep(A)
+    assert elsewhere.read_text() == ""
