@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import nacre
+from nacre.analytic.lambert import Lambert
 from nacre.errors import DISTRIBUTION, MissingExtraError, require
 
 ROOT = Path(__file__).parents[1]
@@ -77,3 +78,21 @@ import nacre.textures.codecs.networks.training
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "pip install 'nacre-materials[btf]'" in done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs address space limits that hold")
+def test_too_little_memory_is_a_line_wherever_it_shows(tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource", reason="needs limits of a process")
+    nacre.save(Lambert(diffuse=(0.5, 0.5, 0.5)), tmp_path / "gray.json")
+    quick = ("--epochs", "1", "--samples", "2000", "-o", tmp_path / "x.safetensors")
+    for size in (300 << 20, 400 << 20, 500 << 20):
+        done = subprocess.run(
+            [sys.executable, "-m", "nacre", "-q", "fit", tmp_path / "gray.json", *quick],
+            preexec_fn=lambda size=size: resource.setrlimit(resource.RLIMIT_AS, (size, size)),
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=300,
+        )
+        assert (done.returncode, done.stderr.count("\n")) in ((2, 1), (0, 0)), done.stderr
+        assert done.returncode == 0 or "memory" in done.stderr

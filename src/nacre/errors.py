@@ -29,7 +29,13 @@ def reason(error: Exception) -> str:
     return str(error).partition("\n")[0][:200]
 
 
-_SHORTAGES = "failed to map segment", "cannot allocate memory", "out of memory", "bad_alloc"
+_SHORTAGES = (
+    "failed to map segment",
+    "could not find/load shared object",  # llvmlite's words for it
+    "cannot allocate memory",
+    "out of memory",
+    "bad_alloc",
+)
 
 
 def is_shortage(error: BaseException) -> bool:

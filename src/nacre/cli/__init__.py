@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     0 done, 1 some of several inputs failed, 2 wrong input or usage, 130 interrupted by Ctrl-C, 143
     by SIGTERM.
     """
-    from nacre.errors import NacreError
+    from nacre.errors import NacreError, is_shortage
     from nacre.runtime.interrupts import Terminated, terminable
 
     for stream in (sys.stdout, sys.stderr):
@@ -61,11 +61,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _stop(f"{error.format_message()} (see {command} --help)", error)
     except (NacreError, click.ClickException) as error:
         _stop(str(error), error)
-    except MemoryError as error:
-        _stop("out of memory", error)
     except FileExistsError as error:  # of a folder that is to be made
         _stop(f"{error.filename}: is a file, expected a folder; name another one", error)
-    except OSError as error:
+    except (MemoryError, ImportError, OSError) as error:
+        if is_shortage(error):
+            _stop("not enough memory: free some, or raise ulimit -v", error)
+        if not isinstance(error, OSError):
+            raise
         where = f"{error.filename}: " if error.filename else ""
         _stop(f"{where}{error.strerror or error}", error)
     except (KeyboardInterrupt, click.Abort) as stop:

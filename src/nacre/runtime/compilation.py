@@ -23,7 +23,11 @@ import platformdirs
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
+from nacre.errors import NacreError
 from nacre.runtime.lock import exclusive
+from nacre.runtime.memory import available_memory
+
+_MIN_MEMORY = 64 << 20
 
 # Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
 # code of other roundings than that which the next process loads from the disk.
@@ -93,6 +97,12 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     _impl_class = _Implementation
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        left = available_memory()
+        if left is not None and left < _MIN_MEMORY:  # LLVM would hang
+            raise NacreError(
+                f"{left >> 20} MiB of memory are left, too few to load compiled code: free some, "
+                "or raise ulimit -v"
+            )
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # a damaged file raises whatever unpickling does

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from nacre.brdf import Brdf
-from nacre.errors import NacreError, printable, reason
+from nacre.errors import NacreError, is_shortage, printable, reason
 from nacre.formats import load_brdf
 from nacre.runtime.progress import Progress
 from nacre.workflows.fitting import Fitting
@@ -77,7 +77,7 @@ def explain(error: Exception, path: Path) -> str:
     """What went wrong with a measured file, on one line that leaves out its name."""
     if isinstance(error, NacreError):
         text = str(error).removeprefix(f"{printable(str(path))}: ")
-    elif isinstance(error, MemoryError):
+    elif is_shortage(error):
         text = "out of memory"
     elif isinstance(error, OSError):
         where = f"{os.fspath(error.filename)}: " if error.filename else ""
