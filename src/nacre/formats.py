@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -83,7 +83,7 @@ def identify(path: PathLike) -> Format:
 
 
 def _identify(path: Path, options: dict[str, Any]) -> Format:
-    return _of_folder(path, options) if path.is_dir() else _of_head(path, read_head(path))
+    return _of_folder(path, options) if path.is_dir() else _of_file(path)
 
 
 def _of_folder(path: Path, options: dict[str, Any]) -> Format:
@@ -101,8 +101,8 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
     )
 
 
-def _of_head(path: Path, head: bytes) -> Format:
-    suffix, entries = path.suffix.lower(), formats()
+def _of_file(path: Path) -> Format:
+    head, suffix, entries = read_head(path), path.suffix.lower(), formats()
     known = [entry for entry in entries if entry.recognize and entry.recognize(head)]
     if {entry.kind for entry in known} == {"brdf", "btf"}:
         claimed = [e for e in known if e.kind == "btf" and (e.claims is None or e.claims(path))]
@@ -110,11 +110,9 @@ def _of_head(path: Path, head: bytes) -> Format:
     if not known:
         known = [e for e in entries if e.recognize is None and suffix in e.extensions]
     if not known:
-        other = _other(head)
-        if other:
+        if other := _other(head):
             raise FormatError(f"{path}: holds no material: is {other}")
-        endings = ", ".join(_endings(entries))
-        raise FormatError(f"{path}: content is of no known format (known: {endings})")
+        raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
 
 
@@ -131,9 +129,7 @@ def describe_kind(path: PathLike) -> str:
 
     Empty where it is of no known kind, damaged beyond recognition or absent; does not raise.
     """
-    path = Path(path)
-    other = "" if path.is_dir() else _other(first_bytes(path))
-    if other:
+    if other := _other(first_bytes(path)):
         return other
     try:
         entry = identify(path)
@@ -193,9 +189,7 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     MissingExtraError
         If its reader needs a library that is not installed.
     """
-    path = Path(path)
-    options = _given(options)
-    loaded: Brdf | Btf = _load(path, _identify(path, options), material, options)
+    loaded: Brdf | Btf = _load(Path(path), None, material, options)
     return loaded
 
 
@@ -207,17 +201,7 @@ def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Br
     FormatError
         As :func:`load`, or if the file is a texture.
     """
-    path, options = Path(path), _given(options)
-    entry = _identify(path, options)
-    if entry.kind == "btf":
-        if entry.load_material is None:
-            raise FormatError(
-                f"{path}: is a texture (BTF), not one material; nacre btf average makes one of it"
-            )
-        source = Source(path)
-        texel: Brdf = _with_source(entry.load_material(path), path, source)
-        return texel
-    brdf: Brdf = _load(path, entry, material, options)
+    brdf: Brdf = _load(Path(path), "brdf", material, options)
     return brdf
 
 
@@ -229,27 +213,30 @@ def load_btf(path: PathLike, **options: Any) -> Btf:
     FormatError
         As :func:`load`, or if the file is one material.
     """
-    path, options = Path(path), _given(options)
+    btf: Btf = _load(Path(path), "btf", None, options)
+    return btf
+
+
+def _load(path: Path, kind: Kind | None, material: str | None, given: dict[str, Any]) -> Any:
+    """What is in a file, which must be of a kind unless that is None."""
+    options = {name: value for name, value in given.items() if value is not None}
     entry = _identify(path, options)
-    if entry.kind == "brdf":
+    load, source = entry.load, Source(path)
+    if kind == "btf" and entry.kind == "brdf":
         raise FormatError(
             f"{path}: is one material ({entry.name}), not a texture (BTF); "
             "nacre btf tile makes one of it"
         )
-    btf: Btf = _load(path, entry, None, options)
-    return btf
-
-
-def _load(path: Path, entry: Format, material: str | None, options: dict[str, Any]) -> Any:
-    _check_options(path, entry, entry.load, options)
+    if kind == "brdf" and entry.kind == "btf":
+        if entry.load_material is None:
+            raise FormatError(
+                f"{path}: is a texture (BTF), not one material; nacre btf average makes one of it"
+            )
+        load, material, options = entry.load_material, None, {}
+    _check_options(path, entry, load, options)
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
-    source = Source(path)
-    read = partial(entry.load, path, material) if entry.several else partial(entry.load, path)
-    return _with_source(read(**options), path, source)
-
-
-def _with_source(loaded: Any, path: Path, source: Source) -> Any:
+    loaded = load(path, *([material] if entry.several else []), **options)
     return loaded.replaced(name=loaded.name or path.stem, source=source)
 
 
@@ -258,10 +245,6 @@ def _check_options(
 ) -> None:
     for name in _unknown_options(function, options):
         raise FormatError(f"{path}: {name}: is not for {entry.name} files; leave it out")
-
-
-def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def _unknown_options(function: Callable[..., Any], options: dict[str, Any]) -> list[str]:
@@ -298,9 +281,9 @@ def save(material: Brdf | Btf, path: PathLike, **options: Any) -> Any:
     path = Path(path)
     entry = target(path, "btf" if isinstance(material, Btf) else "brdf")
     assert entry.save is not None
-    options = _given(options)
-    _check_options(path, entry, entry.save, options)
-    return entry.save(material, path, **options)
+    given = {name: value for name, value in options.items() if value is not None}
+    _check_options(path, entry, entry.save, given)
+    return entry.save(material, path, **given)
 
 
 def target(path: PathLike, kind: Kind = "brdf") -> Format:
@@ -324,7 +307,7 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
     for entry in found:
         if entry.kind == kind:
             return entry
-    endings = ", ".join(_endings([entry for entry in writable if entry.kind == kind]))
+    endings = _endings(entry for entry in writable if entry.kind == kind)
     if found:
         held = _WORDS[found[0].kind]
         raise FormatError(
@@ -336,8 +319,8 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
     raise FormatError(f"{path}: no format {what} ends in {suffix!r} (known: {endings})")
 
 
-def _endings(entries: Sequence[Format]) -> list[str]:
-    return list(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
+def _endings(entries: Iterable[Format]) -> str:
+    return ", ".join(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
 
 
 def loses_bands(brdf: Brdf, path: PathLike) -> bool:

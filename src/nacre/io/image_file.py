@@ -13,30 +13,26 @@ import struct
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import FormatError, reason, require
-from nacre.io.files import PathLike, check_regular
+from nacre.io.files import PathLike, opened
 
 HEADER_LIMIT = 1 << 18
 """Bytes from the start of a file within which its size must be found."""
 
-_USUAL_HEADER = 1 << 12
-"""Bytes that nearly all headers fit in."""
+_USUAL_HEADER = 1 << 12  # bytes that nearly all headers fit in
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 JPEG_MAGIC = b"\xff\xd8\xff"
 
 _EXR_HEADER_LIMIT = 1 << 16
-_EXR_LONG_NAMES = 0x400
-"""The one flag of an image in scan lines that is not a plain one."""
-_PNG_COLORS = {2, 6}
-"""RGB, with and without opacity."""
+_EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
+_PNG_COLORS = {2, 6}  # RGB, with and without opacity
 
 
 @dataclass(frozen=True)
@@ -67,16 +63,12 @@ def read_header(path: PathLike) -> ImageHeader:
     FormatError
         If it cannot be read, is none of them, or is not of three colors.
     """
-    try:
-        check_regular(Path(path))
-        with Path(path).open("rb") as file:
-            data = file.read(_USUAL_HEADER)
-            try:
-                return parse_header(data, path)
-            except FormatError:
-                return parse_header(data + file.read(HEADER_LIMIT - len(data)), path)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    with opened(path) as file:
+        data = file.read(_USUAL_HEADER)
+        try:
+            return parse_header(data, path)
+        except FormatError:
+            return parse_header(data + file.read(HEADER_LIMIT - len(data)), path)
 
 
 def parse_header(data: bytes, path: PathLike) -> ImageHeader:

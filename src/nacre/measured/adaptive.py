@@ -115,7 +115,6 @@ class AdaptiveWarp(Sampler):
         return wi, xp.where(wi[2] > 0.0, pdf, 0.0 * pdf)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         view = self.view(wo)
         point = self.invert(wi, view)
         return self._luminance.eval(point.u, point.v, view.blend) * point.density

@@ -137,4 +137,3 @@ def _recognize(head: bytes) -> bool:
 
 
 FORMAT = Format("Cornell scan", (".brdf",), _recognize, load)
-"""Entry of the registry of formats."""

@@ -37,8 +37,7 @@ _HEADER = struct.Struct("<3i")
 _TYPES = ("<f8", "<f4", "<f2")
 _NODE_LIMIT = 1024
 _SIZE_LIMIT = 1 << 30
-_FULL_TURN = (90, 90, 360)
-"""Header of files that others made in this layout without folding phi_d."""
+_FULL_TURN = (90, 90, 360)  # header of files that others made in this layout without folding phi_d
 _HORIZON = 1e-6
 """A node whose directions are not higher than this (cosine) has no reflectance to tabulate."""
 
@@ -213,4 +212,3 @@ def _recognize(head: bytes) -> bool:
 
 
 FORMAT = Format("MERL", (".binary",), _recognize, load, save, isotropic=True, resolution=Resolution)
-"""Entry of the registry of formats."""

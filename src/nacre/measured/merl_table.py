@@ -86,21 +86,17 @@ class MerlBrdf(LobeSampledBrdf):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`."""
         return self._nodes.values.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         red, green, blue, known = self._interpolate(wi, wo)
         scale = 1.0 / namespace(known).maximum(known, 1e-30)
         return SCALES[0] * scale * red, SCALES[1] * scale * green, SCALES[2] * scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Brdf`."""
         return self._interpolate(wi, wo)[3] >= _KNOWN
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         mask = self.mask
         f_r = self._nodes.values[mask] * np.asarray(SCALES, np.float32)
         sizes = " x ".join(map(str, self.dimensions))

@@ -25,8 +25,7 @@ from nacre.measured.rgl_writer import Resolution, tabulate_tables, write_tables
 from nacre.measured.tensor_file import MAGIC
 from nacre.measured.warp import Grid
 
-_MIN_COSINE = 1e-20
-"""Keeps directions at the horizon, which callers discard, from dividing by 0."""
+_MIN_COSINE = 1e-20  # keeps directions at the horizon, which callers discard, from dividing by 0
 
 
 class RglBrdf(Brdf):
@@ -67,7 +66,6 @@ class RglBrdf(Brdf):
         return self.tables.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         view = self._warp.view(wo)
         point = self._warp.invert(wi, view)
         scale = self._scale(wi, point, view)
@@ -75,7 +73,6 @@ class RglBrdf(Brdf):
         return scale * red, scale * green, scale * blue
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
-        """See :class:`nacre.brdf.Brdf`."""
         spectra = self.tables.spectra
         if spectra is None:
             return super().eval_bands(wi, wo)
@@ -198,4 +195,3 @@ FORMAT = Format(
     resolution=Resolution,
     keeps_bands=lambda brdf: isinstance(brdf, RglBrdf),
 )
-"""Entry of the registry of formats."""

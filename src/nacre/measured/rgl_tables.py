@@ -15,12 +15,9 @@ from nacre.measured.raw import LARGEST
 from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import Tensors, read_tensors
 
-_NODE_LIMIT = 4096
-"""Most nodes along any one axis of a table."""
-_DENSEST = 1e30
-"""Bound of densities, so that interpolation between them does not overflow."""
-_NANOMETRES = (100.0, 1e5)
-"""Range of wavelengths; anything else is in another unit."""
+_NODE_LIMIT = 4096  # most nodes along any one axis of a table
+_DENSEST = 1e30  # bound of densities, so that interpolation between them does not overflow
+_NANOMETRES = (100.0, 1e5)  # range of wavelengths; anything else is in another unit
 
 _COMMON = frozenset(
     ("description", "phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance", "jacobian")

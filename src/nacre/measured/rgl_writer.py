@@ -44,17 +44,14 @@ _RIM = 0.25
 """Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
 _LOW = 1e-3
 """Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
-_MIN_KNOWN = 1e-12
-"""Color of a point that is known to be black; 0 would say that nothing is known."""
+_MIN_KNOWN = 1e-12  # color of a point that is known to be black; 0 would say that nothing is known
 _MIN_LUMINANCE = 0.005
 """Luminance added where light can come from, relative to the mean, so that all is sampled."""
 _LARGEST = 1e30
 _MIN_AZIMUTHS = 4
 """Azimuths below which a table does not tell an anisotropic material from an isotropic one."""
-_MAX_NORMALS = 1 << 13
-"""Bound of the half vectors: memory grows with the square of their number."""
-_MAX_VALUES = 1 << 27
-"""Bound of all numbers in a file; it is half a gigabyte then."""
+_MAX_NORMALS = 1 << 13  # bound of the half vectors: memory grows with the square of their number
+_MAX_VALUES = 1 << 27  # bound of all numbers in a file; it is half a gigabyte then
 
 
 @dataclass(frozen=True)

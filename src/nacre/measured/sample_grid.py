@@ -23,8 +23,7 @@ _HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
 """Nodes of an isotropic grid in theta_h and theta_d; largest number of steps in phi_d to pi."""
 _HALF_2, _DIFFERENCE_2, _AZIMUTHS_2 = 24, 18, 36
 """The same for an anisotropic one, over the full circle in phi_h and phi_d."""
-_GRAZING = 1e-3
-"""Smallest cosine of a direction."""
+_GRAZING = 1e-3  # smallest cosine of a direction
 
 
 def tabulate(brdf: Brdf) -> ScatteredBrdf:

@@ -116,7 +116,6 @@ class ScatteredBrdf(LobeSampledBrdf):
         )
 
     def scattered(self) -> Scattered | None:
-        """See :class:`nacre.brdf.Brdf`."""
         return self
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
@@ -144,20 +143,17 @@ class ScatteredBrdf(LobeSampledBrdf):
         return f[..., 0], f[..., 1], f[..., 2]
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
-        """See :class:`nacre.brdf.Brdf`."""
         if self.spectra is None:
             return super().eval_bands(wi, wo)
         near = self._tree.near(split(wi), split(wo), NEIGHBORS)
         return interpolate(near, logarithms(self.spectra))
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Brdf`."""
         _require_numpy(self.name, *wi, *wo)
         wi, wo, shape = _flat(wi, wo)
         return (self._tree.near(wi, wo, 1).distance[:, 0] <= self._reach).reshape(shape)
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         samples, bands = self.samples, self.wavelengths
         facts = {
             "samples": len(samples),

@@ -20,8 +20,7 @@ SHAPE = (3, 6, 48, 6, 48)
 """Channels, and nodes in theta_i, phi_i, theta_v and phi_v."""
 
 _, _POLAR, _AZIMUTHS, _, _ = SHAPE
-_STEP = math.radians(15.0)
-"""Between nodes in theta."""
+_STEP = math.radians(15.0)  # between nodes in theta
 _KNOWN = 1.0 - 1e-5
 """Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
 _LARGEST = 0.99 * float(np.finfo(np.float32).max)
@@ -69,22 +68,18 @@ class UtiaBrdf(LobeSampledBrdf):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`."""
         return self.stored.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         blend = _blend(wi, wo)
         red, green, blue, known = (self._sum(channel, blend) for channel in range(4))
         scale = 1.0 / namespace(known).maximum(known, 1e-30)
         return scale * red, scale * green, scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Brdf`."""
         return self._sum(3, _blend(wi, wo)) >= _KNOWN
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         mask = self.mask
         f_r = self.stored[:, mask]
         return super().describe() | {

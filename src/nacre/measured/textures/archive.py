@@ -34,8 +34,7 @@ from nacre.runtime.progress import Progress
 
 Precision: TypeAlias = Literal["half", "single"]
 
-_LISTING_LIMIT = 1 << 20
-"""Most bytes that may be read at once: the list of what is in the archive."""
+_LISTING_LIMIT = 1 << 20  # most bytes that may be read at once: the list of what is in the archive
 _BLOCK = 1 << 26
 _ALIGNMENT = 64
 _PADDING = 0xD935
@@ -53,12 +52,10 @@ class _ArchiveBtf(TableBtf):
         self._path = path
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`."""
         with np.errstate(over="ignore"):
             return self._checked(super().texels(chosen))
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
         with np.errstate(over="ignore"):
             return self._checked(super().images(chosen))
 
@@ -207,7 +204,6 @@ class _Sparing(io.BufferedReader):
     sparing = True
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """See :meth:`io.BufferedReader.read`."""
         if not self.sparing:
             return super().read(size)
         size = _LISTING_LIMIT + 1 if size is None or size < 0 else size
@@ -253,4 +249,3 @@ FORMAT = Format(
     kind="btf",
     claims=_is_archive,
 )
-"""Entry of the registry of formats of textures."""

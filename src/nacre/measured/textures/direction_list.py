@@ -37,8 +37,7 @@ _SIZE_LIMIT = 1 << 26
 _VECTORS = ("lx", "ly", "lz", "vx", "vy", "vz")
 _ANGLES = ("theta_l", "phi_l", "theta_v", "phi_v")
 _EACH = ("theta", "phi")
-_LOOSE = 0.02
-"""How far a vector's length may be from 1: few decimals are given at times."""
+_LOOSE = 0.02  # how far a vector's length may be from 1: few decimals are given at times
 
 
 def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Floats]:

@@ -27,10 +27,8 @@ light's polar angle."""
 QUANTITIES: tuple[Quantity, ...] = ("reflectance", "radiance")
 
 _PIXEL_LIMIT = 1 << 24
-_SIZE_LIMIT = 1 << 28
-"""Bytes of a file: 16 a pixel."""
-_CACHE_SIZE = 1 << 26
-"""Bytes of pictures that are kept, or one picture."""
+_SIZE_LIMIT = 1 << 28  # bytes of a file: 16 a pixel
+_CACHE_SIZE = 1 << 26  # bytes of pictures that are kept, or one picture
 _CHANNELS = (frozenset("RGB"), frozenset("XYZ"))
 
 
@@ -93,7 +91,6 @@ class ImageFolderBtf(Btf):
         self._image = functools.lru_cache(kept)(self._decode)
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         first = self._first
         curve = f"sRGB, {first.bits} bits" if first.bits else "linear"
         return super().describe() | {
@@ -114,7 +111,6 @@ class ImageFolderBtf(Btf):
         return values
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
         indices = np.arange(self.pair_count)[chosen]
         pictures = np.empty((len(indices), self.height, self.width, 3), np.float32)
 

@@ -122,4 +122,3 @@ FORMAT = Format(
     kind="btf",
     claims_folder=lambda path: (path / LIST).is_file(),
 )
-"""Entry of the registry of formats of textures."""

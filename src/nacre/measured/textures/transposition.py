@@ -28,12 +28,10 @@ class _TransposedBtf(Btf):
         self._btf, self._parts = btf, parts
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`."""
         found = [part[chosen] for part in self._parts]
         return np.concatenate(found, axis=1, dtype=np.float32)
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
         return self._btf.images(chosen)
 
 

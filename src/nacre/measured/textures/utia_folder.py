@@ -107,4 +107,3 @@ def _is_folder(path: Path) -> bool:
 
 
 FORMAT = Format("UTIA BTF folder", (), None, load, kind="btf", claims_folder=_is_folder)
-"""Entry of the registry of formats of textures."""

@@ -28,8 +28,7 @@ _TEXT = 80
 _XML_LIMIT = 1 << 24
 _NAME_LIMIT = 80
 _LARGEST = 1e6
-_LOWEST = 0.5 * math.pi - 1e-6
-"""Polar angle from which a direction counts as below the horizon."""
+_LOWEST = 0.5 * math.pi - 1e-6  # polar angle from which a direction counts as below the horizon
 SCALARS: dict[int, np.dtype[Any]] = {size: np.dtype(f"<f{size}") for size in (2, 4, 8)}
 """Types of the numbers in matrices by their size in bytes."""
 _LARGEST_FACTOR = 1e8

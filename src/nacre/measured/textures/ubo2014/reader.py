@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import mmap
 import os
-import stat
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,15 +16,14 @@ from nacre.array import Floats
 from nacre.btf import Btf, Indices
 from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, opened
 from nacre.measured.textures.ubo2014.header import CHANNELS, Factors, Header, largest, parse
 from nacre.runtime.parallel import thread_map
 
 _LARGEST_VALUE = 1e9
 _TILE = 128, 512
 """Texels and pairs that are decoded at a time: three channels of them fit a core's own cache."""
-_CHECKED = 1 << 20
-"""Numbers that are checked at a time."""
+_CHECKED = 1 << 20  # numbers that are checked at a time
 
 _Matrix = npt.NDArray[Any]
 
@@ -57,7 +55,6 @@ class Ubo2014Btf(Btf):
         return self._channels[channel]
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         return super().describe() | {
             "color model": self.header.colors.model.name,
             "components of a channel": self._channels[0][0].shape[1],
@@ -150,16 +147,10 @@ def _vectors(angles: npt.NDArray[np.float32]) -> Floats:
 
 def _mapped(path: Path) -> mmap.mmap:
     """A file as bytes that are read as they are looked at."""
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            kind = "a directory" if path.is_dir() else "not a regular file"
-            raise FormatError(f"{path}: is {kind}, expected a file")
-        with path.open("rb") as file:
-            if os.fstat(file.fileno()).st_size == 0:
-                raise FormatError(f"{path}: is empty")
-            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    with opened(path) as file:
+        if os.fstat(file.fileno()).st_size == 0:
+            raise FormatError(f"{path}: is empty")
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
 
 def _matrix(data: mmap.mmap, places: Factors, start: int, rows: int) -> _Matrix:

@@ -42,8 +42,7 @@ from nacre.runtime.progress import Progress
 COMPONENTS = 64
 """Components of a channel unless others are asked for."""
 
-_BLOCK = 1 << 26
-"""Bytes of values that are read at a time."""
+_BLOCK = 1 << 26  # bytes of values that are read at a time
 _SEED = 0
 _HORIZON = 1e-5
 
