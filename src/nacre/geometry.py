@@ -100,12 +100,8 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
     cos_phi, sin_phi, sin_theta = azimuth(h)
 
     def to_frame(v: Components) -> Components:
-        x = h[2] * v[0] + sin_theta * v[2]
-        return (
-            cos_phi * x - sin_phi * v[1],
-            sin_phi * x + cos_phi * v[1],
-            h[2] * v[2] - sin_theta * v[0],
-        )
+        x, z = h[2] * v[0] + sin_theta * v[2], h[2] * v[2] - sin_theta * v[0]
+        return cos_phi * x - sin_phi * v[1], sin_phi * x + cos_phi * v[1], z
 
     return to_frame(d), to_frame((-d[0], -d[1], d[2]))
 
@@ -125,10 +121,7 @@ def from_spherical(theta: Array, phi: Array) -> Components:
 def to_spherical(w: Components) -> tuple[Array, Array]:
     """Polar angle in [0, pi] and azimuth in (-pi, pi] of a vector."""
     xp = namespace(*w)
-    return (
-        xp.arctan2(xp.sqrt(w[0] * w[0] + w[1] * w[1]), w[2]),
-        xp.arctan2(w[1], w[0]),
-    )
+    return xp.arctan2(xp.sqrt(w[0] * w[0] + w[1] * w[1]), w[2]), xp.arctan2(w[1], w[0])
 
 
 def rusinkiewicz_angles(wi: Components, wo: Components) -> tuple[Array, Array, Array, Array]:

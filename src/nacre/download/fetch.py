@@ -144,12 +144,7 @@ def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> N
 
 
 def _download(
-    database: Database,
-    material: str,
-    url: str,
-    path: Path,
-    record: Path,
-    progress: Progress | None,
+    database: Database, material: str, url: str, path: Path, record: Path, progress: Progress | None
 ) -> Fetched:
     facts = database.facts(material)
     first = _recorded(record)

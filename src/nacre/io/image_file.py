@@ -58,10 +58,7 @@ class ImageHeader:
 def read_header(path: PathLike) -> ImageHeader:
     """Header of an image of any of the kinds, which its first bytes tell.
 
-    Raises
-    ------
-    FormatError
-        If it cannot be read, is none of them, or is not of three colors.
+    A :class:`FormatError` says that it cannot be read, is none of them, or is not of three colors.
     """
     with opened(path) as file:
         data = file.read(_USUAL_HEADER)
@@ -72,26 +69,11 @@ def read_header(path: PathLike) -> ImageHeader:
 
 
 def parse_header(data: bytes, path: PathLike) -> ImageHeader:
-    """Header of an image of any of the kinds.
-
-    Parameters
-    ----------
-    data
-        First bytes of the file, :data:`HEADER_LIMIT` or more where it has as many.
-    path
-        Of the file, for error messages.
-
-    Raises
-    ------
-    FormatError
-        If it is none of them, or not of three colors.
-    """
-    if data.startswith(PNG_MAGIC):
-        return png_header(data, path)
-    if data.startswith(JPEG_MAGIC):
-        return _jpeg_header(data, path)
-    if data.startswith(EXR_MAGIC):
-        return exr_header(data, path)
+    """As :func:`read_header`, of a file's first :data:`HEADER_LIMIT` bytes, or all it has."""
+    kinds = {PNG_MAGIC: png_header, JPEG_MAGIC: _jpeg_header, EXR_MAGIC: exr_header}
+    for magic, parse in kinds.items():
+        if data.startswith(magic):
+            return parse(data, path)
     raise FormatError(f"{path}: is not an OpenEXR, PNG or JPEG image")
 
 
@@ -148,15 +130,10 @@ def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]
     MissingExtraError
         If what decodes it is not installed.
     """
-    if data.startswith(JPEG_MAGIC):
-        pixels = _decode_by_pillow(data, path)
-    else:
-        pixels = _decode_by_mitsuba(data, path)
-    if (
-        pixels.ndim != 3
-        or pixels.shape[:2] != (header.height, header.width)
-        or len(pixels[0, 0]) < 3
-    ):
+    decoder = _decode_by_pillow if data.startswith(JPEG_MAGIC) else _decode_by_mitsuba
+    pixels = decoder(data, path)
+    size = header.height, header.width
+    if pixels.ndim != 3 or pixels.shape[:2] != size or pixels.shape[2] < 3:
         raise FormatError(f"{path}: is of another size than its header says")
     return pixels[..., :3]
 

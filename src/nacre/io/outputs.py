@@ -45,13 +45,7 @@ def _applied(policy: _Policy) -> Iterator[None]:
 
 
 def overwrite(force: bool = True) -> AbstractContextManager[None]:
-    """A block in which outputs replace whatever file is there, read-only ones too.
-
-    Parameters
-    ----------
-    force
-        Whether they do; without it, the block changes nothing.
-    """
+    """A block in which outputs replace whatever file is there, read-only ones too; if `force`."""
     return _applied(replace(_policy, force=_policy.force or force))
 
 
@@ -66,11 +60,8 @@ def written_by(command: str) -> AbstractContextManager[None]:
 def check_replaceable(path: PathLike) -> None:
     """Refuse to write where there is a file that must not be replaced.
 
-    Raises
-    ------
-    FormatError
-        If it is a link, read-only, of another user, or not known as written by nacre, by this
-        command and unchanged since. Not within :func:`overwrite`.
+    It is a link, read-only, of another user, or not known as written by nacre, by this command and
+    unchanged since. Not within :func:`overwrite`.
     """
     path = Path(path)
     if _policy.force:

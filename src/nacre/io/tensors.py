@@ -92,12 +92,7 @@ def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Ten
 def check_header(header: dict[str, Any], version: int) -> None:
     """Refuse a header that is of another version, has no metadata or could not be written again.
 
-    Raises
-    ------
-    KeyError
-        If it has no version or metadata.
-    ValueError
-        Saying what is wrong.
+    A KeyError or ValueError says what is wrong; see :func:`format_errors`.
     """
     if header["version"] != version:
         raise ValueError(f"version {header['version']!r}; this nacre reads version {version}")
@@ -107,12 +102,8 @@ def check_header(header: dict[str, Any], version: int) -> None:
 
 
 def check_unit_vectors(tensors: Tensors) -> None:
-    """Refuse what is not of shape (n, 3), finite and of unit length to about a thousandth.
-
-    Raises
-    ------
-    ValueError
-        With the name of the tensor.
+    """Refuse, by a ValueError with its name, what is not of shape (n, 3), finite and of unit length
+    to about a thousandth.
     """
     check_numbers(tensors, _LARGEST)
     for name, array in tensors.items():
@@ -134,21 +125,10 @@ def check_numbers(tensors: Tensors, largest: float) -> None:
 
 
 def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARGEST) -> Tensors:
-    """The same numbers as they are written.
+    """Numbers of single precision as they are written.
 
-    Parameters
-    ----------
-    tensors
-        Of single precision.
-    precision
-        One of :data:`PRECISIONS`; the half one where None, if it changes no number.
-    largest
-        See :func:`check_numbers`.
-
-    Raises
-    ------
-    FormatError
-        If a number is not finite or too large.
+    `precision` is one of :data:`PRECISIONS`; the half one where None, if it changes no number. A
+    :class:`FormatError` says that a number is not finite or too large.
     """
     if precision is None:
         with np.errstate(over="ignore"):
@@ -162,13 +142,7 @@ def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARG
 
 
 def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
-    """What :func:`in_precision` gave, in single precision.
-
-    Raises
-    ------
-    ValueError
-        If numbers are of other types, or of several, not finite, or too large.
-    """
+    """What :func:`in_precision` gave, in single precision; a ValueError where it is no such."""
     kinds = {array.dtype for array in tensors.values()}
     if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
         raise ValueError("weights are not float32 or float16 numbers, all alike")
@@ -179,12 +153,9 @@ def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
 
 @contextmanager
 def format_errors(path: PathLike) -> Iterator[None]:
-    """A block that makes sense of the header and tensors of a file.
+    """A block that makes sense of the header and tensors of a file, whose path errors then name.
 
-    Raises
-    ------
-    FormatError
-        Naming the file, for whatever goes wrong as it does where a field is missing or bad.
+    They are a :class:`FormatError`, whatever goes wrong as it does where a field is missing or bad.
     """
     try:
         yield

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, atomic_path, read_bytes
@@ -58,27 +58,24 @@ def _lines(path: PathLike, data: bytes) -> Iterator[tuple[int, str]]:
 def parse_number(cell: str) -> float:
     """The number in a cell.
 
-    Raises
-    ------
-    ValueError
-        If it is none, has digits of another script or grouped as Python does, or is not finite.
+    A ValueError says that it is none, has digits of another script or grouped as Python does, or
+    is not finite.
     """
-    if "_" in cell or not cell.isascii():
-        raise ValueError(cell)
-    value = float(cell)
-    if not math.isfinite(value):
+    if "_" in cell or not cell.isascii() or not math.isfinite(value := float(cell)):
         raise ValueError(cell)
     return value
 
 
-def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
-    """Write comma-separated values, the names of the columns first, whole or not at all.
+def check_columns(path: PathLike, names: Sequence[str], needed: Iterable[str]) -> None:
+    """Refuse a table that lacks a column, or has one twice."""
+    if missing := [name for name in needed if name not in names]:
+        raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
-    """
+
+def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
+    """Write comma-separated values, the names of the columns first, whole or not at all."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     with atomic_path(path) as temporary:

@@ -49,6 +49,13 @@ def zero_index(like: Array) -> Array:
     return xp.to_index(xp.where(like == like, 0.0 * like, 0.0))
 
 
+def cell(position: Array, count: int) -> tuple[Array, Array]:
+    """Which of `count` steps a non-negative position is in, and how far along it, up to 1."""
+    xp = namespace(position)
+    index = xp.maximum(xp.minimum(xp.to_index(position), count - 1), 0)
+    return index, xp.minimum(position - xp.to_float(index, position), 1.0)
+
+
 def outer(slow: Blend, fast: Blend, fast_count: int) -> Blend:
     """Blend over two parameters, slices being numbered `slow * fast_count + fast`."""
     return [(i * fast_count + j, v * w) for i, v in slow for j, w in fast]

@@ -42,11 +42,6 @@ _Array = npt.NDArray[np.float64]
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``.csv`` or ``.astm`` file of scattered samples.
 
-    Parameters
-    ----------
-    path
-        File to read.
-
     Raises
     ------
     FormatError
@@ -138,8 +133,7 @@ def _values(table: _Array, columns: Columns) -> tuple[_Array, _Array | None, _Ar
     def pick(names: Iterable[str]) -> _Array:
         return table[:, [columns.names.index(name) for name in names]]
 
-    bands = columns.bands
-    if bands:
+    if bands := columns.bands:
         spectra, wavelengths = pick(bands), np.array(bands, np.float64)
         return to_rgb(spectra, wavelengths), spectra, wavelengths
     if "f" in columns.names:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.geometry import half_difference, to_spherical
+from nacre.measured.axis import cell
 from nacre.sampling import LobeSampledBrdf
 
 Interpolation: TypeAlias = Literal["trilinear", "nearest"]
@@ -53,10 +54,7 @@ class MerlBrdf(LobeSampledBrdf):
     isotropy_known = True
 
     def __init__(
-        self,
-        stored: npt.ArrayLike,
-        name: str = "",
-        interpolation: Interpolation = "trilinear",
+        self, stored: npt.ArrayLike, name: str = "", interpolation: Interpolation = "trilinear"
     ) -> None:
         values = np.asarray(stored)
         if values.ndim != 4 or values.shape[0] != 3 or 0 in values.shape:
@@ -110,10 +108,7 @@ class MerlBrdf(LobeSampledBrdf):
     def _interpolate(self, wi: Components, wo: Components) -> tuple[Array, Array, Array, Array]:
         """Weighted sums of the channels over valid nodes, and the sum of those nodes' weights."""
         xp = namespace(*wi, *wo)
-        red: Array = 0.0
-        green: Array = 0.0
-        blue: Array = 0.0
-        known: Array = 0.0
+        red = green = blue = known = 0.0
         for index, weight in self._neighbors(wi, wo):
             r, g, b = (xp.take(self._nodes, index * 3 + channel) for channel in range(3))
             valid = xp.minimum(xp.minimum(r, g), b) >= 0.0
@@ -127,8 +122,7 @@ class MerlBrdf(LobeSampledBrdf):
         xp = namespace(*wi, *wo)
         n_h, n_d, n_p = self.dimensions
         h, d = half_difference(wi, wo)
-        theta_h, _ = to_spherical(h)
-        theta_d, _ = to_spherical(d)
+        (theta_h, _), (theta_d, _) = to_spherical(h), to_spherical(d)
         # Reciprocity: phi_d and phi_d + pi are the same sample.
         phi_d = xp.arctan2(xp.abs(d[1]), xp.where(d[1] < 0.0, -d[0], d[0]))
         positions = (
@@ -136,7 +130,7 @@ class MerlBrdf(LobeSampledBrdf):
             (theta_d * (2.0 / math.pi) * n_d, n_d),
             (phi_d * (1.0 / math.pi) * n_p, n_p + 1),  # node n_p is node 0 again
         )
-        low, part = zip(*(_cell(position, count) for position, count in positions), strict=True)
+        low, part = zip(*(cell(position, count) for position, count in positions), strict=True)
 
         def flat(i: Array, j: Array, k: Array) -> Array:
             return (i * n_d + j) * n_p + xp.where(k >= n_p, 0 * k, k)
@@ -149,10 +143,3 @@ class MerlBrdf(LobeSampledBrdf):
             for j, v in ((low[1], 1.0 - part[1]), (high[1], part[1])):
                 for k, w in ((low[2], 1.0 - part[2]), (high[2], part[2])):
                     yield flat(i, j, k), u * v * w
-
-
-def _cell(position: Array, count: int) -> tuple[Array, Array]:
-    """Node below a position among `count` nodes, clamped to them, and the part of a step above."""
-    xp = namespace(position)
-    index = xp.maximum(xp.minimum(xp.to_index(position), count - 1), 0)
-    return index, xp.minimum(position - xp.to_float(index, position), 1.0)

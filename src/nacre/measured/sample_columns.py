@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from nacre.errors import FormatError
 from nacre.io.files import PathLike
-from nacre.io.text_file import parse_number
+from nacre.io.text_file import check_columns, parse_number
 
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""
@@ -32,24 +32,13 @@ _HEADER_LIMIT = 1000
 _NAME_LIMIT = 100
 _LARGEST = float(np.finfo(np.float32).max)
 _UNITS = {
-    "deg": math.pi / 180.0,
-    "degree": math.pi / 180.0,
-    "degrees": math.pi / 180.0,
-    "rad": 1.0,
-    "radian": 1.0,
-    "radians": 1.0,
+    **dict.fromkeys(("deg", "degree", "degrees"), math.pi / 180.0),
+    **dict.fromkeys(("rad", "radian", "radians"), 1.0),
 }
 _ALIASES = {
-    "theta_s": "theta_o",
-    "phi_s": "phi_o",
-    "theta_r": "theta_o",
-    "phi_r": "phi_o",
-    "brdf": "f",
-    "bsdf": "f",
-    "f_r": "f",
-    "red": "r",
-    "green": "g",
-    "blue": "b",
+    **{f"{angle}_{end}": f"{angle}_o" for angle in ("theta", "phi") for end in "sr"},
+    **dict.fromkeys(("brdf", "bsdf", "f_r"), "f"),
+    **{name: name[0] for name in ("red", "green", "blue")},
 }
 _COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
@@ -83,10 +72,7 @@ class Columns:
 def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
     """Pairs of keys (lower case) and values, and the columns; takes no line after their names.
 
-    Raises
-    ------
-    FormatError
-        If no line names columns, or one that is needed or its unit is missing.
+    A :class:`FormatError` says that no line names columns, or which one or which unit is missing.
     """
     pairs: dict[str, str] = {}
     stray = 0
@@ -100,8 +86,7 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
                     f"{path}: line {stray}: is neither 'key: value' nor a comment; start it with #"
                 )
             return pairs, _columns(path, line.strip("\r\n"), pairs)
-        pair = _pair(stripped)
-        if pair:
+        if pair := _pair(stripped):
             pairs[pair[0]] = pair[1]
         elif stripped and not stripped.startswith("#"):
             stray = stray or number
@@ -116,10 +101,7 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
 def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np.float64]:
     """Numbers of the lines that are left, shape (n, columns).
 
-    Raises
-    ------
-    FormatError
-        If there are none, a line has another number of columns, or a value is not finite.
+    A :class:`FormatError` says that there are none, or which line or value is wrong.
     """
     values, numbers = array("d"), array("q")
     marks: set[str] = set()
@@ -143,11 +125,10 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
         try:
             values.extend(map(parse_number, cells))
         except ValueError:
-            name, cell = next(
-                pair for pair in zip(columns.names, cells, strict=True) if not _is_number(pair[1])
-            )
+            bad = len(values) % len(cells)  # those before it were taken
             raise FormatError(
-                f"{path}: line {number}: column {name}: {cell[:40]!r} is not a finite number"
+                f"{path}: line {number}: column {columns.names[bad]}: {cells[bad][:40]!r} is not a "
+                "finite number"
             ) from None
         numbers.append(number)
     if not numbers:
@@ -197,12 +178,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
         names.append(band[1] if band else name)
         if name in ANGLES:
             scales[name] = _scale(path, name, unit or header.get("units"))
-    missing = [name for name in ANGLES if name not in names]
-    if missing:
-        raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
+    check_columns(path, names, ANGLES)
     columns = Columns(names, scales, separator)
     values = [name for name in names if name not in ANGLES]
     if sorted(values) in _COLORS:
@@ -228,11 +204,3 @@ def _scale(path: PathLike, name: str, unit: str | None) -> float:
     if unit.strip().lower() not in _UNITS:
         raise FormatError(f"{path}: column {name}: unit {unit[:40]!r}, expected degrees or radians")
     return _UNITS[unit.strip().lower()]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        parse_number(cell)
-    except ValueError:
-        return False
-    return True

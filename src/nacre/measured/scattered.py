@@ -71,13 +71,13 @@ class ScatteredBrdf(LobeSampledBrdf):
         wavelengths: npt.ArrayLike | None = None,
         facts: Mapping[str, Any] | None = None,
     ) -> None:
-        light, view, color = (np.array(a, np.float64) for a in (wi, wo, rgb))
-        for array in (light, view, color):
+        light, view, color = arrays = [np.array(a, np.float64) for a in (wi, wo, rgb)]
+        for array in arrays:
             if array.ndim != 2 or array.shape != (len(color), 3):
                 raise ValueError(f"expected shapes (n, 3), got {array.shape}")
         if not len(color):
             raise ValueError("expected at least one sample")
-        if not all(np.isfinite(array).all() for array in (light, view, color)):
+        if not all(np.isfinite(array).all() for array in arrays):
             raise ValueError("directions and values must be finite")
         if min(light[:, 2].min(), view[:, 2].min()) <= 0.0:
             raise ValueError("directions must be above the horizon")
@@ -93,13 +93,9 @@ class ScatteredBrdf(LobeSampledBrdf):
             expected = (len(color), *self.wavelengths.shape)
             if self.wavelengths.ndim != 1 or self.spectra.shape != expected:
                 raise ValueError(f"spectra of shape {self.spectra.shape}, expected (n, bands)")
-        self._samples = DirectionSamples(light, view, color)
-        self._facts = dict(facts or {})
-
-    @property
-    def samples(self) -> DirectionSamples:
+        self.samples = DirectionSamples(light, view, color)
         """Directions, linear RGB and cosines as they were measured; arrays of float64."""
-        return self._samples
+        self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
         """The reflectance that some of the samples alone give; an array of indices or a mask."""
@@ -155,12 +151,13 @@ class ScatteredBrdf(LobeSampledBrdf):
 
     def describe(self) -> dict[str, Any]:
         samples, bands = self.samples, self.wavelengths
+        light, view = (math.degrees(math.acos(w[:, 2].min())) for w in (samples.wi, samples.wo))
         facts = {
             "samples": len(samples),
             "mirrored": self.mirrored,
             "interpolation": f"moving least squares of log f_r, {NEIGHBORS} neighbors",
-            "steepest light": f"{math.degrees(math.acos(samples.wi[:, 2].min())):.1f} degrees",
-            "steepest view": f"{math.degrees(math.acos(samples.wo[:, 2].min())):.1f} degrees",
+            "steepest light": f"{light:.1f} degrees",
+            "steepest view": f"{view:.1f} degrees",
             "value range": [float(samples.rgb.min()), float(samples.rgb.max())],
             "bands": None if bands is None else len(bands),
             "wavelengths nm": None if bands is None else [float(bands[0]), float(bands[-1])],

@@ -12,6 +12,7 @@ Sztrajman's UTIA-brdf have it. Values are taken as linear color, as by the last.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -47,17 +48,9 @@ def tabulate(brdf: Brdf) -> UtiaBrdf:
 
 
 def load(path: PathLike) -> UtiaBrdf:
-    """Read a UTIA ``.bin`` file.
+    """Read a UTIA ``.bin`` file, whose name becomes the material's.
 
-    Parameters
-    ----------
-    path
-        File to read; its name becomes the material's.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, has another length, or a value is not finite.
+    A FormatError says that it cannot be read, has another length, or a value is not finite.
     """
     path = Path(path)
     data = read_bytes(path, 2 * _SIZE)
@@ -72,11 +65,6 @@ def save(brdf: Brdf, path: PathLike) -> None:
     A :class:`UtiaBrdf` is written as it is, to float32 precision, invalid samples included: what
     this function wrote comes back byte for byte. Anything else is tabulated first (see
     :func:`tabulate`).
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
     """
     utia = brdf if isinstance(brdf, UtiaBrdf) else tabulate(brdf)
     with atomic_path(path) as temporary:
@@ -84,10 +72,9 @@ def save(brdf: Brdf, path: PathLike) -> None:
 
 
 def _has_length(path: Path) -> bool:
-    try:
+    with suppress(OSError):
         return path.stat().st_size == _SIZE
-    except OSError:
-        return False
+    return False
 
 
 FORMAT = Format("UTIA", (".bin",), None, load, save, claims=_has_length)

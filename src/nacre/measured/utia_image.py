@@ -9,6 +9,7 @@ promise no more than such an image.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ from nacre.measured.utia_table import SHAPE, UtiaBrdf
 _EDGE = 288
 _SIZE_LIMIT = 1 << 24
 """Bytes of a file: four times what an image of float32 takes without compression."""
-_RGB = frozenset("RGB")
+_EXR_HEADER = ImageHeader(_EDGE, _EDGE, frozenset("RGB"), 0)
 
 
 def load_exr(path: PathLike) -> UtiaBrdf:
@@ -59,7 +60,7 @@ def load_exr(path: PathLike) -> UtiaBrdf:
     data = read_bytes(path, _SIZE_LIMIT)
     header = exr_header(data[:HEADER_LIMIT], path)
     _check_size(path, header)
-    if header.channels != _RGB:
+    if header.channels != _EXR_HEADER.channels:
         found = ", ".join(sorted(header.channels)) or "none"
         raise FormatError(f"{path}: has other channels than R, G, B: {found!a}")
     values = decode(data, header, path).astype(np.float32)
@@ -122,11 +123,9 @@ def _check_size(path: PathLike, header: ImageHeader) -> None:
 
 
 def _is_exr_table(path: Path) -> bool:
-    try:
-        header = exr_header(first_bytes(path, HEADER_LIMIT), path)
-    except FormatError:
-        return False
-    return header == ImageHeader(_EDGE, _EDGE, _RGB, 0)
+    with suppress(FormatError):
+        return exr_header(first_bytes(path, HEADER_LIMIT), path) == _EXR_HEADER
+    return False
 
 
 def _is_png_table(path: Path) -> bool:

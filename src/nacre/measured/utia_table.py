@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.geometry import to_spherical
-from nacre.measured.axis import Blend, outer
+from nacre.measured.axis import Blend, cell, outer
 from nacre.sampling import LobeSampledBrdf
 
 SHAPE = (3, 6, 48, 6, 48)
@@ -123,7 +123,7 @@ def _blend(wi: Components, wo: Components) -> Blend:
 
 
 def _polar(theta: Array) -> Blend:
-    low, part = _cell(theta * (1.0 / _STEP), _POLAR)
+    low, part = cell(theta * (1.0 / _STEP), _POLAR)
     return [(low, 1.0 - part), (low + 1, part)]
 
 
@@ -131,13 +131,6 @@ def _azimuth(phi: Array) -> Blend:
     xp = namespace(phi)
     position = phi * (_AZIMUTHS / (2.0 * math.pi))
     position = xp.where(position < 0.0, position + float(_AZIMUTHS), position)
-    low, part = _cell(position, _AZIMUTHS)
+    low, part = cell(position, _AZIMUTHS)
     high = xp.where(low == _AZIMUTHS - 1, 0 * low, low + 1)
     return [(low, 1.0 - part), (high, part)]
-
-
-def _cell(position: Array, count: int) -> tuple[Array, Array]:
-    """Which of `count` steps a non-negative position is in, and how far along it."""
-    xp = namespace(position)
-    index = xp.maximum(xp.minimum(xp.to_index(position), count - 1), 0)
-    return index, xp.minimum(position - xp.to_float(index, position), 1.0)

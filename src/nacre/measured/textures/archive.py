@@ -119,10 +119,7 @@ def load(path: PathLike) -> TableBtf:
 
 
 def save(
-    btf: Btf,
-    path: PathLike,
-    precision: Precision | None = None,
-    progress: Progress | None = None,
+    btf: Btf, path: PathLike, precision: Precision | None = None, progress: Progress | None = None
 ) -> None:
     """Write a NumPy archive of any texture, whole or not at all, in little memory.
 

@@ -67,11 +67,7 @@ class Decorrelation:
         model = self.model
         if model is ColorModel.LOG_RGB:
             _exp(channels)
-        if model in (
-            ColorModel.YLOG_UV,
-            ColorModel.YLOG_ULOG_VLOG,
-            ColorModel.YLOG_UDIVY_VDIVY,
-        ):
+        if model in (ColorModel.YLOG_UV, ColorModel.YLOG_ULOG_VLOG, ColorModel.YLOG_UDIVY_VDIVY):
             luma, chroma = channels[0], channels[1:]
             _exp(luma)
             if model is ColorModel.YLOG_ULOG_VLOG:

@@ -18,11 +18,7 @@ from nacre.geometry import split, to_spherical
 from nacre.io.files import PathLike, atomic_path
 from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.transposition import transposed
-from nacre.measured.textures.ubo2014.color_models import (
-    ColorModel,
-    Decorrelation,
-    principal_colors,
-)
+from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation, principal_colors
 from nacre.measured.textures.ubo2014.header import (
     CHANNELS,
     COMPONENT_LIMIT,
