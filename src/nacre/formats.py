@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -119,9 +120,9 @@ def _of_file(path: Path) -> Format:
 def _other(head: bytes) -> str:
     """What a file of ours is that holds no material; empty for any other."""
     key = header_key(head)
-    if key in (None, "nacre", "nacre latent map"):
+    if key is None or key in ("nacre", "nacre latent map"):
         return ""
-    return _OTHERS.get(key or "", "a file of nacre's own, which is read by what has written it")
+    return _OTHERS.get(key, "a file of nacre's own, which is read by what has written it")
 
 
 def describe_kind(path: PathLike) -> str:
@@ -131,19 +132,17 @@ def describe_kind(path: PathLike) -> str:
     """
     if other := _other(first_bytes(path)):
         return other
-    try:
+    with suppress(FormatError):
         entry = identify(path)
-    except FormatError:
-        return ""
-    return f"{_WORDS[entry.kind]} ({entry.name})"
+        return f"{_WORDS[entry.kind]} ({entry.name})"
+    return ""
 
 
 def is_btf(path: PathLike) -> bool:
     """Whether a file or folder is a texture rather than one material; does not raise."""
-    try:
+    with suppress(FormatError):
         return identify(path).kind == "btf"
-    except FormatError:
-        return False
+    return False
 
 
 def is_measured(path: PathLike) -> bool:

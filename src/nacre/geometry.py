@@ -20,8 +20,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Vectors, namespace
 
 _TINY = 1e-30
-_POLE = 2.0**-49
-"""Sine below which a direction counts as the pole: its square is still a normal float32."""
+_POLE = 2.0**-49  # sine below which a direction is the pole: its square is still a normal float32
 
 
 def split(vectors: npt.ArrayLike) -> Components:

@@ -86,8 +86,7 @@ def fetch(
     path = folder / database.file_name(material)
     record = path.with_name(path.name + ".json")
     try:
-        found = _present(path, record, facts.sha256)
-        if found:
+        if found := _present(path, record, facts.sha256):
             return found
         url = database.address(material, mirror or os.environ.get("NACRE_MIRROR") or None)
         _accept(database, folder, agree)

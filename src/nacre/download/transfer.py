@@ -28,6 +28,12 @@ PAUSE = 0.5
 _TIMEOUT = (10.0, 30.0)  # seconds to connect, and of silence
 _CHUNK = 2**16
 _TRY_AGAIN = (408, 429, 500, 502, 503, 504)
+_HOPELESS = (  # the address itself is at fault, or where the server sends us
+    requests.TooManyRedirects,
+    requests.exceptions.InvalidSchema,
+    requests.exceptions.InvalidURL,
+    requests.exceptions.MissingSchema,
+)
 
 
 class TransferError(NacreError):
@@ -86,7 +92,7 @@ class Transfer:
                     problem = str(error)
                 except requests.RequestException as error:
                     problem = _reason(error)
-                    if _hopeless(error):
+                    if isinstance(error, _HOPELESS):
                         raise TransferError(f"{host}: {problem}") from error
                     if _out_of_reach(error) and self._arrived(url) == arrived:
                         raise TransferError(f"cannot reach {host}: {problem}") from error
@@ -122,8 +128,7 @@ class Transfer:
         start = self._arrived(url)
         headers = {"Accept-Encoding": "identity"}
         if start:
-            headers["Range"] = f"bytes={start}-"
-            headers["If-Range"] = self._validator(url) or ""
+            headers |= {"Range": f"bytes={start}-", "If-Range": self._validator(url) or ""}
         with session.get(url, headers=headers, stream=True, timeout=_TIMEOUT) as response:
             if response.status_code == 416:  # nothing is left, or the file shrank
                 self._note.unlink(missing_ok=True)
@@ -168,16 +173,16 @@ class Transfer:
         """Empty the part file, and note which content it will hold."""
         self._note.unlink(missing_ok=True)
         self.part.write_bytes(b"")
-        validator = _validator(response)
-        if validator:  # without one, content of two versions could be joined
+        if validator := _validator(
+            response
+        ):  # without one, content of two versions could be joined
             note = {"url": without_credentials(url), "validator": validator}
             self._note.write_text(json.dumps(note), encoding="utf-8")
 
     def _receive(
         self, response: requests.Response, url: str, start: int, total: int | None
     ) -> None:
-        done = start
-        bound = total if total is not None else self.limit
+        done, bound = start, self.limit if total is None else total
         with self.part.open("ab") as file:
             for chunk in response.iter_content(_CHUNK):
                 done += len(chunk)
@@ -211,17 +216,6 @@ def without_credentials(url: str) -> str:
     """An address without a user's name and password."""
     parts = urlsplit(url)
     return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
-
-
-def _hopeless(error: requests.RequestException) -> bool:
-    """Whether the address itself is at fault, or where the server sends us."""
-    return isinstance(
-        error,
-        requests.TooManyRedirects
-        | requests.exceptions.InvalidSchema
-        | requests.exceptions.InvalidURL
-        | requests.exceptions.MissingSchema,
-    )
 
 
 def _out_of_reach(error: requests.RequestException) -> bool:

@@ -70,9 +70,7 @@ def check_replaceable(path: PathLike) -> None:
         status = path.lstat()
     except OSError:  # nothing there, or nothing that could be written either
         return
-    if stat.S_ISDIR(status.st_mode):
-        return
-    if problem := _problem(path, status):
+    if not stat.S_ISDIR(status.st_mode) and (problem := _problem(path, status)):
         raise FormatError(f"{path}: {problem}; name another output, or use --force to replace it")
 
 

@@ -18,8 +18,7 @@ from nacre.measured.axis import Axis, Blend, outer
 from nacre.measured.rgl_tables import RglTables
 from nacre.measured.warp import Warp
 
-_MIN_JACOBIAN = 1e-6
-"""Bounds the density of half vectors at the pole, where the map from the square degenerates."""
+_MIN_JACOBIAN = 1e-6  # bounds the density at the pole, where the map from the square degenerates
 
 
 class View(NamedTuple):

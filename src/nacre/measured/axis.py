@@ -15,6 +15,9 @@ from nacre.array import Array, Table, namespace
 Blend: TypeAlias = Sequence[tuple[Array, Array]]
 """Slice indices and the weights, summing to 1, with which their values are added."""
 
+KNOWN = 1.0 - 1e-5
+"""Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
+
 
 class Axis:
     """Nodes of one parameter, increasing.

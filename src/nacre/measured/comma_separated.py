@@ -30,11 +30,9 @@ from nacre.measured.scattered import ScatteredBrdf
 from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28
-_COUNTS = ("samples", "num_points")
-"""Header keys that say how many samples there are: ours, and that of ASTM E1392."""
+_COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
 _USED = ("units", "values", *_COUNTS)
-_LARGEST = 3.4028234e38
-"""Bound of what is written: just below the largest float32, which nine digits round up."""
+_LARGEST = 3.4028234e38  # of what is written: below the largest float32, which nine digits round up
 
 _Array = npt.NDArray[np.float64]
 

@@ -38,8 +38,7 @@ _TYPES = ("<f8", "<f4", "<f2")
 NODE_LIMIT = 1024
 _SIZE_LIMIT = 1 << 30
 _FULL_TURN = (90, 90, 360)  # header of files that others made in this layout without folding phi_d
-_HORIZON = 1e-6
-"""A node whose directions are not higher than this (cosine) has no reflectance to tabulate."""
+_HORIZON = 1e-6  # a node with a direction no higher (cosine) has no reflectance to tabulate
 
 
 @dataclass(frozen=True)

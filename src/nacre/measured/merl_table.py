@@ -14,16 +14,13 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.geometry import half_difference, to_spherical
-from nacre.measured.axis import cell
+from nacre.measured.axis import KNOWN, cell
 from nacre.sampling import LobeSampledBrdf
 
 Interpolation: TypeAlias = Literal["trilinear", "nearest"]
 
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 """Factors from stored red, green and blue to f_r in 1/sr, as in the database's own reader."""
-
-_KNOWN = 1.0 - 1e-5
-"""Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
 
 
 class MerlBrdf(LobeSampledBrdf):
@@ -92,7 +89,7 @@ class MerlBrdf(LobeSampledBrdf):
         return SCALES[0] * scale * red, SCALES[1] * scale * green, SCALES[2] * scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        return self._interpolate(wi, wo)[3] >= _KNOWN
+        return self._interpolate(wi, wo)[3] >= KNOWN
 
     def describe(self) -> dict[str, Any]:
         mask = self.mask

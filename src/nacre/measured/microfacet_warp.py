@@ -17,8 +17,7 @@ from nacre.measured.rgl_tables import RglTables
 from nacre.measured.rgl_writer import Resolution, normal_fields, view_nodes
 from nacre.sampling.microfacets import NormalGrid
 
-_UNIFORM = 0.01
-"""Share of normals that are of all directions alike: what is reflected anywhere is sampled."""
+_UNIFORM = 0.01  # share of normals of any direction: what is reflected anywhere is sampled
 
 
 def microfacet_sampler(brdf: Brdf, resolution: Resolution | None = None) -> AdaptiveWarp:

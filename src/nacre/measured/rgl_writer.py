@@ -33,24 +33,18 @@ from nacre.sampling.microfacets import GRAZING, NormalGrid
 
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""
-_GRAZING_POWER = 1.5
-"""How much denser views stand toward the horizon, where reflectance changes fastest; 1: evenly."""
+_GRAZING_POWER = 1.5  # how much denser views are toward the horizon, where most changes; 1: evenly
 _DIM, _DIM_POWER = 0.25, 0.25
 """Part of the normals that follows this power of D: leaves points of the square to dim directions.
 A uniform part would too, but between a bright point and a dark one f_r cos / D is interpolated, and
 reading multiplies by D: where D stays high, a highlight without a diffuse part gets a halo."""
-_UNIFORM = 1e-4
-"""Part of the normals taken to be uniform: keeps D, which divides the color, above 0."""
-_RIM = 0.25
-"""Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
-_LOW = 1e-3
-"""Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
+_UNIFORM = 1e-4  # part of the normals that is uniform: keeps D, which divides the color, above 0
+_RIM = 0.25  # cosine below the horizon to which tables go on, so that what is above interpolates
+_LOW = 1e-3  # from lights at this cosine and at twice it, f_r cos is extrapolated to the horizon
 _MIN_KNOWN = 1e-12  # color of a point that is known to be black; 0 would say that nothing is known
-_MIN_LUMINANCE = 0.005
-"""Luminance added where light can come from, relative to the mean, so that all is sampled."""
+_MIN_LUMINANCE = 0.005  # relative to the mean, added where light can come from: all is sampled
 _LARGEST = 1e30
-_MIN_AZIMUTHS = 4
-"""Azimuths below which a table does not tell an anisotropic material from an isotropic one."""
+_MIN_AZIMUTHS = 4  # with fewer, a table cannot tell an anisotropic material from an isotropic one
 _MAX_NORMALS = 1 << 13  # bound of the half vectors: memory grows with the square of their number
 _MAX_VALUES = 1 << 27  # bound of all numbers in a file; it is half a gigabyte then
 

@@ -36,8 +36,7 @@ from nacre.measured.utia import tabulate
 from nacre.measured.utia_table import SHAPE, UtiaBrdf
 
 _EDGE = 288
-_SIZE_LIMIT = 1 << 24
-"""Bytes of a file: four times what an image of float32 takes without compression."""
+_SIZE_LIMIT = 1 << 24  # bytes of a file: four times an image of float32 without compression
 _EXR_HEADER = ImageHeader(_EDGE, _EDGE, frozenset("RGB"), 0)
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.geometry import to_spherical
-from nacre.measured.axis import Blend, cell, outer
+from nacre.measured.axis import KNOWN, Blend, cell, outer
 from nacre.sampling import LobeSampledBrdf
 
 SHAPE = (3, 6, 48, 6, 48)
@@ -21,8 +21,6 @@ SHAPE = (3, 6, 48, 6, 48)
 
 _, _POLAR, _AZIMUTHS, _, _ = SHAPE
 _STEP = math.radians(15.0)  # between nodes in theta
-_KNOWN = 1.0 - 1e-5
-"""Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
 _LARGEST = 0.99 * float(np.finfo(np.float32).max)
 """Bound of the table's values: their weights may sum to a little more than 1."""
 
@@ -77,7 +75,7 @@ class UtiaBrdf(LobeSampledBrdf):
         return scale * red, scale * green, scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        return self._sum(3, _blend(wi, wo)) >= _KNOWN
+        return self._sum(3, _blend(wi, wo)) >= KNOWN
 
     def describe(self) -> dict[str, Any]:
         mask = self.mask

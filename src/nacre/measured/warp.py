@@ -21,8 +21,7 @@ from nacre.array import Array, Table, namespace
 from nacre.measured.axis import Blend, bisect, zero_index
 
 _TINY = 1e-37  # least divisor: keeps rows without any density from dividing 0 by 0 in float32
-_MIN_UNIFORM = 2.0**-24
-"""Stands in for a uniform 0, which would choose a cell without density if one comes first."""
+_MIN_UNIFORM = 2.0**-24  # in place of 0, which would choose a cell without density if one is first
 
 
 class Patch(NamedTuple):

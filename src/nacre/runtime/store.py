@@ -49,20 +49,17 @@ class Store:
         assert self.path is not None
         return self.path.with_name(f"{self.path.name}.{name}.state") if name else self.path
 
-    def files(self) -> list[Path]:
-        """All files there are."""
+    def files(self, names: str = "*") -> list[Path]:
+        """All files there are, or those of states whose names match a pattern."""
         if self.path is None:
             return []
-        named = self.path.parent.glob(f"{glob.escape(self.path.name)}.*.state")
-        return [*([self.path] if self.path.exists() else []), *sorted(named)]
+        named = self.path.parent.glob(f"{glob.escape(self.path.name)}.{names}.state")
+        return [*([self.path] if names == "*" and self.path.exists() else []), *sorted(named)]
 
     def load(self, name: str = "") -> Any | None:
         """The state of a name; None where there is none.
 
-        Raises
-        ------
-        NacreError
-            If it is of other work, or damaged; the message says what to remove.
+        A :class:`NacreError` says what to remove where it is of other work, or damaged.
         """
         if name not in self:
             return None
@@ -78,15 +75,7 @@ class Store:
             ) from error
 
     def save(self, state: Any, name: str = "") -> None:
-        """Keep a state, whole or not at all, in place of the one of that name.
-
-        Raises
-        ------
-        FormatError
-            If it cannot be written.
-        TypeError
-            If it holds what is neither a number, a text nor an array.
-        """
+        """Keep a state, whole or not at all, in place of the one of that name."""
         self._saved = time.monotonic()
         if self.path is None:
             return
@@ -117,15 +106,8 @@ class Store:
             Steps in all.
         state, restore
             Gives what the steps change, and brings it to where an earlier process left it.
-        name
-            Of the state.
         seconds
             Between times that it is saved.
-
-        Raises
-        ------
-        NacreError
-            See :meth:`load` and :meth:`save`.
         """
         first = 0
         if (kept := self.load(name)) is not None:
@@ -153,11 +135,7 @@ class Store:
 
     def remove(self, names: str = "*") -> None:
         """Remove all states, or those whose names match a pattern."""
-        if self.path is None:
-            return
-        if names == "*":
-            self.path.unlink(missing_ok=True)
-        for path in self.path.parent.glob(f"{glob.escape(self.path.name)}.{names}.state"):
+        for path in self.files(names):
             path.unlink(missing_ok=True)
 
 

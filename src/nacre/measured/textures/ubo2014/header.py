@@ -131,21 +131,7 @@ class Factors:
 
 
 def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ...]]:
-    """Header and places of the matrices of each channel, checked against the file's length.
-
-    Parameters
-    ----------
-    data
-        The whole file, as a rule mapped into memory.
-    path
-        For error messages.
-
-    Raises
-    ------
-    FormatError
-        If a field is out of its bounds or does not fit the others, or the length is another one
-        than they say.
-    """
+    """Header and places of the matrices of each channel, checked against the file's length."""
     if data[: len(MAGIC)] != MAGIC:
         raise FormatError(f"{path}: does not start with {MAGIC.decode()}, not a factored Bonn BTF")
     reader = BinaryReader(data, path, len(MAGIC))
@@ -184,8 +170,8 @@ def _notes(reader: BinaryReader) -> dict[str, Any]:
         raise FormatError(f"{path}: header of version {version}, expected 1 to {_NEWEST}")
     texts = [_text(reader.bytes(_TEXT, "the notes of the measurement")) for _ in range(3)]
     pixels_per_mm, *rgb_scale = reader.take("<4f", "pixels per mm and RGB scale")
-    _check_finite(path, "pixels per mm", pixels_per_mm)
-    _check_finite(path, "RGB scale", rgb_scale)
+    for what, values in (("pixels per mm", pixels_per_mm), ("RGB scale", rgb_scale)):
+        _check_finite(path, what, values)
     (cosine,) = reader.take("<I", "the cosine flag") if version > 1 else (0,)
     if cosine > 1:
         raise FormatError(f"{path}: cosine flag {cosine}, expected 0 or 1")
@@ -203,10 +189,7 @@ def _notes(reader: BinaryReader) -> dict[str, Any]:
         raise FormatError(
             f"{path}: header size {size}, but its fields take {reader.position - start} bytes"
         )
-    return {
-        "setup": texts[0],
-        "sensor": texts[1],
-        "light_source": texts[2],
+    return dict(zip(("setup", "sensor", "light_source"), texts, strict=True)) | {
         "pixels_per_mm": pixels_per_mm,
         "rgb_scale": tuple(rgb_scale),
         "cosine": bool(cosine),
@@ -248,9 +231,9 @@ def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
     views, angles = table["view"].copy(), table["lights"].copy()
     for name, values in (("view", views), ("light", angles)):
         _check_finite(path, f"angles of a {name}", values)
-        theta = values[..., 0]
-        if (theta < 0.0).any() or (theta > _LOWEST).any():
-            worst = np.degrees(theta.max() if (theta > _LOWEST).any() else theta.min())
+        low, high = values[..., 0].min(), values[..., 0].max()
+        if low < 0.0 or high > _LOWEST:
+            worst = np.degrees(high if high > _LOWEST else low)
             raise FormatError(
                 f"{path}: polar angle {worst:.6g} of a {name}, expected 0 to below 90 degrees"
             )
@@ -270,10 +253,9 @@ def _factors(reader: BinaryReader, header: Header, name: str, largest: int) -> F
         raise FormatError(
             f"{where}: matrix of {rows} x {columns}, expected {pairs} pairs x {texels} texels"
         )
-    if not 1 <= components <= min(rows, columns, largest):
-        raise FormatError(
-            f"{where}: {components} components, expected 1 to {min(rows, columns, largest)}"
-        )
+    most = min(rows, columns, largest)
+    if not 1 <= components <= most:
+        raise FormatError(f"{where}: {components} components, expected 1 to {most}")
     factors = Factors(SCALARS[size], components, rows, columns, reader.position)
     reader.skip(factors.end - factors.start, f"the matrices of channel '{name}'")
     return factors
@@ -290,15 +272,7 @@ def largest(scalar: np.dtype[Any]) -> float:
 
 
 def pack(header: Header, components: int) -> bytes:
-    """The bytes before the matrices, of the newest version.
-
-    Parameters
-    ----------
-    header
-        What they say.
-    components
-        Most components that a channel has.
-    """
+    """The bytes before the matrices, of the newest version; `components` is of any channel."""
     notes = b"".join(
         _bytes(text)[:_TEXT].ljust(_TEXT, b"\0")
         for text in (header.setup, header.sensor, header.light_source)
