@@ -152,12 +152,9 @@ class Brdf(Described):
         sampler: Sampler | None = None,
     ) -> None:
         # What is not given stays as the class has it: subclasses may set defaults there.
-        if name:
-            self.name = name
-        if source is not None:
-            self.source = source
-        if sampler is not None:
-            self.sampler = sampler
+        for key, value in (("name", name or None), ("source", source), ("sampler", sampler)):
+            if value is not None:
+                setattr(self, key, value)
 
     @abc.abstractmethod
     def eval_components(self, wi: Components, wo: Components) -> Components:

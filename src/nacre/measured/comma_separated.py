@@ -25,8 +25,7 @@ from nacre.io.format import Format
 from nacre.io.text_file import read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.sample_columns import ANGLES, Columns, read_header, read_table
-from nacre.measured.sample_grid import tabulate
-from nacre.measured.scattered import ScatteredBrdf
+from nacre.measured.scattered import ScatteredBrdf, tabulate
 from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28
@@ -82,7 +81,7 @@ def save(brdf: Brdf, path: PathLike) -> None:
 
     The samples of a :class:`ScatteredBrdf` are written as they are: what this function wrote is
     written again byte for byte. Anything else is sampled first (see
-    :func:`nacre.measured.sample_grid.tabulate`). Angles are in degrees; values are bands where
+    :func:`nacre.measured.scattered.tabulate`). Angles are in degrees; values are bands where
     spectra are known, else linear RGB.
 
     Raises

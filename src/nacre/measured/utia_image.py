@@ -32,8 +32,7 @@ from nacre.io.image_file import (
     png_header,
 )
 from nacre.measured.raw import check_finite
-from nacre.measured.utia import tabulate
-from nacre.measured.utia_table import SHAPE, UtiaBrdf
+from nacre.measured.utia import SHAPE, UtiaBrdf, tabulate
 
 _EDGE = 288
 _SIZE_LIMIT = 1 << 24  # bytes of a file: four times an image of float32 without compression
