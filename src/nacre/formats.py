@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
@@ -188,8 +188,7 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     MissingExtraError
         If its reader needs a library that is not installed.
     """
-    loaded: Brdf | Btf = _load(Path(path), None, material, options)
-    return loaded
+    return cast("Brdf | Btf", _load(Path(path), None, material, options))
 
 
 def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Brdf:
@@ -200,8 +199,7 @@ def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Br
     FormatError
         As :func:`load`, or if the file is a texture.
     """
-    brdf: Brdf = _load(Path(path), "brdf", material, options)
-    return brdf
+    return cast(Brdf, _load(Path(path), "brdf", material, options))
 
 
 def load_btf(path: PathLike, **options: Any) -> Btf:
@@ -212,8 +210,7 @@ def load_btf(path: PathLike, **options: Any) -> Btf:
     FormatError
         As :func:`load`, or if the file is one material.
     """
-    btf: Btf = _load(Path(path), "btf", None, options)
-    return btf
+    return cast(Btf, _load(Path(path), "btf", None, options))
 
 
 def _load(path: Path, kind: Kind | None, material: str | None, given: dict[str, Any]) -> Any:

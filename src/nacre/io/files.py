@@ -120,14 +120,7 @@ def digest(path: PathLike) -> str:
 
 
 def check_writable(path: PathLike) -> None:
-    """Raise now what writing a file would raise when the work for it is done.
-
-    Raises
-    ------
-    FormatError
-        If `path` is a directory, its folder is absent or cannot be written, or there is a file
-        that must not be replaced: see :mod:`nacre.io.outputs`.
-    """
+    """Raise now what :func:`atomic_path` would raise when the work for a file is done."""
     path = Path(path)
     check_replaceable(path)
     _claim(path).unlink()
@@ -180,10 +173,7 @@ def write_encoded(
 ) -> None:
     """Write `encode(content)` to a file, whole or not at all; see :func:`atomic_path`.
 
-    Raises
-    ------
-    FormatError
-        If `encode` raises one, which then names the file, or the path cannot be written.
+    A :class:`FormatError` of `encode` comes to name the file.
     """
     try:
         data = encode(content)

@@ -127,8 +127,6 @@ def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]
     ------
     FormatError
         If the image is damaged.
-    MissingExtraError
-        If what decodes it is not installed.
     """
     decoder = _decode_by_pillow if data.startswith(JPEG_MAGIC) else _decode_by_mitsuba
     pixels = decoder(data, path)
@@ -183,11 +181,6 @@ def bitmaps() -> Any:
     """Mitsuba, with threads enough that its `Bitmap` reads and writes OpenEXR images.
 
     Where it has one thread only, as on one core, that thread waits for another for ever.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
     """
     mi, drjit = require("mitsuba", "render"), require("drjit", "render")
     if drjit.thread_count() < 2:

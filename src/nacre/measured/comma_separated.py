@@ -44,8 +44,6 @@ def load(path: PathLike) -> ScatteredBrdf:
     FormatError
         If the file cannot be read, a column or the unit of the angles is missing, a value is not a
         finite number, or there are not as many samples as the header says.
-    MissingExtraError
-        If the file has bands and colour-science is not installed.
     """
     lines = read_lines(path, _SIZE_LIMIT)
     header, columns = read_header(path, lines)

@@ -179,11 +179,6 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
         File to write.
     resolution
         Of the table; where it is given, a :class:`MerlBrdf` is tabulated anew.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic or the path cannot be written.
     """
     merl = as_table(brdf, resolution)
     with atomic_path(path) as temporary, temporary.open("wb") as file:

@@ -76,8 +76,7 @@ class MerlBrdf(LobeSampledBrdf):
     @property
     def mask(self) -> npt.NDArray[np.bool_]:
         """Whether a node holds a valid sample: shape (theta_h, theta_d, phi_d)."""
-        valid: npt.NDArray[np.bool_] = np.all(self._nodes.values >= 0.0, axis=-1)
-        return valid
+        return np.asarray(np.all(self._nodes.values >= 0.0, axis=-1))
 
     @property
     def nbytes(self) -> int:

@@ -127,15 +127,7 @@ def _size(table: npt.NDArray[np.floating]) -> str:
 
 
 def load(path: PathLike) -> RglBrdf:
-    """Read an RGL tensor file, ``_rgb.bsdf`` or ``_spec.bsdf``.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, or a field is not as the format has it.
-    MissingExtraError
-        If the file has spectra and colour-science is not installed.
-    """
+    """Read an RGL tensor file, ``_rgb.bsdf`` or ``_spec.bsdf``."""
     tables = read_tables(path)
     return RglBrdf(tables, tables.description or Path(path).stem)
 

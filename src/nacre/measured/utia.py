@@ -77,8 +77,7 @@ class UtiaBrdf(LobeSampledBrdf):
     @property
     def mask(self) -> npt.NDArray[np.bool_]:
         """Whether a node holds a valid sample: shape (6, 48, 6, 48)."""
-        valid: npt.NDArray[np.bool_] = np.all(self.stored >= 0.0, axis=0)
-        return valid
+        return np.asarray(np.all(self.stored >= 0.0, axis=0))
 
     @property
     def nbytes(self) -> int:

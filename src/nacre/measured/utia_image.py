@@ -47,13 +47,6 @@ def load_exr(path: PathLike) -> UtiaBrdf:
     path
         File to read, of one part in scan lines with channels R, G, B; its name becomes the
         material's. Values are f_r in 1/sr; a pixel with a negative channel is not valid.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is no such image, or a value is not finite.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = exr_header(data[:HEADER_LIMIT], path)
@@ -74,13 +67,6 @@ def load_png(path: PathLike) -> UtiaBrdf:
     path
         File to read, of 8 or 16 bits a channel; its name becomes the material's. Values follow the
         sRGB curve whatever the file says; the largest means f_r of 1/sr, or more.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read or is no such image.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = png_header(data, path)
@@ -94,13 +80,6 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
 
     A :class:`UtiaBrdf` is written as it is, invalid samples included. Anything else is tabulated
     first (see :func:`nacre.measured.utia.tabulate`).
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     mi = bitmaps()
     utia = brdf if isinstance(brdf, UtiaBrdf) else tabulate(brdf)

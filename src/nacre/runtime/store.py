@@ -10,12 +10,13 @@ import glob
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nacre.errors import FormatError, NacreError, reason, require
+from nacre.errors import NacreError, reason, require
 from nacre.io.files import write_encoded
 from nacre.io.tensors import Tensors, from_file, to_bytes
 from nacre.runtime.interrupts import uninterrupted
@@ -64,15 +65,11 @@ class Store:
         if name not in self:
             return None
         path = self.file(name)
-        try:
+        with self._readable(name):
             header, tensors = from_file(path, _KEY, _LIMIT, "a state that nacre keeps")
             if header["fingerprint"] != self.fingerprint:
                 raise NacreError(f"{path}: is of another run; remove it to begin anew")
             return _unpacked(header["state"], tensors)
-        except (FormatError, LookupError, TypeError, ValueError) as error:
-            raise NacreError(
-                f"{path}: cannot be read, remove it to begin anew: {reason(error)}"
-            ) from error
 
     def save(self, state: Any, name: str = "") -> None:
         """Keep a state, whole or not at all, in place of the one of that name."""
@@ -111,13 +108,9 @@ class Store:
         """
         first = 0
         if (kept := self.load(name)) is not None:
-            try:
+            with self._readable(name):
                 first = int(kept["step"])
                 restore(kept["state"])
-            except (LookupError, TypeError, ValueError, RuntimeError) as error:
-                raise NacreError(
-                    f"{self.file(name)}: cannot be read, remove it to begin anew: {reason(error)}"
-                ) from error
         for step in range(first, count):
             try:
                 with uninterrupted():
@@ -128,6 +121,16 @@ class Store:
                 with uninterrupted():
                     self.save({"step": step + 1, "state": state()}, name)
                 raise
+
+    @contextmanager
+    def _readable(self, name: str) -> Iterator[None]:
+        """A block in which damage to the state of a name shows in many ways."""
+        try:
+            yield
+        except (LookupError, TypeError, ValueError, RuntimeError) as error:
+            raise NacreError(
+                f"{self.file(name)}: cannot be read, remove it to begin anew: {reason(error)}"
+            ) from error
 
     def due(self, seconds: float) -> bool:
         """Whether so much time has passed since a state was saved, or since the start."""

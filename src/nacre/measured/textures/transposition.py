@@ -85,13 +85,9 @@ def transposed(
             raise FormatError(
                 f"{place}: temporary file cannot be written: {error.strerror or reason(error)}"
             ) from error
-        parts, offset = [], 0
-        for start in range(0, btf.pair_count, step):
-            count = min(step, btf.pair_count - start)
-            size = 3 * count * btf.texel_count
-            parts.append(table[offset : offset + size].reshape(btf.texel_count, count, 3))
-            offset += size
-        return _TransposedBtf(btf, parts)
+        size = 3 * step * btf.texel_count
+        parts = np.split(table, range(size, len(table), size))
+        return _TransposedBtf(btf, [part.reshape(btf.texel_count, -1, 3) for part in parts])
 
     yield narrowest_precision(transposed, dtype)
 

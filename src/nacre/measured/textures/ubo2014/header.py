@@ -84,11 +84,6 @@ class Header:
     )
 
     @property
-    def texel_count(self) -> int:
-        """Width times height."""
-        return self.width * self.height
-
-    @property
     def pair_count(self) -> int:
         """Pairs of a light and a view."""
         return int(np.prod(self.lights.shape[:2]))
@@ -248,7 +243,7 @@ def _factors(reader: BinaryReader, header: Header, name: str, largest: int) -> F
     size, components, rows, columns = reader.take("<BIII", f"the matrix of channel '{name}'")
     if size not in SCALARS:
         raise FormatError(f"{where}: numbers of {size} bytes, expected 2, 4 or 8")
-    pairs, texels = header.pair_count, header.texel_count
+    pairs, texels = header.pair_count, header.width * header.height
     if (rows, columns) not in ((pairs, texels), (texels, pairs)):
         raise FormatError(
             f"{where}: matrix of {rows} x {columns}, expected {pairs} pairs x {texels} texels"
