@@ -335,17 +335,8 @@ def writer(
 ) -> Callable[[Brdf, Path], object]:
     """The function that writes what a file name ends in.
 
-    Parameters
-    ----------
-    path
-        Name of the file.
-    resolution
-        Numbers of nodes of a table; those that the format has by default where None.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or its tables cannot have this resolution.
+    `resolution` is the numbers of nodes of a table; those that the format has by default where
+    None. A :class:`FormatError` says that the format has no tables, or none of this resolution.
     """
     entry = target(path)
     assert entry.save is not None

@@ -108,25 +108,9 @@ def png_header(data: bytes, path: PathLike) -> ImageHeader:
 def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]:
     """Pixels of an image as stored, shape (height, width, 3).
 
-    Parameters
-    ----------
-    data
-        Content of the whole file.
-    header
-        What was found in it, and found to be no more than memory holds.
-    path
-        Of the file: OpenEXR images are decoded from there.
-
-    Returns
-    -------
-    array
-        Unsigned integers that follow a display curve, or linear values; red, green and blue, or
-        the channels X, Y and Z.
-
-    Raises
-    ------
-    FormatError
-        If the image is damaged.
+    They are unsigned integers that follow a display curve, or linear values; red, green and blue,
+    or the channels X, Y and Z. The header was found in the data, and to promise no more than memory
+    holds. OpenEXR images are decoded from the path.
     """
     decoder = _decode_by_pillow if data.startswith(JPEG_MAGIC) else _decode_by_mitsuba
     pixels = decoder(data, path)

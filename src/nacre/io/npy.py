@@ -31,25 +31,10 @@ TEXT_LIMIT = 1024
 
 
 def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
-    """The array of floating-point numbers in a version 1.0 `.npy` file.
+    """The array of floating-point numbers in a version 1.0 `.npy` file; read-only.
 
-    Parameters
-    ----------
-    data
-        Content of the file.
-    where
-        What error messages start with: the file's path, and the array's name where it has several.
-
-    Returns
-    -------
-    array
-        Read-only, of the shape and type in the header.
-
-    Raises
-    ------
-    FormatError
-        If the header is damaged, of another version or type, or its shape does not need exactly
-        the bytes that follow.
+    A :class:`FormatError`, which starts with `where`, says that the header is damaged, of another
+    version or type, or its shape does not need exactly the bytes that follow.
     """
     shape, order, dtype, offset = _header(io.BytesIO(data), len(data), "f", where)
     values = np.frombuffer(data, dtype, offset=offset)
@@ -106,23 +91,12 @@ def archive_errors(path: PathLike) -> Iterator[None]:
 def unpack_member(
     archive: zipfile.ZipFile, member: zipfile.ZipInfo, size: int, where: str
 ) -> bytes:
-    """Content of a file in an archive, stored or deflated.
+    """Content of a file in an archive of `size` bytes, stored or deflated.
 
-    Parameters
-    ----------
-    archive, member
-        The archive, open, and the file in it.
-    size
-        Bytes of the archive: the content may have eight times as many, and 64 MiB of any archive.
-    where
-        What error messages start with.
-
-    Raises
-    ------
-    FormatError
-        If the content is larger, of another length than the archive says, or packed in another way.
-    Exception
-        Of many kinds, where the archive is damaged.
+    The content may have eight times as many bytes, and 64 MiB of any archive. A
+    :class:`FormatError`, which starts with `where`, says that it is larger, of another length than
+    the archive says, or packed in another way; where the archive is damaged, exceptions are of many
+    kinds (see :func:`archive_errors`).
     """
     if member.file_size > max(_WHOLE, _RATIO * size):
         raise FormatError(f"{where}: is larger than any table that packs into this file")

@@ -35,20 +35,9 @@ _START = re.compile(rb'\{"__metadata__":\{"(nacre[ a-z]*)":')
 def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> bytes:
     """The content of a file; the same tensors and header give the same bytes.
 
-    Parameters
-    ----------
-    key
-        Name of the header in the file's metadata. One only: the library writes several in no
-        particular order.
-    header, tensors
-        What to write.
-    limit
-        Bytes that are read back.
-
-    Raises
-    ------
-    FormatError
-        If the header is not JSON, or the file too large.
+    The header has a name in the file's metadata. It has one only, for the library writes several in
+    no particular order. A :class:`FormatError` says that the header is not JSON, or that there are
+    more bytes than `limit`, which are read back.
     """
     try:
         check_json(header)
@@ -61,21 +50,10 @@ def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> 
 
 
 def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Tensors]:
-    """Header and tensors of a file, neither of them checked.
+    """Header and tensors of a file, neither of them checked; see :func:`to_bytes`.
 
-    Parameters
-    ----------
-    path
-        File to read.
-    key, limit
-        As in :func:`to_bytes`.
-    what
-        The file is expected to be, for the message of an error: "a nacre material".
-
-    Raises
-    ------
-    FormatError
-        If it is no safetensors file of at most `limit` bytes, or has no such header.
+    A :class:`FormatError` says that it is no safetensors file of at most `limit` bytes, or has no
+    such header, and is not `what` it is expected to be: "a nacre material".
     """
     data = read_bytes(path, limit)
     try:

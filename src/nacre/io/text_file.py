@@ -17,20 +17,10 @@ LINE_LIMIT = 1 << 16
 def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
     """Numbers of lines, from 1, and lines of a file that is UTF-8 throughout.
 
-    Lines come one at a time: a list of them could take many times the memory of the file.
-
-    Parameters
-    ----------
-    path
-        File to read; a mark of the byte order at its start is left out.
-    size_limit
-        Most bytes that it may have.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is longer, is not UTF-8, or, once it comes to that, a line is
-        longer than :data:`LINE_LIMIT`.
+    Lines come one at a time: a list of them could take many times the memory of the file. A mark of
+    the byte order at its start is left out. A :class:`FormatError` says that the file has more
+    bytes than `size_limit`, is not UTF-8, or, once it comes to that, a line is longer than
+    :data:`LINE_LIMIT`.
     """
     data = read_bytes(path, size_limit)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:

@@ -41,26 +41,13 @@ _LOOSE = 0.02  # how far a vector's length may be from 1: few decimals are given
 
 
 def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Floats]:
-    """Pairs of directions of a dome, every light with every view, or of a list.
+    """Pairs of directions of a dome, every light with every view, or of a list; shapes (n, 3).
 
-    Parameters
-    ----------
-    source
-        `bonn` or `utia`, in any case, or the path of a list.
-    steepest
-        Largest polar angle in degrees.
-
-    Returns
-    -------
-    wi, wo
-        Unit directions to the light and to the viewer, shape (n, 3).
-
-    Raises
-    ------
-    FormatError
-        If there is no such dome or list; a column is missing, unknown or there twice; a value is
-        not a finite number; a polar angle is negative; a direction is not of unit length, lies
-        below the horizon or is too steep; or pairs appear twice or are too many.
+    The source is `bonn` or `utia`, in any case, or the path of a list; `steepest` is the largest
+    polar angle in degrees. A :class:`FormatError` says that there is no such dome or list; a column
+    is missing, unknown or there twice; a value is not a finite number; a polar angle is negative; a
+    direction is not of unit length, lies below the horizon or is too steep; or pairs appear twice
+    or are too many.
     """
     if source.lower() in DOMES:
         return DOMES[source.lower()].pairs()

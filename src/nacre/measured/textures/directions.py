@@ -39,21 +39,11 @@ def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bo
 def check_directions(
     directions: npt.NDArray[Any], where: str, names: Sequence[str] | None = None
 ) -> Floats:
-    """Directions as float32, once they are found to be some.
+    """Directions, shape (n, 3), as float32, once they are found to be some.
 
-    Parameters
-    ----------
-    directions
-        Shape (n, 3).
-    where
-        What error messages start with: the file's path, and what the directions are.
-    names
-        What they call each; its number where None.
-
-    Raises
-    ------
-    FormatError
-        If one is not finite, not of unit length to a thousandth, or not above the horizon.
+    Else a :class:`FormatError` starts with `where`, the file's path and what the directions are,
+    and calls one by its name, or number: it is not finite, not of unit length to a thousandth, or
+    not above the horizon.
     """
     directions = np.asarray(directions, np.float64)
 
