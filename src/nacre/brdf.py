@@ -391,9 +391,8 @@ def _check_numbers(name: str, u: Floats) -> None:
     off = ~((u >= 0.0) & (u < 1.0))
     if off.any():
         worst = u[off][np.argmax(np.abs(u[off] - 0.5))]
-        raise ValueError(
-            f"{name}: {off.sum()} of {off.size} numbers are not in [0, 1) (the worst is {worst:g})"
-        )
+        count = f"{off.sum()} of {off.size} numbers"
+        raise ValueError(f"{name}: {count} are not in [0, 1) (the worst is {worst:g})")
 
 
 def _in_chunks(
@@ -419,7 +418,6 @@ def expect_brdf(value: object, function: str) -> None:
     if isinstance(value, Brdf):
         return
     if isinstance(value, str | os.PathLike):
-        raise TypeError(
-            f"{function} takes a reflectance, got a path: give it nacre.load({os.fspath(value)!r})"
-        )
+        hint = f"give it nacre.load({os.fspath(value)!r})"
+        raise TypeError(f"{function} takes a reflectance, got a path: {hint}")
     raise TypeError(f"{function} takes a reflectance (nacre.Brdf), got {type(value).__name__}")

@@ -219,15 +219,12 @@ def _load(path: Path, kind: Kind | None, material: str | None, given: dict[str, 
     entry = _identify(path, options)
     load, source = entry.load, Source(path)
     if kind == "btf" and entry.kind == "brdf":
-        raise FormatError(
-            f"{path}: is one material ({entry.name}), not a texture (BTF); "
-            "nacre btf tile makes one of it"
-        )
+        problem = f"is one material ({entry.name}), not a texture (BTF)"
+        raise FormatError(f"{path}: {problem}; nacre btf tile makes one of it")
     if kind == "brdf" and entry.kind == "btf":
         if entry.load_material is None:
-            raise FormatError(
-                f"{path}: is a texture (BTF), not one material; nacre btf average makes one of it"
-            )
+            problem = "is a texture (BTF), not one material"
+            raise FormatError(f"{path}: {problem}; nacre btf average makes one of it")
         load, material, options = entry.load_material, None, {}
     _check_options(path, entry, load, options)
     if material is not None and not entry.several:
@@ -305,10 +302,8 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
             return entry
     endings = _endings(entry for entry in writable if entry.kind == kind)
     if found:
-        held = _WORDS[found[0].kind]
-        raise FormatError(
-            f"{path}: {found[0].name} files hold {held}, not {_WORDS[kind]} (known: {endings})"
-        )
+        held = f"{found[0].name} files hold {_WORDS[found[0].kind]}"
+        raise FormatError(f"{path}: {held}, not {_WORDS[kind]} (known: {endings})")
     if not suffix and Path(path).is_dir():
         raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
     what = "to write" if kind == "brdf" else "of textures"
@@ -372,8 +367,6 @@ def check_target(path: PathLike, brdf: Brdf) -> None:
         If the format cannot hold it.
     """
     entry = target(path)
-    name = brdf.name or "this material"
     if entry.isotropic and not brdf.isotropic:
-        raise FormatError(
-            f"{path}: {entry.name} files hold isotropic reflectance only; {name} is anisotropic"
-        )
+        problem = f"{brdf.name or 'this material'} is anisotropic"
+        raise FormatError(f"{path}: {entry.name} files hold isotropic reflectance only; {problem}")

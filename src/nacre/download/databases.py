@@ -93,9 +93,8 @@ class Database:
             if any(character in pattern for character in "*?["):
                 found = fnmatch.filter(self.materials, pattern)
                 if not found:
-                    raise NacreError(
-                        f"{self.name}: no material matches {pattern!r}; {self._where_names_are()}"
-                    )
+                    problem = f"no material matches {pattern!r}; {self._where_names_are()}"
+                    raise NacreError(f"{self.name}: {problem}")
                 chosen.update(dict.fromkeys(found))
             else:
                 self.facts(pattern)

@@ -96,9 +96,8 @@ def fetch(
             )
     except TransferError as error:
         source = database.address(material) if database.url else database.page
-        raise NacreError(
-            f"{error}; the file can also be fetched by hand from {source} and put at {path}"
-        ) from error
+        hint = f"the file can also be fetched by hand from {source} and put at {path}"
+        raise NacreError(f"{error}; {hint}") from error
     except OSError as error:
         raise NacreError(f"{path}: cannot be read or written: {error.strerror}") from error
 

@@ -28,9 +28,8 @@ def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
     try:
         data.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise FormatError(
-            f"{path}: byte {error.start} is not UTF-8 text; save the file as UTF-8"
-        ) from error
+        where = f"{path}: byte {error.start}"
+        raise FormatError(f"{where} is not UTF-8 text; save the file as UTF-8") from error
     return _lines(path, data)
 
 

@@ -159,9 +159,7 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
 
 def as_table(brdf: Brdf, resolution: Resolution | None) -> MerlBrdf:
     """A table that is to be written: a :class:`MerlBrdf` itself, unless a resolution is given."""
-    if isinstance(brdf, MerlBrdf) and resolution is None:
-        return brdf
-    return tabulate(brdf, resolution)
+    return brdf if isinstance(brdf, MerlBrdf) and resolution is None else tabulate(brdf, resolution)
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:

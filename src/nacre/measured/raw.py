@@ -27,11 +27,8 @@ def read_values(
     if len(data) not in lengths:
         whole = offset + count * np.dtype(types[0]).itemsize
         problem = "is cut short" if len(data) < whole else "has trailing bytes"
-        wanted = " or ".join(map(str, lengths))
-        raise FormatError(
-            f"{where}: {len(data)} bytes, but {contents} take {wanted}; "
-            f"the file {problem} or is something else"
-        )
+        found = f"{len(data)} bytes, but {contents} take {' or '.join(map(str, lengths))}"
+        raise FormatError(f"{where}: {found}; the file {problem} or is something else")
     values = np.frombuffer(data, lengths[len(data)], offset=offset)
     hint = "download the file again"
     if values.dtype.itemsize == 2:

@@ -87,9 +87,7 @@ class RglTables:
     @property
     def reduction(self) -> int:
         """How often the measured range of incident azimuths fits into a full turn: 1, 2 or 4."""
-        if self.isotropic:
-            return 1
-        return round(2.0 * math.pi / float(self.phi_i[-1] - self.phi_i[0]))
+        return 1 if self.isotropic else round(2.0 * math.pi / float(self.phi_i[-1] - self.phi_i[0]))
 
 
 def read_tables(path: PathLike) -> RglTables:
@@ -127,9 +125,8 @@ def read_tables(path: PathLike) -> RglTables:
         others={n: array for n, array in tensors.items() if n not in _COMMON | colors},
     )
     if tables.reduction not in (1, 2, 4):
-        raise content.error(
-            "phi_i", "must span a full turn, a half or a quarter of one, as the symmetry allows"
-        )
+        spans = "a full turn, a half or a quarter of one"
+        raise content.error("phi_i", f"must span {spans}, as the symmetry allows")
     if tables.reduction > 1 and abs(tables.phi_i[0] + math.pi) > 1e-3:
         raise content.error("phi_i", "must start at -pi where it spans less than a full turn")
     return tables
@@ -168,10 +165,8 @@ class _Fields:
             2 <= have <= _NODE_LIMIT if size is None else have == size
             for have, size in zip(values.shape, shape, strict=True)
         ):
-            wanted = tuple(size or "n" for size in shape)
-            raise self.error(
-                name, f"has shape {values.shape}, expected {wanted} with n from 2 to {_NODE_LIMIT}"
-            )
+            wanted = f"{tuple(size or 'n' for size in shape)} with n from 2 to {_NODE_LIMIT}"
+            raise self.error(name, f"has shape {values.shape}, expected {wanted}")
         if not np.isfinite(values).all():
             raise self.error(name, "holds values that are not finite")
         return values

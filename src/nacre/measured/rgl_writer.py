@@ -179,9 +179,8 @@ def view_nodes(brdf: Brdf, resolution: Resolution | None) -> tuple[Resolution, F
     default = ISOTROPIC if brdf.isotropic else SYMMETRIC if parts == 4 else ANISOTROPIC
     nodes = resolution or default
     if not brdf.isotropic and nodes.phi_i < _MIN_AZIMUTHS:
-        raise FormatError(
-            f"{brdf.name or 'this material'}: is anisotropic; take at least {_MIN_AZIMUTHS} phi_i"
-        )
+        name = brdf.name or "this material"
+        raise FormatError(f"{name}: is anisotropic; take at least {_MIN_AZIMUTHS} phi_i")
     phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
     return nodes, phi_i, 0.5 * math.pi * (1.0 - height)

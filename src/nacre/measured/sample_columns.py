@@ -82,9 +82,8 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
             return pairs, _columns(path, stripped[4:].lstrip(" \t=:"), {"units": "radians"} | pairs)
         if "theta_i" in stripped.lower() and not stripped.startswith("#"):
             if stray:
-                raise FormatError(
-                    f"{path}: line {stray}: is neither 'key: value' nor a comment; start it with #"
-                )
+                problem = "is neither 'key: value' nor a comment; start it with #"
+                raise FormatError(f"{path}: line {stray}: {problem}")
             return pairs, _columns(path, line.strip("\r\n"), pairs)
         if pair := _pair(stripped):
             pairs[pair[0]] = pair[1]
@@ -92,10 +91,9 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
             stray = stray or number
         if number >= _HEADER_LIMIT:
             break
-    raise FormatError(
-        f"{path}: has no line that names columns, or is something else; expected one like "
-        f"{','.join(ANGLES)},r,g,b"
-    )
+    example = f"{','.join(ANGLES)},r,g,b"
+    problem = "has no line that names columns, or is something else"
+    raise FormatError(f"{path}: {problem}; expected one like {example}")
 
 
 def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np.float64]:
@@ -119,17 +117,14 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
         if not any(cells):
             continue
         if len(cells) != len(columns.names):
-            raise FormatError(
-                f"{path}: line {number}: {len(cells)} values, expected {len(columns.names)}"
-            )
+            counts = f"{len(cells)} values, expected {len(columns.names)}"
+            raise FormatError(f"{path}: line {number}: {counts}")
         try:
             values.extend(map(parse_number, cells))
         except ValueError:
             bad = len(values) % len(cells)  # those before it were taken
-            raise FormatError(
-                f"{path}: line {number}: column {columns.names[bad]}: {cells[bad][:40]!r} is not a "
-                "finite number"
-            ) from None
+            where = f"{path}: line {number}: column {columns.names[bad]}"
+            raise FormatError(f"{where}: {cells[bad][:40]!r} is not a finite number") from None
         numbers.append(number)
     if not numbers:
         raise FormatError(f"{path}: holds no samples")
@@ -137,10 +132,8 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
     good = np.abs(table) <= _LARGEST  # false for NaN
     if not good.all():
         row, column = (int(i) for i in np.argwhere(~good)[0])
-        raise FormatError(
-            f"{path}: line {numbers[row]}: column {columns.names[column]}: "
-            f"{table[row, column]:g} is not a finite number"
-        )
+        where = f"{path}: line {numbers[row]}: column {columns.names[column]}"
+        raise FormatError(f"{where}: {table[row, column]:g} is not a finite number")
     return table
 
 

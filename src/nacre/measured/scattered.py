@@ -20,7 +20,7 @@ from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.geometry import from_rusinkiewicz_angles, join, split
-from nacre.measured.interpolation import NEIGHBORS, SampleTree, interpolate, logarithms
+from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.sampling import LobeSampledBrdf, check_isotropic
 
@@ -145,10 +145,8 @@ class ScatteredBrdf(LobeSampledBrdf):
         NacreError
             For anything but NumPy arrays.
         """
-        dtype = _require_numpy(self.name, *wi, *wo)
-        wi, wo, shape = _flat(wi, wo)
-        f = interpolate(self._tree.near(wi, wo, NEIGHBORS), self._logs)
-        f = f.astype(dtype).reshape(*shape, 3)
+        near, shape, dtype = self._near(wi, wo, NEIGHBORS)
+        f = interpolate(near, self._logs).astype(dtype).reshape(*shape, 3)
         return f[..., 0], f[..., 1], f[..., 2]
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
@@ -158,9 +156,8 @@ class ScatteredBrdf(LobeSampledBrdf):
         return interpolate(near, logarithms(self.spectra))
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        _require_numpy(self.name, *wi, *wo)
-        wi, wo, shape = _flat(wi, wo)
-        return (self._tree.near(wi, wo, 1).distance[:, 0] <= self._reach).reshape(shape)
+        near, shape, _ = self._near(wi, wo, 1)
+        return (near.distance[:, 0] <= self._reach).reshape(shape)
 
     def describe(self) -> dict[str, Any]:
         samples, bands = self.samples, self.wavelengths
@@ -177,6 +174,22 @@ class ScatteredBrdf(LobeSampledBrdf):
         }
         return super().describe() | facts | self._facts
 
+    def _near(
+        self, wi: Components, wo: Components, count: int
+    ) -> tuple[Neighbours, tuple[int, ...], np.dtype[Any]]:
+        """The nearest samples to pairs of directions, and the shape and type of these."""
+        given = (*wi, *wo)
+        if not all(isinstance(array, np.ndarray | np.generic | float | int) for array in given):
+            name, way = self.name or "this material", "(nacre.measured.merl.tabulate)"
+            raise NacreError(
+                f"{name}: scattered samples are interpolated in NumPy only; "
+                f"fit a network to it first (nacre fit), or tabulate it {way}"
+            )
+        arrays = np.broadcast_arrays(*(np.asarray(c, np.float64) for c in given))
+        x, y, z, u, v, w = (array.reshape(-1) for array in arrays)
+        near = self._tree.near((x, y, z), (u, v, w), count)
+        return near, arrays[0].shape, np.result_type(*given)
+
     @cached_property
     def _tree(self) -> SampleTree:
         wi, wo = split(self.samples.wi), split(self.samples.wo)
@@ -189,23 +202,6 @@ class ScatteredBrdf(LobeSampledBrdf):
     @cached_property
     def _reach(self) -> float:
         return self._tree.reach()
-
-
-def _require_numpy(name: str, *arrays: Array) -> np.dtype[Any]:
-    """The dtype of NumPy arrays; an error for those of a library that cannot search a tree."""
-    if not all(isinstance(array, np.ndarray | np.generic | float | int) for array in arrays):
-        raise NacreError(
-            f"{name or 'this material'}: scattered samples are interpolated in NumPy only; "
-            "fit a network to it first (nacre fit), or tabulate it (nacre.measured.merl.tabulate)"
-        )
-    return np.result_type(*arrays)
-
-
-def _flat(wi: Components, wo: Components) -> tuple[Components, Components, tuple[int, ...]]:
-    """Components as flat float64 arrays of one length, and their common shape."""
-    arrays = np.broadcast_arrays(*(np.asarray(c, np.float64) for c in (*wi, *wo)))
-    x, y, z, u, v, w = (array.reshape(-1) for array in arrays)
-    return (x, y, z), (u, v, w), arrays[0].shape
 
 
 def tabulate(brdf: Brdf) -> ScatteredBrdf:

@@ -105,10 +105,6 @@ def _is_exr_table(path: Path) -> bool:
     return False
 
 
-def _is_png_table(path: Path) -> bool:
-    return first_bytes(path)[12:24] == b"IHDR" + 2 * _EDGE.to_bytes(4, "big")
-
-
 def _material(values: npt.NDArray[Any], path: PathLike) -> UtiaBrdf:
     return UtiaBrdf(np.moveaxis(values, -1, 0).reshape(SHAPE), Path(path).stem)
 
@@ -126,6 +122,6 @@ PNG = Format(
     (".png",),
     lambda head: head.startswith(PNG_MAGIC),
     load_png,
-    claims=_is_png_table,
+    claims=lambda path: first_bytes(path)[12:24] == b"IHDR" + 2 * _EDGE.to_bytes(4, "big"),
 )
 """Other images are refused when they are read."""

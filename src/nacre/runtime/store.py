@@ -128,9 +128,8 @@ class Store:
         try:
             yield
         except (LookupError, TypeError, ValueError, RuntimeError) as error:
-            raise NacreError(
-                f"{self.file(name)}: cannot be read, remove it to begin anew: {reason(error)}"
-            ) from error
+            problem = f"cannot be read, remove it to begin anew: {reason(error)}"
+            raise NacreError(f"{self.file(name)}: {problem}") from error
 
     def due(self, seconds: float) -> bool:
         """Whether so much time has passed since a state was saved, or since the start."""

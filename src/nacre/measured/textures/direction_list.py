@@ -58,10 +58,8 @@ def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Float
     wi, wo = row_pairs(path, rows)
     steep = ~(below(wi, steepest) & below(wo, steepest))
     if steep.any():
-        line, _ = rows[int(steep.argmax())]
-        raise FormatError(
-            f"{path}: line {line}: a polar angle is above {steepest:g} degrees; leave it out"
-        )
+        where = f"{path}: line {rows[int(steep.argmax())][0]}"
+        raise FormatError(f"{where}: a polar angle is above {steepest:g} degrees; leave it out")
     return (wi, wo) if "theta" not in rows[0][1] else pairs(wi, wo)
 
 

@@ -76,9 +76,8 @@ def _quantity(path: Path, line: int, cell: str) -> Quantity:
     for quantity in QUANTITIES:
         if cell == quantity:
             return quantity
-    raise FormatError(
-        f"{path}: line {line}: quantity {cell[:40]!r}, expected {' or '.join(QUANTITIES)}"
-    )
+    expected = " or ".join(QUANTITIES)
+    raise FormatError(f"{path}: line {line}: quantity {cell[:40]!r}, expected {expected}")
 
 
 def _scale(path: Path, line: int, row: dict[str, str]) -> float:

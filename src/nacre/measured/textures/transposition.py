@@ -82,9 +82,8 @@ def transposed(
         try:
             table = _table(btf, place, dtype, step, progress)
         except OSError as error:
-            raise FormatError(
-                f"{place}: temporary file cannot be written: {error.strerror or reason(error)}"
-            ) from error
+            cause = error.strerror or reason(error)
+            raise FormatError(f"{place}: temporary file cannot be written: {cause}") from error
         size = 3 * step * btf.texel_count
         parts = np.split(table, range(size, len(table), size))
         return _TransposedBtf(btf, [part.reshape(btf.texel_count, -1, 3) for part in parts])
@@ -128,7 +127,6 @@ def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[An
     with np.errstate(over="ignore"):
         result = values.astype(dtype, order="C")
     if not np.isfinite(result).all():
-        raise TooLargeError(
-            f"{where}: values: some are too large for {result.dtype}; ask for single precision"
-        )
+        problem = f"some are too large for {result.dtype}; ask for single precision"
+        raise TooLargeError(f"{where}: values: {problem}")
     return result

@@ -150,10 +150,8 @@ def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ..
     if not 1 <= largest <= COMPONENT_LIMIT:
         raise FormatError(f"{path}: {largest} components, expected 1 to {COMPONENT_LIMIT}")
     factors = tuple(_factors(reader, header, name, largest) for name in header.channels)
-    if reader.position != len(data):
-        raise FormatError(
-            f"{path}: {len(data)} bytes, expected {reader.position}; the file is damaged"
-        )
+    if (end := reader.position) != len(data):
+        raise FormatError(f"{path}: {len(data)} bytes, expected {end}; the file is damaged")
     return header, factors
 
 
@@ -180,10 +178,8 @@ def _notes(reader: BinaryReader) -> dict[str, Any]:
         if count != CHANNELS:
             raise FormatError(f"{path}: {count} channels, expected 3; spectra are not read")
         names = [_name(reader) for _ in range(CHANNELS)]
-    if reader.position != start + size:
-        raise FormatError(
-            f"{path}: header size {size}, but its fields take {reader.position - start} bytes"
-        )
+    if (taken := reader.position - start) != size:
+        raise FormatError(f"{path}: header size {size}, but its fields take {taken} bytes")
     return dict(zip(("setup", "sensor", "light_source"), texts, strict=True)) | {
         "pixels_per_mm": pixels_per_mm,
         "rgb_scale": tuple(rgb_scale),
@@ -229,9 +225,8 @@ def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
         low, high = values[..., 0].min(), values[..., 0].max()
         if low < 0.0 or high > _LOWEST:
             worst = np.degrees(high if high > _LOWEST else low)
-            raise FormatError(
-                f"{path}: polar angle {worst:.6g} of a {name}, expected 0 to below 90 degrees"
-            )
+            what = f"polar angle {worst:.6g} of a {name}"
+            raise FormatError(f"{path}: {what}, expected 0 to below 90 degrees")
         if (np.abs(values) > _LARGEST).any():
             raise FormatError(f"{path}: azimuth of a {name} is too large")
     return views, angles
@@ -245,9 +240,8 @@ def _factors(reader: BinaryReader, header: Header, name: str, largest: int) -> F
         raise FormatError(f"{where}: numbers of {size} bytes, expected 2, 4 or 8")
     pairs, texels = header.pair_count, header.width * header.height
     if (rows, columns) not in ((pairs, texels), (texels, pairs)):
-        raise FormatError(
-            f"{where}: matrix of {rows} x {columns}, expected {pairs} pairs x {texels} texels"
-        )
+        expected = f"{pairs} pairs x {texels} texels"
+        raise FormatError(f"{where}: matrix of {rows} x {columns}, expected {expected}")
     most = min(rows, columns, largest)
     if not 1 <= components <= most:
         raise FormatError(f"{where}: {components} components, expected 1 to {most}")
