@@ -330,8 +330,17 @@ def writer(
 ) -> Callable[[Brdf, Path], object]:
     """The function that writes what a file name ends in.
 
-    `resolution` is the numbers of nodes of a table; those that the format has by default where
-    None. A :class:`FormatError` says that the format has no tables, or none of this resolution.
+    Parameters
+    ----------
+    path
+        Name of the file.
+    resolution
+        Numbers of nodes of a table; those that the format has by default where None.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or its tables cannot have this resolution.
     """
     entry = target(path)
     assert entry.save is not None

@@ -45,7 +45,13 @@ def _applied(policy: _Policy) -> Iterator[None]:
 
 
 def overwrite(force: bool = True) -> AbstractContextManager[None]:
-    """A block in which outputs replace whatever file is there, read-only ones too; if `force`."""
+    """A block in which outputs replace whatever file is there, read-only ones too.
+
+    Parameters
+    ----------
+    force
+        Whether they do; without it, the block changes nothing.
+    """
     return _applied(replace(_policy, force=_policy.force or force))
 
 
