@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.files import PathLike, read_bytes, write_encoded
 
 LINE_LIMIT = 1 << 16
 """Most characters in a line."""
@@ -67,5 +67,4 @@ def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
     """Write comma-separated values, the names of the columns first, whole or not at all."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text.getvalue(), encoding="utf-8")
+    write_encoded(path, str.encode, text.getvalue())

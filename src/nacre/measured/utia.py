@@ -22,7 +22,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Table, namespace
 from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join, to_spherical
-from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.files import PathLike, read_bytes, write_encoded
 from nacre.io.format import Format
 from nacre.measured.axis import KNOWN, Blend, cell, outer
 from nacre.measured.raw import read_values
@@ -186,8 +186,7 @@ def save(brdf: Brdf, path: PathLike) -> None:
     :func:`tabulate`).
     """
     utia = brdf if isinstance(brdf, UtiaBrdf) else tabulate(brdf)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(utia.stored.astype("<f8").tobytes())
+    write_encoded(path, np.ndarray.tobytes, utia.stored.astype("<f8"))
 
 
 def _has_length(path: Path) -> bool:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import srgb_to_linear
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes
+from nacre.io.files import PathLike, first_bytes, read_bytes, write_encoded
 from nacre.io.format import Format
 from nacre.io.image_file import (
     EXR_MAGIC,
@@ -87,8 +87,7 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
     stream = mi.MemoryStream()
     bitmap = mi.Bitmap(np.ascontiguousarray(image), mi.Bitmap.PixelFormat.RGB)
     bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(stream.raw_buffer())
+    write_encoded(path, bytes, stream.raw_buffer())
 
 
 def _check_size(path: PathLike, header: ImageHeader) -> None:

@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -78,12 +79,8 @@ class Store:
             return
         tensors: Tensors = {}
         header = {"fingerprint": self.fingerprint, "state": _packed(state, tensors)}
-        write_encoded(
-            self.file(name),
-            lambda content: to_bytes(_KEY, content, tensors, _LIMIT),
-            header,
-            internal=True,
-        )
+        encode = partial(to_bytes, _KEY, tensors=tensors, limit=_LIMIT)
+        write_encoded(self.file(name), encode, header, internal=True)
 
     def steps(
         self,
