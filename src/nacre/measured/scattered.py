@@ -180,10 +180,10 @@ class ScatteredBrdf(LobeSampledBrdf):
         """The nearest samples to pairs of directions, and the shape and type of these."""
         given = (*wi, *wo)
         if not all(isinstance(array, np.ndarray | np.generic | float | int) for array in given):
-            name, way = self.name or "this material", "(nacre.measured.merl.tabulate)"
+            name = self.name or "this material"
             raise NacreError(
-                f"{name}: scattered samples are interpolated in NumPy only; "
-                f"fit a network to it first (nacre fit), or tabulate it {way}"
+                f"{name}: scattered samples are interpolated in NumPy only; fit a network to it "
+                "first (nacre fit), or tabulate it (nacre.measured.merl.tabulate)"
             )
         arrays = np.broadcast_arrays(*(np.asarray(c, np.float64) for c in given))
         x, y, z, u, v, w = (array.reshape(-1) for array in arrays)

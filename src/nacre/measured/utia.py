@@ -154,10 +154,8 @@ def tabulate(brdf: Brdf) -> UtiaBrdf:
 
     Nodes where `brdf` is not known or not finite become invalid.
     """
-    _, polar, azimuths, _, _ = SHAPE
-    theta, phi = np.meshgrid(
-        np.radians(15.0 * np.arange(polar)), np.radians(7.5 * np.arange(azimuths)), indexing="ij"
-    )
+    polar, azimuths = np.radians(15.0 * np.arange(_POLAR)), np.radians(7.5 * np.arange(_AZIMUTHS))
+    theta, phi = np.meshgrid(polar, azimuths, indexing="ij")
     nodes = join(from_spherical(theta, phi)).reshape(-1, 3)
     wi, wo = nodes[:, None], nodes[None, :]
     f_r = brdf.eval(wi, wo)
