@@ -25,7 +25,7 @@ from nacre.io.files import atomic_path
 from nacre.io.format import Format
 from nacre.io.outputs import overwrite
 from nacre.measured import MerlBrdf, ScatteredBrdf, UtiaBrdf, rgl, rgl_tables
-from nacre.measured.utia_table import SHAPE
+from nacre.measured.utia import SHAPE
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.file import load as load_network
 from nacre.neural.published import load_h5

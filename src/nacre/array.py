@@ -12,6 +12,7 @@ checked when the code runs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -46,8 +47,7 @@ else:
 Image: TypeAlias = npt.NDArray[np.float32]
 """A picture, shape (height, width, 3): linear Rec. 709 RGB."""
 
-_ALIGNMENT = 64
-"""Bytes; of a line of the cache, and of the widest vectors."""
+_ALIGNMENT = 64  # bytes; of a line of the cache, and of the widest vectors
 
 
 def aligned_zeros(
@@ -123,10 +123,9 @@ class Namespace:
 class _NumPy(Namespace):
     def __init__(self) -> None:
         self.sqrt, self.exp, self.log = np.sqrt, np.exp, np.log
-        self.sin, self.cos = np.sin, np.cos
-        self.arcsin, self.arctan2 = np.arcsin, np.arctan2
-        self.floor, self.abs = np.floor, np.abs
-        self.minimum, self.maximum, self.where = np.minimum, np.maximum, np.where
+        self.sin, self.cos, self.arcsin, self.arctan2 = np.sin, np.cos, np.arcsin, np.arctan2
+        self.floor, self.abs, self.where = np.floor, np.abs, np.where
+        self.minimum, self.maximum = np.minimum, np.maximum
         self.to_index = lambda x: np.asarray(x).astype(np.int64)
         self.to_float = lambda i, like: np.asarray(i).astype(np.asarray(like).dtype)
         self.take = lambda table, i: table.values.reshape(-1)[i]
@@ -151,19 +150,16 @@ class _Torch(Namespace):
         def binary(function: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
             def call(a: Array, b: Array) -> Array:
                 like = a if isinstance(a, torch.Tensor) else b
-                return function(
-                    torch.as_tensor(a, dtype=like.dtype, device=like.device),
-                    torch.as_tensor(b, dtype=like.dtype, device=like.device),
-                )
+                options = {"dtype": like.dtype, "device": like.device}
+                return function(torch.as_tensor(a, **options), torch.as_tensor(b, **options))
 
             return call
 
         self.sqrt, self.exp, self.log = torch.sqrt, torch.exp, torch.log
-        self.sin, self.cos = torch.sin, torch.cos
-        self.arcsin, self.arctan2 = torch.arcsin, binary(torch.arctan2)
-        self.floor, self.abs = torch.floor, torch.abs
+        self.sin, self.cos, self.arcsin = torch.sin, torch.cos, torch.arcsin
+        self.arctan2 = binary(torch.arctan2)
+        self.floor, self.abs, self.where = torch.floor, torch.abs, torch.where
         self.minimum, self.maximum = binary(torch.minimum), binary(torch.maximum)
-        self.where = torch.where
         self.to_index = lambda x: x.long()
         self._torch = torch
         self.to_float = lambda i, like: i.to(like.dtype)
@@ -187,10 +183,9 @@ class _DrJit(Namespace):
             return dr.gather(kind, table.flat(kind, kind), index)
 
         self.sqrt, self.exp, self.log = dr.sqrt, dr.exp, dr.log
-        self.sin, self.cos = dr.sin, dr.cos
-        self.arcsin, self.arctan2 = dr.asin, dr.atan2
-        self.floor, self.abs = dr.floor, dr.abs
-        self.minimum, self.maximum, self.where = dr.minimum, dr.maximum, dr.select
+        self.sin, self.cos, self.arcsin, self.arctan2 = dr.sin, dr.cos, dr.asin, dr.atan2
+        self.floor, self.abs, self.where = dr.floor, dr.abs, dr.select
+        self.minimum, self.maximum = dr.minimum, dr.maximum
         self.to_index = lambda x: dr.uint32_array_t(type(x))(x)
         self.to_float = lambda i, like: type(like)(i)
         self.take = take
@@ -206,8 +201,12 @@ class _DrJit(Namespace):
         return totals
 
 
-_namespaces: dict[str, Namespace] = {}
 _libraries = {"torch": _Torch, "drjit": _DrJit, "mitsuba": _DrJit}
+
+
+@cache
+def _made(kind: type[Namespace]) -> Namespace:
+    return kind()
 
 
 def namespace(*arrays: Array) -> Namespace:
@@ -219,11 +218,7 @@ def namespace(*arrays: Array) -> Namespace:
     2.0
     """
     for array in arrays:
-        library = type(array).__module__.partition(".")[0]
-        if library in _libraries:
-            if library not in _namespaces:
-                _namespaces[library] = _libraries[library]()
-            return _namespaces[library]
-    if "numpy" not in _namespaces:
-        _namespaces["numpy"] = _NumPy()
-    return _namespaces["numpy"]
+        kind = _libraries.get(type(array).__module__.partition(".")[0])
+        if kind:
+            return _made(kind)
+    return _made(_NumPy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass
 from typing import Any, ClassVar
 
@@ -31,12 +31,10 @@ from nacre.numerics.direction_samples import Scattered
 from nacre.runtime.described import Described, readable_size
 from nacre.runtime.frozen import Frozen
 
-_CHUNK = 1 << 14
-"""Pairs evaluated at a time: intermediate arrays stay in the cache."""
+_CHUNK = 1 << 14  # pairs evaluated at a time: intermediate arrays stay in the cache
 
 _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
-
 
 UNIT_TOLERANCE = 1e-3
 """How far the length of a direction may be from 1: float32 leaves 1e-7, sums of many 1e-4."""
@@ -100,12 +98,10 @@ class CosineSampler(Sampler):
         return "cosine"
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
-        """See :class:`Sampler`."""
         wi = cosine_hemisphere(u[1], u[2])
         return wi, self.pdf_components(wi, wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`Sampler`."""
         return wi[2] / math.pi + 0.0 * wo[2]
 
 
@@ -156,12 +152,9 @@ class Brdf(Described):
         sampler: Sampler | None = None,
     ) -> None:
         # What is not given stays as the class has it: subclasses may set defaults there.
-        if name:
-            self.name = name
-        if source is not None:
-            self.source = source
-        if sampler is not None:
-            self.sampler = sampler
+        for key, value in (("name", name or None), ("source", source), ("sampler", sampler)):
+            if value is not None:
+                setattr(self, key, value)
 
     @abc.abstractmethod
     def eval_components(self, wi: Components, wo: Components) -> Components:
@@ -244,8 +237,7 @@ class Brdf(Described):
             light, view = split(wi), split(wo)
             return join(above_horizon(self.eval_components(light, view), light, view))
 
-        f: Floats = _in_chunks(values, wi, wo, (3,))
-        return f
+        return _in_chunks(values, wi, wo, (3,))
 
     def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Spectra:
         """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.
@@ -274,12 +266,11 @@ class Brdf(Described):
         wi, wo = _directions(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
-            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-            return np.where(visible[:, None], np.maximum(self.eval_bands(wi, wo), 0.0), 0.0)
+            visible = _visible(wi, wo)[:, None]
+            return np.where(visible, np.maximum(self.eval_bands(wi, wo), 0.0), 0.0)
 
         bands = () if self.wavelengths is None else self.wavelengths.shape
-        f: Floats = _in_chunks(values, wi, wo, bands)
-        return f
+        return _in_chunks(values, wi, wo, bands)
 
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Mask:
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
@@ -287,13 +278,10 @@ class Brdf(Described):
         """
         wi, wo = _directions(wi=wi, wo=wo)
 
-        def values(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
-            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-            known: npt.NDArray[np.bool_] = visible & self.valid_components(split(wi), split(wo))
-            return known
+        def values(wi: Floats, wo: Floats) -> Array:
+            return _visible(wi, wo) & self.valid_components(split(wi), split(wo))
 
-        known: npt.NDArray[np.bool_] = _in_chunks(values, wi, wo, (), np.bool_)
-        return known
+        return _in_chunks(values, wi, wo, (), np.bool_)
 
     def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Vectors, Scalars]:
         """Directions to the light drawn for given directions to the viewer.
@@ -319,8 +307,8 @@ class Brdf(Described):
         """
         wo, u = _directions(wo=wo, u=u)
         wi, pdf = self.sampler.sample_components(split(wo), split(u))
-        visible = (wo[..., 2] > 0) & (wi[2] > 0)
-        return join(wi), np.where(visible, pdf, 0.0).astype(wo.dtype)
+        directions = join(wi)
+        return directions, np.where(_visible(directions, wo), pdf, 0.0).astype(wo.dtype)
 
     def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Scalars:
         """Density in 1/sr with which :meth:`sample` draws `wi` for `wo`, shape (...).
@@ -329,14 +317,11 @@ class Brdf(Described):
         """
         wi, wo = _directions(wi=wi, wo=wo)
 
-        def values(wi: Floats, wo: Floats) -> Floats:
-            visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+        def values(wi: Floats, wo: Floats) -> Array:
             density = self.sampler.pdf_components(split(wi), split(wo))
-            result: Floats = np.where(visible, density, 0.0)
-            return result
+            return np.where(_visible(wi, wo), density, 0.0)
 
-        density: Floats = _in_chunks(values, wi, wo, ())
-        return density
+        return _in_chunks(values, wi, wo, ())
 
 
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
@@ -353,13 +338,15 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
     return red, green, blue
 
 
-def _directions(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Two arrays of directions, or of directions and numbers `u`, of one shape and type.
+def _visible(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
+    """Whether both directions, shapes (..., 3), are above the horizon."""
+    return (wi[..., 2] > 0) & (wo[..., 2] > 0)
 
-    Raises
-    ------
-    ValueError
-        If a shape is not (..., 3), a direction is not of unit length, or `u` is not in [0, 1).
+
+def _directions(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Two arrays of directions, or of directions and numbers `u`, of one shape and type, checked.
+
+    A ValueError says that a shape is not (..., 3), or which numbers are not what they should be.
     """
     arrays = {name: np.asarray(given) for name, given in named.items()}
     double = any(array.dtype == np.float64 for array in arrays.values())
@@ -404,14 +391,17 @@ def _check_numbers(name: str, u: Floats) -> None:
     off = ~((u >= 0.0) & (u < 1.0))
     if off.any():
         worst = u[off][np.argmax(np.abs(u[off] - 0.5))]
-        raise ValueError(
-            f"{name}: {off.sum()} of {off.size} numbers are not in [0, 1) (the worst is {worst:g})"
-        )
+        count = f"{off.sum()} of {off.size} numbers"
+        raise ValueError(f"{name}: {count} are not in [0, 1) (the worst is {worst:g})")
 
 
 def _in_chunks(
-    function: Any, wi: Floats, wo: Floats, tail: tuple[int, ...], dtype: Any = None
-) -> Any:
+    function: Callable[[Floats, Floats], Array],
+    wi: Floats,
+    wo: Floats,
+    tail: tuple[int, ...],
+    dtype: npt.DTypeLike | None = None,
+) -> npt.NDArray[Any]:
     """`function` on flattened chunks of direction pairs, reassembled to their shape."""
     shape = wi.shape[:-1]
     wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
@@ -428,7 +418,6 @@ def expect_brdf(value: object, function: str) -> None:
     if isinstance(value, Brdf):
         return
     if isinstance(value, str | os.PathLike):
-        raise TypeError(
-            f"{function} takes a reflectance, got a path: give it nacre.load({os.fspath(value)!r})"
-        )
+        hint = f"give it nacre.load({os.fspath(value)!r})"
+        raise TypeError(f"{function} takes a reflectance, got a path: {hint}")
     raise TypeError(f"{function} takes a reflectance (nacre.Brdf), got {type(value).__name__}")

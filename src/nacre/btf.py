@@ -155,14 +155,11 @@ class TableBtf(Btf):
         self.values = values
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         return super().describe() | {"values": str(self.values.dtype)}
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`."""
         flat = self.values.reshape(self.texel_count, self.pair_count, 3)
         return np.asarray(flat[chosen], np.float32)
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
         return np.ascontiguousarray(np.moveaxis(self.values[:, :, chosen], 2, 0), dtype=np.float32)

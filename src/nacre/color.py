@@ -23,8 +23,7 @@ def xyz_to_rgb(xyz: Colors) -> npt.NDArray[np.float64]:
     red, green, blue, white = np.stack([x / y, np.ones(4), (1.0 - x - y) / y], axis=1)
     primaries = np.stack([red, green, blue], axis=1)
     to_xyz = primaries * np.linalg.solve(primaries, white)
-    rgb: npt.NDArray[np.float64] = np.asarray(xyz, np.float64) @ np.linalg.inv(to_xyz).T
-    return rgb
+    return np.asarray(np.asarray(xyz, np.float64) @ np.linalg.inv(to_xyz).T)
 
 
 def tone_map(image: Floats, gamma: float = 2.2) -> Floats:
@@ -54,6 +53,5 @@ def srgb_to_linear(encoded: Floats) -> Floats:
     array
         Linear values in [0, 1].
     """
-    low = encoded / 12.92
-    linear: Floats = np.where(encoded <= 0.04045, low, ((encoded + 0.055) / 1.055) ** 2.4)
-    return linear
+    high = ((encoded + 0.055) / 1.055) ** 2.4
+    return np.asarray(np.where(encoded <= 0.04045, encoded / 12.92, high))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
@@ -83,7 +84,7 @@ def identify(path: PathLike) -> Format:
 
 
 def _identify(path: Path, options: dict[str, Any]) -> Format:
-    return _of_folder(path, options) if path.is_dir() else _of_head(path, read_head(path))
+    return _of_folder(path, options) if path.is_dir() else _of_file(path)
 
 
 def _of_folder(path: Path, options: dict[str, Any]) -> Format:
@@ -101,8 +102,8 @@ def _of_folder(path: Path, options: dict[str, Any]) -> Format:
     )
 
 
-def _of_head(path: Path, head: bytes) -> Format:
-    suffix, entries = path.suffix.lower(), formats()
+def _of_file(path: Path) -> Format:
+    head, suffix, entries = read_head(path), path.suffix.lower(), formats()
     known = [entry for entry in entries if entry.recognize and entry.recognize(head)]
     if {entry.kind for entry in known} == {"brdf", "btf"}:
         claimed = [e for e in known if e.kind == "btf" and (e.claims is None or e.claims(path))]
@@ -110,20 +111,18 @@ def _of_head(path: Path, head: bytes) -> Format:
     if not known:
         known = [e for e in entries if e.recognize is None and suffix in e.extensions]
     if not known:
-        other = _other(head)
-        if other:
+        if other := _other(head):
             raise FormatError(f"{path}: holds no material: is {other}")
-        endings = ", ".join(_endings(entries))
-        raise FormatError(f"{path}: content is of no known format (known: {endings})")
+        raise FormatError(f"{path}: content is of no known format (known: {_endings(entries)})")
     return next((entry for entry in known if suffix in entry.extensions), known[0])
 
 
 def _other(head: bytes) -> str:
     """What a file of ours is that holds no material; empty for any other."""
     key = header_key(head)
-    if key in (None, "nacre", "nacre latent map"):
+    if key is None or key in ("nacre", "nacre latent map"):
         return ""
-    return _OTHERS.get(key or "", "a file of nacre's own, which is read by what has written it")
+    return _OTHERS.get(key, "a file of nacre's own, which is read by what has written it")
 
 
 def describe_kind(path: PathLike) -> str:
@@ -131,23 +130,19 @@ def describe_kind(path: PathLike) -> str:
 
     Empty where it is of no known kind, damaged beyond recognition or absent; does not raise.
     """
-    path = Path(path)
-    other = "" if path.is_dir() else _other(first_bytes(path))
-    if other:
+    if other := _other(first_bytes(path)):
         return other
-    try:
+    with suppress(FormatError):
         entry = identify(path)
-    except FormatError:
-        return ""
-    return f"{_WORDS[entry.kind]} ({entry.name})"
+        return f"{_WORDS[entry.kind]} ({entry.name})"
+    return ""
 
 
 def is_btf(path: PathLike) -> bool:
     """Whether a file or folder is a texture rather than one material; does not raise."""
-    try:
+    with suppress(FormatError):
         return identify(path).kind == "btf"
-    except FormatError:
-        return False
+    return False
 
 
 def is_measured(path: PathLike) -> bool:
@@ -193,10 +188,7 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     MissingExtraError
         If its reader needs a library that is not installed.
     """
-    path = Path(path)
-    options = _given(options)
-    loaded: Brdf | Btf = _load(path, _identify(path, options), material, options)
-    return loaded
+    return cast("Brdf | Btf", _load(Path(path), None, material, options))
 
 
 def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Brdf:
@@ -207,18 +199,7 @@ def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Br
     FormatError
         As :func:`load`, or if the file is a texture.
     """
-    path, options = Path(path), _given(options)
-    entry = _identify(path, options)
-    if entry.kind == "btf":
-        if entry.load_material is None:
-            raise FormatError(
-                f"{path}: is a texture (BTF), not one material; nacre btf average makes one of it"
-            )
-        source = Source(path)
-        texel: Brdf = _with_source(entry.load_material(path), path, source)
-        return texel
-    brdf: Brdf = _load(path, entry, material, options)
-    return brdf
+    return cast(Brdf, _load(Path(path), "brdf", material, options))
 
 
 def load_btf(path: PathLike, **options: Any) -> Btf:
@@ -229,27 +210,26 @@ def load_btf(path: PathLike, **options: Any) -> Btf:
     FormatError
         As :func:`load`, or if the file is one material.
     """
-    path, options = Path(path), _given(options)
+    return cast(Btf, _load(Path(path), "btf", None, options))
+
+
+def _load(path: Path, kind: Kind | None, material: str | None, given: dict[str, Any]) -> Any:
+    """What is in a file, which must be of a kind unless that is None."""
+    options = {name: value for name, value in given.items() if value is not None}
     entry = _identify(path, options)
-    if entry.kind == "brdf":
-        raise FormatError(
-            f"{path}: is one material ({entry.name}), not a texture (BTF); "
-            "nacre btf tile makes one of it"
-        )
-    btf: Btf = _load(path, entry, None, options)
-    return btf
-
-
-def _load(path: Path, entry: Format, material: str | None, options: dict[str, Any]) -> Any:
-    _check_options(path, entry, entry.load, options)
+    load, source = entry.load, Source(path)
+    if kind == "btf" and entry.kind == "brdf":
+        problem = f"is one material ({entry.name}), not a texture (BTF)"
+        raise FormatError(f"{path}: {problem}; nacre btf tile makes one of it")
+    if kind == "brdf" and entry.kind == "btf":
+        if entry.load_material is None:
+            problem = "is a texture (BTF), not one material"
+            raise FormatError(f"{path}: {problem}; nacre btf average makes one of it")
+        load, material, options = entry.load_material, None, {}
+    _check_options(path, entry, load, options)
     if material is not None and not entry.several:
         raise FormatError(f"{path}: holds one material; leave out the name {material!r}")
-    source = Source(path)
-    read = partial(entry.load, path, material) if entry.several else partial(entry.load, path)
-    return _with_source(read(**options), path, source)
-
-
-def _with_source(loaded: Any, path: Path, source: Source) -> Any:
+    loaded = load(path, *([material] if entry.several else []), **options)
     return loaded.replaced(name=loaded.name or path.stem, source=source)
 
 
@@ -258,10 +238,6 @@ def _check_options(
 ) -> None:
     for name in _unknown_options(function, options):
         raise FormatError(f"{path}: {name}: is not for {entry.name} files; leave it out")
-
-
-def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def _unknown_options(function: Callable[..., Any], options: dict[str, Any]) -> list[str]:
@@ -298,9 +274,9 @@ def save(material: Brdf | Btf, path: PathLike, **options: Any) -> Any:
     path = Path(path)
     entry = target(path, "btf" if isinstance(material, Btf) else "brdf")
     assert entry.save is not None
-    options = _given(options)
-    _check_options(path, entry, entry.save, options)
-    return entry.save(material, path, **options)
+    given = {name: value for name, value in options.items() if value is not None}
+    _check_options(path, entry, entry.save, given)
+    return entry.save(material, path, **given)
 
 
 def target(path: PathLike, kind: Kind = "brdf") -> Format:
@@ -324,20 +300,18 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
     for entry in found:
         if entry.kind == kind:
             return entry
-    endings = ", ".join(_endings([entry for entry in writable if entry.kind == kind]))
+    endings = _endings(entry for entry in writable if entry.kind == kind)
     if found:
-        held = _WORDS[found[0].kind]
-        raise FormatError(
-            f"{path}: {found[0].name} files hold {held}, not {_WORDS[kind]} (known: {endings})"
-        )
+        held = f"{found[0].name} files hold {_WORDS[found[0].kind]}"
+        raise FormatError(f"{path}: {held}, not {_WORDS[kind]} (known: {endings})")
     if not suffix and Path(path).is_dir():
         raise FormatError(f"{path}: is a directory, expected a file name (known: {endings})")
     what = "to write" if kind == "brdf" else "of textures"
     raise FormatError(f"{path}: no format {what} ends in {suffix!r} (known: {endings})")
 
 
-def _endings(entries: Sequence[Format]) -> list[str]:
-    return list(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
+def _endings(entries: Iterable[Format]) -> str:
+    return ", ".join(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
 
 
 def loses_bands(brdf: Brdf, path: PathLike) -> bool:
@@ -402,8 +376,6 @@ def check_target(path: PathLike, brdf: Brdf) -> None:
         If the format cannot hold it.
     """
     entry = target(path)
-    name = brdf.name or "this material"
     if entry.isotropic and not brdf.isotropic:
-        raise FormatError(
-            f"{path}: {entry.name} files hold isotropic reflectance only; {name} is anisotropic"
-        )
+        problem = f"{brdf.name or 'this material'} is anisotropic"
+        raise FormatError(f"{path}: {entry.name} files hold isotropic reflectance only; {problem}")

@@ -20,8 +20,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Vectors, namespace
 
 _TINY = 1e-30
-_POLE = 2.0**-49
-"""Sine below which a direction counts as the pole: its square is still a normal float32."""
+_POLE = 2.0**-49  # sine below which a direction is the pole: its square is still a normal float32
 
 
 def split(vectors: npt.ArrayLike) -> Components:
@@ -100,12 +99,8 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
     cos_phi, sin_phi, sin_theta = azimuth(h)
 
     def to_frame(v: Components) -> Components:
-        x = h[2] * v[0] + sin_theta * v[2]
-        return (
-            cos_phi * x - sin_phi * v[1],
-            sin_phi * x + cos_phi * v[1],
-            h[2] * v[2] - sin_theta * v[0],
-        )
+        x, z = h[2] * v[0] + sin_theta * v[2], h[2] * v[2] - sin_theta * v[0]
+        return cos_phi * x - sin_phi * v[1], sin_phi * x + cos_phi * v[1], z
 
     return to_frame(d), to_frame((-d[0], -d[1], d[2]))
 
@@ -125,10 +120,7 @@ def from_spherical(theta: Array, phi: Array) -> Components:
 def to_spherical(w: Components) -> tuple[Array, Array]:
     """Polar angle in [0, pi] and azimuth in (-pi, pi] of a vector."""
     xp = namespace(*w)
-    return (
-        xp.arctan2(xp.sqrt(w[0] * w[0] + w[1] * w[1]), w[2]),
-        xp.arctan2(w[1], w[0]),
-    )
+    return xp.arctan2(xp.sqrt(w[0] * w[0] + w[1] * w[1]), w[2]), xp.arctan2(w[1], w[0])
 
 
 def rusinkiewicz_angles(wi: Components, wo: Components) -> tuple[Array, Array, Array, Array]:

@@ -11,7 +11,7 @@ import nacre
 from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.geometry import split
-from nacre.measured import ScatteredBrdf, sample_grid
+from nacre.measured import ScatteredBrdf, scattered
 from tests.measured.support import hemisphere, relative_error
 from tests.reflectances import Glossy
 
@@ -83,7 +83,7 @@ def test_spectra_are_sampled_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("isotropic", [True, False])
 def test_directions_differ_and_are_above_the_horizon(isotropic: bool) -> None:
-    wi, wo = sample_grid.directions(isotropic)
+    wi, wo = scattered.directions(isotropic)
     assert min(wi[:, 2].min(), wo[:, 2].min()) > 0.0
     np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1.0)
     rows = np.round(np.concatenate([wi, wo], axis=1), 6)

@@ -18,7 +18,7 @@ from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.measured import UtiaBrdf, utia
-from nacre.measured.utia_table import SHAPE
+from nacre.measured.utia import SHAPE
 from tests.measured import support
 from tests.variants import require_mitsuba
 

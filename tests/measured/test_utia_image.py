@@ -16,7 +16,7 @@ import nacre
 from nacre.color import srgb_to_linear
 from nacre.errors import FormatError, MissingExtraError
 from nacre.measured import UtiaBrdf, utia, utia_image
-from nacre.measured.utia_table import SHAPE
+from nacre.measured.utia import SHAPE
 from tests.measured import support
 from tests.specimens.images import png_bytes
 

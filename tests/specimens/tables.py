@@ -11,7 +11,7 @@ from random import Random
 
 import numpy as np
 
-from nacre.measured.utia_table import SHAPE as UTIA_SHAPE
+from nacre.measured.utia import SHAPE as UTIA_SHAPE
 from tests.specimens.specimen import (
     Array,
     Specimen,

@@ -93,9 +93,8 @@ class Database:
             if any(character in pattern for character in "*?["):
                 found = fnmatch.filter(self.materials, pattern)
                 if not found:
-                    raise NacreError(
-                        f"{self.name}: no material matches {pattern!r}; {self._where_names_are()}"
-                    )
+                    problem = f"no material matches {pattern!r}; {self._where_names_are()}"
+                    raise NacreError(f"{self.name}: {problem}")
                 chosen.update(dict.fromkeys(found))
             else:
                 self.facts(pattern)
@@ -134,9 +133,8 @@ class Database:
         return self.url.format(name=material)
 
     def _where_names_are(self) -> str:
-        if self.materials:
-            return f"'nacre download {self.name}' lists them"
-        return f"its names are at {self.page}"
+        known = f"'nacre download {self.name}' lists them"
+        return known if self.materials else f"its names are at {self.page}"
 
 
 @cache
@@ -144,7 +142,12 @@ def databases() -> Mapping[str, Database]:
     """The databases there are, by name."""
     rgl = _table("rgl.txt")
     rgl_url = "https://d38rqfq1h7iukm.cloudfront.net/media/materials/{name}/{name}"
-    rgl_page = "https://rgl.epfl.ch/materials"
+    rgl_terms, rgl_page = _text("rgl-terms.txt"), "https://rgl.epfl.ch/materials"
+    spectral = dict.fromkeys(rgl, Facts())
+    kinds = (
+        ("rgl", "62 materials, 11 of them anisotropic, as colors", "_rgb.bsdf", rgl),
+        ("rgl-spectral", "the same 62 materials as spectra", "_spec.bsdf", spectral),
+    )
     every = (
         Database(
             "merl",
@@ -155,23 +158,9 @@ def databases() -> Mapping[str, Database]:
             _table("merl.txt"),
             "http://people.csail.mit.edu/wojciech/BRDFDatabase/brdfs/{name}.binary",
         ),
-        Database(
-            "rgl",
-            "62 materials, 11 of them anisotropic, as colors",
-            "_rgb.bsdf",
-            _text("rgl-terms.txt"),
-            rgl_page,
-            rgl,
-            rgl_url + "_rgb.bsdf",
-        ),
-        Database(
-            "rgl-spectral",
-            "the same 62 materials as spectra",
-            "_spec.bsdf",
-            _text("rgl-terms.txt"),
-            rgl_page,
-            dict.fromkeys(rgl, Facts()),
-            rgl_url + "_spec.bsdf",
+        *(
+            Database(name, title, suffix, rgl_terms, rgl_page, materials, rgl_url + suffix)
+            for name, title, suffix, materials in kinds
         ),
         Database(
             "utia",

@@ -15,7 +15,7 @@ from nacre.download.databases import Database
 from nacre.download.transfer import Progress, Transfer, TransferError, without_credentials
 from nacre.errors import NacreError
 from nacre.formats import load
-from nacre.io.files import PathLike, atomic_path, digest
+from nacre.io.files import PathLike, digest, write_encoded
 from nacre.runtime.lock import exclusive
 
 
@@ -86,8 +86,7 @@ def fetch(
     path = folder / database.file_name(material)
     record = path.with_name(path.name + ".json")
     try:
-        found = _present(path, record, facts.sha256)
-        if found:
+        if found := _present(path, record, facts.sha256):
             return found
         url = database.address(material, mirror or os.environ.get("NACRE_MIRROR") or None)
         _accept(database, folder, agree)
@@ -97,9 +96,8 @@ def fetch(
             )
     except TransferError as error:
         source = database.address(material) if database.url else database.page
-        raise NacreError(
-            f"{error}; the file can also be fetched by hand from {source} and put at {path}"
-        ) from error
+        hint = f"the file can also be fetched by hand from {source} and put at {path}"
+        raise NacreError(f"{error}; {hint}") from error
     except OSError as error:
         raise NacreError(f"{path}: cannot be read or written: {error.strerror}") from error
 
@@ -139,17 +137,11 @@ def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> N
     if not agree(database.terms):
         raise NacreError(f"{database.name}: the terms of use are not accepted; nothing downloaded")
     folder.mkdir(parents=True, exist_ok=True)
-    with atomic_path(kept, internal=True) as temporary:
-        temporary.write_text(database.terms, encoding="utf-8")
+    write_encoded(kept, str.encode, database.terms, internal=True)
 
 
 def _download(
-    database: Database,
-    material: str,
-    url: str,
-    path: Path,
-    record: Path,
-    progress: Progress | None,
+    database: Database, material: str, url: str, path: Path, record: Path, progress: Progress | None
 ) -> Fetched:
     facts = database.facts(material)
     first = _recorded(record)
@@ -159,13 +151,11 @@ def _download(
     public, sha256 = without_credentials(url), digest(part)
     if sha256 != (expected := facts.sha256 or first or sha256):
         transfer.discard()
-        if facts.sha256:
-            problem = f"what it sends has not the SHA-256 {expected}"
-            fix = "nothing is kept; try again, or another mirror"
-        else:
-            problem = f"what it sends now has not the SHA-256 of the first download, {expected}"
-            fix = f"nothing is kept; delete {record} to accept the new file"
-        raise NacreError(f"{public}: {problem}; {fix}")
+        problem, fix = f" has not the SHA-256 {expected}", "try again, or another mirror"
+        if not facts.sha256:
+            problem = f" now has not the SHA-256 of the first download, {expected}"
+            fix = f"delete {record} to accept the new file"
+        raise NacreError(f"{public}: what it sends{problem}; nothing is kept; {fix}")
     if facts.sha256 is None and first is None:
         try:
             load(part)
@@ -184,6 +174,5 @@ def _download(
         "verified": verified,
         "downloaded": datetime.now(UTC).isoformat(timespec="seconds"),
     }
-    with atomic_path(record, internal=True) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_encoded(record, str.encode, json.dumps(content, indent=1) + "\n", internal=True)
     return Fetched(path, sha256, verified, True)

@@ -28,6 +28,12 @@ PAUSE = 0.5
 _TIMEOUT = (10.0, 30.0)  # seconds to connect, and of silence
 _CHUNK = 2**16
 _TRY_AGAIN = (408, 429, 500, 502, 503, 504)
+_HOPELESS = (  # the address itself is at fault, or where the server sends us
+    requests.TooManyRedirects,
+    requests.exceptions.InvalidSchema,
+    requests.exceptions.InvalidURL,
+    requests.exceptions.MissingSchema,
+)
 
 
 class TransferError(NacreError):
@@ -44,18 +50,8 @@ class Transfer:
 
     What has arrived stays at `part`, and in `part` with `.json` added what tells whether the file
     on the server is still the same: its address, and its entity tag or date. A later call goes on
-    from there.
-
-    Parameters
-    ----------
-    part
-        Where unfinished content is kept.
-    size
-        Length of the file in bytes, None if it is not known.
-    limit
-        More bytes than this are refused.
-    progress
-        Is told how far the transfer is.
+    from there. A file of another length than `size` in bytes, where that is known, or of more than
+    `limit` is refused.
     """
 
     part: Path
@@ -66,12 +62,8 @@ class Transfer:
     def __call__(self, url: str) -> None:
         """Download `url` to :attr:`part`, whole.
 
-        Raises
-        ------
-        TransferError
-            If the server cannot be reached, refuses, or sends a file of another length.
-        OSError
-            If the file cannot be written.
+        A :class:`TransferError` says that the server cannot be reached, refuses, or sends a file of
+        another length; an OSError that the file cannot be written.
         """
         host = urlsplit(url).hostname or url
         arrived = self._arrived(url)
@@ -86,7 +78,7 @@ class Transfer:
                     problem = str(error)
                 except requests.RequestException as error:
                     problem = _reason(error)
-                    if _hopeless(error):
+                    if isinstance(error, _HOPELESS):
                         raise TransferError(f"{host}: {problem}") from error
                     if _out_of_reach(error) and self._arrived(url) == arrived:
                         raise TransferError(f"cannot reach {host}: {problem}") from error
@@ -122,21 +114,18 @@ class Transfer:
         start = self._arrived(url)
         headers = {"Accept-Encoding": "identity"}
         if start:
-            headers["Range"] = f"bytes={start}-"
-            headers["If-Range"] = self._validator(url) or ""
+            headers |= {"Range": f"bytes={start}-", "If-Range": self._validator(url) or ""}
         with session.get(url, headers=headers, stream=True, timeout=_TIMEOUT) as response:
             if response.status_code == 416:  # nothing is left, or the file shrank
                 self._note.unlink(missing_ok=True)
                 raise _BrokenOffError("the server has no more of the file")
+            answer, public = f"{response.status_code} {response.reason}", without_credentials(url)
             if response.status_code in _TRY_AGAIN:
-                raise _BrokenOffError(f"{response.status_code} {response.reason}")
+                raise _BrokenOffError(answer)
             if response.status_code not in (200, 206):
-                raise TransferError(
-                    f"{urlsplit(url).hostname}: {response.status_code} {response.reason}: "
-                    f"{without_credentials(url)}"
-                )
+                raise TransferError(f"{urlsplit(url).hostname}: {answer}: {public}")
             if response.headers.get("Content-Type", "").startswith("text/html"):
-                raise TransferError(f"{without_credentials(url)}: is a web page, not a file")
+                raise TransferError(f"{public}: is a web page, not a file")
             if response.status_code == 200:
                 start = 0
             total = self._total(response, url, start)
@@ -168,16 +157,13 @@ class Transfer:
         """Empty the part file, and note which content it will hold."""
         self._note.unlink(missing_ok=True)
         self.part.write_bytes(b"")
-        validator = _validator(response)
-        if validator:  # without one, content of two versions could be joined
+        # Without one, content of two versions could be joined.
+        if validator := _validator(response):
             note = {"url": without_credentials(url), "validator": validator}
             self._note.write_text(json.dumps(note), encoding="utf-8")
 
-    def _receive(
-        self, response: requests.Response, url: str, start: int, total: int | None
-    ) -> None:
-        done = start
-        bound = total if total is not None else self.limit
+    def _receive(self, response: requests.Response, url: str, done: int, total: int | None) -> None:
+        bound = self.limit if total is None else total
         with self.part.open("ab") as file:
             for chunk in response.iter_content(_CHUNK):
                 done += len(chunk)
@@ -211,17 +197,6 @@ def without_credentials(url: str) -> str:
     """An address without a user's name and password."""
     parts = urlsplit(url)
     return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
-
-
-def _hopeless(error: requests.RequestException) -> bool:
-    """Whether the address itself is at fault, or where the server sends us."""
-    return isinstance(
-        error,
-        requests.TooManyRedirects
-        | requests.exceptions.InvalidSchema
-        | requests.exceptions.InvalidURL
-        | requests.exceptions.MissingSchema,
-    )
 
 
 def _out_of_reach(error: requests.RequestException) -> bool:

@@ -13,48 +13,24 @@ from nacre.io.files import PathLike
 class BinaryReader:
     """A position in a little-endian file that lies in memory or is mapped into it.
 
-    Parameters
-    ----------
-    data
-        The whole file.
-    path
-        What error messages start with.
-    position
-        Where to start.
+    Every method goes on behind what it takes; a :class:`FormatError`, which starts with the path,
+    says what the file ends within.
     """
 
     def __init__(self, data: bytes | mmap, path: PathLike, position: int = 0) -> None:
         self.data, self.path, self.position = data, path, position
 
     def take(self, layout: str, what: str) -> tuple[Any, ...]:
-        """Unpack the next numbers, by a layout of :mod:`struct`.
-
-        Raises
-        ------
-        FormatError
-            If the file ends before.
-        """
+        """Unpack the next numbers, by a layout of :mod:`struct`."""
         return struct.unpack_from(layout, self.data, self.skip(struct.calcsize(layout), what))
 
     def bytes(self, length: int, what: str) -> bytes:
-        """The next bytes.
-
-        Raises
-        ------
-        FormatError
-            If the file ends before.
-        """
+        """The next bytes."""
         start = self.skip(length, what)
         return bytes(self.data[start : start + length])
 
     def skip(self, length: int, what: str) -> int:
-        """Go on by a number of bytes, which is never too large for Python; the position before.
-
-        Raises
-        ------
-        FormatError
-            If the file ends before.
-        """
+        """Go on by a number of bytes, which is never too large for Python; the position before."""
         start = self.position
         if start + length > len(self.data):
             raise FormatError(f"{self.path}: ends within {what}; the file is cut short or damaged")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import platform
@@ -21,19 +22,16 @@ from nacre.io.outputs import check_replaceable, record_output
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
-
 _TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
 """Names that :func:`atomic_path` gives: a mark of the file to write, the process, anything."""
-_PROCESSES = 0xFFFFFF
-"""Numbers of processes; Windows has larger ones, but there none is asked for."""
+_PROCESSES = 0xFFFFFF  # numbers of processes; Windows has larger ones, but there none is asked for
 
 
 def first_bytes(path: PathLike, count: int = HEAD) -> bytes:
     """Up to `count` bytes from the start of a regular file; none where it cannot be read."""
-    try:
+    with suppress(FormatError):
         return read_head(path, count)
-    except FormatError:
-        return b""
+    return b""
 
 
 def read_head(path: PathLike, count: int = HEAD) -> bytes:
@@ -44,27 +42,39 @@ def read_head(path: PathLike, count: int = HEAD) -> bytes:
     FormatError
         If it is no regular file, is empty or cannot be read.
     """
-    path = Path(path)
-    try:
-        check_regular(path)
-        with path.open("rb") as file:
-            head = file.read(count)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    with opened(path) as file:
+        head = file.read(count)
     if not head:
         raise FormatError(f"{path}: is empty")
     return head
 
 
+@contextmanager
+def file_errors(path: PathLike, done: str = "read") -> Iterator[None]:
+    """A block whose errors of the system become a :class:`FormatError` that names the file.
+
+    `done` is what it then cannot be, in words for the message.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be {done}: {error.strerror or error}") from error
+
+
+@contextmanager
+def opened(path: PathLike) -> Iterator[io.BufferedReader]:
+    """A regular file to read; whatever fails is as of :func:`file_errors`."""
+    with file_errors(path):
+        check_regular(Path(path))
+        with Path(path).open("rb") as file:
+            yield file
+
+
 def check_regular(path: Path) -> int:
     """Size in bytes of a regular file.
 
-    Raises
-    ------
-    FormatError
-        If it is another thing: a folder, or a pipe, which to open could wait for ever.
-    OSError
-        If there is nothing, or it cannot be asked.
+    A :class:`FormatError` says that it is a folder, or a pipe, which to open could wait for ever;
+    an :class:`OSError` that there is nothing, or that it cannot be asked.
     """
     found = path.stat()
     if stat.S_ISDIR(found.st_mode):
@@ -83,24 +93,19 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
         If the path is absent, a directory, unreadable, empty or larger than `limit`.
     """
     path = Path(path)
-    try:
+    with file_errors(path):
         size = check_regular(path)
         if size == 0:
             raise FormatError(f"{path}: is empty")
         if size > limit:
             raise FormatError(f"{path}: {size} bytes, more than the {limit} this format can need")
         return path.read_bytes()
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def check_json(content: object) -> None:
-    """Refuse what could be read from JSON but not be written again, or shown.
+    """Refuse by a ValueError what could be read from JSON but not be written again, or shown.
 
-    Raises
-    ------
-    ValueError
-        If a number is not finite, or a text holds half a character or is nested too deep.
+    That is a number that is not finite, half a character, or what is nested too deep.
     """
     try:
         json.dumps(content, allow_nan=False, ensure_ascii=False).encode()
@@ -109,30 +114,13 @@ def check_json(content: object) -> None:
 
 
 def digest(path: PathLike) -> str:
-    """SHA-256 of a file's content, in hexadecimal.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read.
-    """
-    try:
-        check_regular(Path(path))
-        with Path(path).open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    """SHA-256 of a file's content, in hexadecimal; a FormatError where it cannot be read."""
+    with opened(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def check_writable(path: PathLike) -> None:
-    """Raise now what writing a file would raise when the work for it is done.
-
-    Raises
-    ------
-    FormatError
-        If `path` is a directory, its folder is absent or cannot be written, or there is a file
-        that must not be replaced: see :mod:`nacre.io.outputs`.
-    """
+    """Raise now what :func:`atomic_path` would raise when the work for a file is done."""
     path = Path(path)
     check_replaceable(path)
     _claim(path).unlink()
@@ -166,15 +154,14 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
         check_replaceable(path)
     temporary = _claim(path)
     try:
-        yield temporary
-        with temporary.open("rb+") as file:
-            os.fsync(file.fileno())
-        with suppress(FileNotFoundError):
-            if not path.is_symlink():
-                temporary.chmod(stat.S_IMODE(path.stat().st_mode))
-        temporary.replace(path)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be written: {error.strerror or error}") from error
+        with file_errors(path, "written"):
+            yield temporary
+            with temporary.open("rb+") as file:
+                os.fsync(file.fileno())
+            with suppress(FileNotFoundError):
+                if not path.is_symlink():
+                    temporary.chmod(stat.S_IMODE(path.stat().st_mode))
+            temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
     if not internal:
@@ -186,10 +173,7 @@ def write_encoded(
 ) -> None:
     """Write `encode(content)` to a file, whole or not at all; see :func:`atomic_path`.
 
-    Raises
-    ------
-    FormatError
-        If `encode` raises one, which then names the file, or the path cannot be written.
+    A :class:`FormatError` of `encode` comes to name the file.
     """
     try:
         data = encode(content)
@@ -215,10 +199,8 @@ def _claim(path: Path) -> Path:
     _remove_stale(path.parent, owner)
     process = f"{os.getpid() & _PROCESSES:06x}"
     temporary = path.with_name(f".{owner}{process}{secrets.token_hex(2)}{path.suffix}")
-    try:
+    with file_errors(path, "written"):
         temporary.touch(exist_ok=False)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be written: {error.strerror}") from error
     return temporary
 
 
@@ -248,6 +230,6 @@ def _runs(process: int) -> bool:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except OSError:
-        return True
+    except OSError:  # it is another user's
+        pass
     return True

@@ -13,30 +13,26 @@ import struct
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import FormatError, reason, require
-from nacre.io.files import PathLike, check_regular
+from nacre.io.files import PathLike, opened
 
 HEADER_LIMIT = 1 << 18
 """Bytes from the start of a file within which its size must be found."""
 
-_USUAL_HEADER = 1 << 12
-"""Bytes that nearly all headers fit in."""
+_USUAL_HEADER = 1 << 12  # bytes that nearly all headers fit in
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 JPEG_MAGIC = b"\xff\xd8\xff"
 
 _EXR_HEADER_LIMIT = 1 << 16
-_EXR_LONG_NAMES = 0x400
-"""The one flag of an image in scan lines that is not a plain one."""
-_PNG_COLORS = {2, 6}
-"""RGB, with and without opacity."""
+_EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
+_PNG_COLORS = {2, 6}  # RGB, with and without opacity
 
 
 @dataclass(frozen=True)
@@ -62,44 +58,22 @@ class ImageHeader:
 def read_header(path: PathLike) -> ImageHeader:
     """Header of an image of any of the kinds, which its first bytes tell.
 
-    Raises
-    ------
-    FormatError
-        If it cannot be read, is none of them, or is not of three colors.
+    A :class:`FormatError` says that it cannot be read, is none of them, or is not of three colors.
     """
-    try:
-        check_regular(Path(path))
-        with Path(path).open("rb") as file:
-            data = file.read(_USUAL_HEADER)
-            try:
-                return parse_header(data, path)
-            except FormatError:
-                return parse_header(data + file.read(HEADER_LIMIT - len(data)), path)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    with opened(path) as file:
+        data = file.read(_USUAL_HEADER)
+        try:
+            return parse_header(data, path)
+        except FormatError:
+            return parse_header(data + file.read(HEADER_LIMIT - len(data)), path)
 
 
 def parse_header(data: bytes, path: PathLike) -> ImageHeader:
-    """Header of an image of any of the kinds.
-
-    Parameters
-    ----------
-    data
-        First bytes of the file, :data:`HEADER_LIMIT` or more where it has as many.
-    path
-        Of the file, for error messages.
-
-    Raises
-    ------
-    FormatError
-        If it is none of them, or not of three colors.
-    """
-    if data.startswith(PNG_MAGIC):
-        return png_header(data, path)
-    if data.startswith(JPEG_MAGIC):
-        return _jpeg_header(data, path)
-    if data.startswith(EXR_MAGIC):
-        return exr_header(data, path)
+    """As :func:`read_header`, of a file's first :data:`HEADER_LIMIT` bytes, or all it has."""
+    kinds = {PNG_MAGIC: png_header, JPEG_MAGIC: _jpeg_header, EXR_MAGIC: exr_header}
+    for magic, parse in kinds.items():
+        if data.startswith(magic):
+            return parse(data, path)
     raise FormatError(f"{path}: is not an OpenEXR, PNG or JPEG image")
 
 
@@ -134,37 +108,14 @@ def png_header(data: bytes, path: PathLike) -> ImageHeader:
 def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]:
     """Pixels of an image as stored, shape (height, width, 3).
 
-    Parameters
-    ----------
-    data
-        Content of the whole file.
-    header
-        What was found in it, and found to be no more than memory holds.
-    path
-        Of the file: OpenEXR images are decoded from there.
-
-    Returns
-    -------
-    array
-        Unsigned integers that follow a display curve, or linear values; red, green and blue, or
-        the channels X, Y and Z.
-
-    Raises
-    ------
-    FormatError
-        If the image is damaged.
-    MissingExtraError
-        If what decodes it is not installed.
+    They are unsigned integers that follow a display curve, or linear values; red, green and blue,
+    or the channels X, Y and Z. The header was found in the data, and to promise no more than memory
+    holds. OpenEXR images are decoded from the path.
     """
-    if data.startswith(JPEG_MAGIC):
-        pixels = _decode_by_pillow(data, path)
-    else:
-        pixels = _decode_by_mitsuba(data, path)
-    if (
-        pixels.ndim != 3
-        or pixels.shape[:2] != (header.height, header.width)
-        or len(pixels[0, 0]) < 3
-    ):
+    decoder = _decode_by_pillow if data.startswith(JPEG_MAGIC) else _decode_by_mitsuba
+    pixels = decoder(data, path)
+    size = header.height, header.width
+    if pixels.ndim != 3 or pixels.shape[:2] != size or pixels.shape[2] < 3:
         raise FormatError(f"{path}: is of another size than its header says")
     return pixels[..., :3]
 
@@ -214,11 +165,6 @@ def bitmaps() -> Any:
     """Mitsuba, with threads enough that its `Bitmap` reads and writes OpenEXR images.
 
     Where it has one thread only, as on one core, that thread waits for another for ever.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
     """
     mi, drjit = require("mitsuba", "render"), require("drjit", "render")
     if drjit.thread_count() < 2:

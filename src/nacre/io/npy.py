@@ -31,29 +31,14 @@ TEXT_LIMIT = 1024
 
 
 def parse_npy(data: bytes, where: str) -> npt.NDArray[Any]:
-    """The array of floating-point numbers in a version 1.0 `.npy` file.
+    """The array of floating-point numbers in a version 1.0 `.npy` file; read-only.
 
-    Parameters
-    ----------
-    data
-        Content of the file.
-    where
-        What error messages start with: the file's path, and the array's name where it has several.
-
-    Returns
-    -------
-    array
-        Read-only, of the shape and type in the header.
-
-    Raises
-    ------
-    FormatError
-        If the header is damaged, of another version or type, or its shape does not need exactly
-        the bytes that follow.
+    A :class:`FormatError`, which starts with `where`, says that the header is damaged, of another
+    version or type, or its shape does not need exactly the bytes that follow.
     """
-    shape, fortran, dtype, offset = _header(io.BytesIO(data), len(data), "f", where)
+    shape, order, dtype, offset = _header(io.BytesIO(data), len(data), "f", where)
     values = np.frombuffer(data, dtype, offset=offset)
-    return values.reshape(shape, order="F" if fortran else "C")
+    return values.reshape(shape, order=order)
 
 
 def parse_text(data: bytes, where: str) -> str:
@@ -72,27 +57,14 @@ def parse_text(data: bytes, where: str) -> str:
 
 
 def map_npy(path: PathLike, offset: int, length: int, where: str) -> npt.NDArray[Any]:
-    """The array of floating-point numbers in a part of a file, mapped rather than read.
+    """As :func:`parse_npy`, of `length` bytes of a file from an offset, mapped rather than read.
 
-    Parameters
-    ----------
-    path
-        The file, which must stay as it is while the array is used.
-    offset, length
-        Where the version 1.0 `.npy` file within it starts and how many bytes it has.
-    where
-        As of :func:`parse_npy`, whose errors these are.
-
-    Returns
-    -------
-    array
-        Read-only, of the shape and type in the header; not always aligned in memory.
+    The file must stay as it is while the array is used, which is not always aligned in memory.
     """
     try:
         with Path(path).open("rb") as file:
             file.seek(offset)
-            shape, fortran, dtype, start = _header(file, length, "f", where)
-        order: Any = "F" if fortran else "C"
+            shape, order, dtype, start = _header(file, length, "f", where)
         if not math.prod(shape):
             return np.zeros(shape, dtype)
         return np.memmap(path, dtype, "r", offset + start, shape, order)
@@ -104,13 +76,7 @@ def map_npy(path: PathLike, offset: int, length: int, where: str) -> npt.NDArray
 
 @contextmanager
 def archive_errors(path: PathLike) -> Iterator[None]:
-    """A block that reads an archive, whose decoders meet damage in many ways.
-
-    Raises
-    ------
-    FormatError
-        Naming the file and what is damaged.
-    """
+    """A block that reads an archive; a :class:`FormatError` names the file and what is damaged."""
     try:
         yield
     except FormatError:
@@ -125,23 +91,12 @@ def archive_errors(path: PathLike) -> Iterator[None]:
 def unpack_member(
     archive: zipfile.ZipFile, member: zipfile.ZipInfo, size: int, where: str
 ) -> bytes:
-    """Content of a file in an archive, stored or deflated.
+    """Content of a file in an archive of `size` bytes, stored or deflated.
 
-    Parameters
-    ----------
-    archive, member
-        The archive, open, and the file in it.
-    size
-        Bytes of the archive: the content may have eight times as many, and 64 MiB of any archive.
-    where
-        What error messages start with.
-
-    Raises
-    ------
-    FormatError
-        If the content is larger, of another length than the archive says, or packed in another way.
-    Exception
-        Of many kinds, where the archive is damaged.
+    The content may have eight times as many bytes, and 64 MiB of any archive. A
+    :class:`FormatError`, which starts with `where`, says that it is larger, of another length than
+    the archive says, or packed in another way; where the archive is damaged, exceptions are of many
+    kinds (see :func:`archive_errors`).
     """
     if member.file_size > max(_WHOLE, _RATIO * size):
         raise FormatError(f"{where}: is larger than any table that packs into this file")
@@ -156,8 +111,8 @@ def unpack_member(
 
 def _header(
     file: IO[bytes], length: int, kind: str, where: str
-) -> tuple[tuple[int, ...], bool, np.dtype[Any], int]:
-    """Shape, whether in Fortran order, type, and length of the header, which lies here in a file.
+) -> tuple[tuple[int, ...], Any, np.dtype[Any], int]:
+    """Shape, order ("C" or "F"), type, and length of the header, which lies here in a file.
 
     The array must be of a kind of NumPy's and fill the rest of `length` bytes.
     """
@@ -177,4 +132,4 @@ def _header(
         raise FormatError(f"{where}: is of type {dtype}, expected {wanted}")
     if min(shape, default=1) < 0 or math.prod(shape) * dtype.itemsize != left:
         raise FormatError(f"{where}: header promises {shape} {dtype}, {left} bytes follow")
-    return shape, fortran, dtype, start
+    return shape, "F" if fortran else "C", dtype, start

@@ -66,11 +66,8 @@ def written_by(command: str) -> AbstractContextManager[None]:
 def check_replaceable(path: PathLike) -> None:
     """Refuse to write where there is a file that must not be replaced.
 
-    Raises
-    ------
-    FormatError
-        If it is a link, read-only, of another user, or not known as written by nacre, by this
-        command and unchanged since. Not within :func:`overwrite`.
+    It is a link, read-only, of another user, or not known as written by nacre, by this command and
+    unchanged since. Not within :func:`overwrite`.
     """
     path = Path(path)
     if _policy.force:
@@ -79,9 +76,7 @@ def check_replaceable(path: PathLike) -> None:
         status = path.lstat()
     except OSError:  # nothing there, or nothing that could be written either
         return
-    if stat.S_ISDIR(status.st_mode):
-        return
-    if problem := _problem(path, status):
+    if not stat.S_ISDIR(status.st_mode) and (problem := _problem(path, status)):
         raise FormatError(f"{path}: {problem}; name another output, or use --force to replace it")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import stat
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from nacre.io.files import PathLike, digest
@@ -31,8 +32,7 @@ class Source(Mapping[str, str]):
     def __getitem__(self, key: str) -> str:
         if key == "file":
             return self._name
-        if key == "sha256" and self._hashed():
-            assert self._sha256 is not None
+        if key == "sha256" and self._hashed() and self._sha256:
             return self._sha256
         raise KeyError(key)
 
@@ -50,12 +50,10 @@ class Source(Mapping[str, str]):
     def _hashed(self) -> bool:
         """Whether the hash is known, once it was tried."""
         if self._sha256 is None and self._state is not None and self._state == self._status():
-            try:
+            with suppress(ValueError):  # it has gone, or may not be read again
                 found = digest(self._path)
-            except ValueError:  # it has gone, or may not be read again
-                return False
-            if self._state == self._status():
-                self._sha256 = found
+                if self._state == self._status():
+                    self._sha256 = found
         return self._sha256 is not None
 
     def _status(self) -> tuple[int, int, int] | None:

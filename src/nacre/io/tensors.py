@@ -35,20 +35,9 @@ _START = re.compile(rb'\{"__metadata__":\{"(nacre[ a-z]*)":')
 def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> bytes:
     """The content of a file; the same tensors and header give the same bytes.
 
-    Parameters
-    ----------
-    key
-        Name of the header in the file's metadata. One only: the library writes several in no
-        particular order.
-    header, tensors
-        What to write.
-    limit
-        Bytes that are read back.
-
-    Raises
-    ------
-    FormatError
-        If the header is not JSON, or the file too large.
+    The header has a name in the file's metadata. It has one only, for the library writes several in
+    no particular order. A :class:`FormatError` says that the header is not JSON, or that there are
+    more bytes than `limit`, which are read back.
     """
     try:
         check_json(header)
@@ -61,21 +50,10 @@ def to_bytes(key: str, header: dict[str, Any], tensors: Tensors, limit: int) -> 
 
 
 def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Tensors]:
-    """Header and tensors of a file, neither of them checked.
+    """Header and tensors of a file, neither of them checked; see :func:`to_bytes`.
 
-    Parameters
-    ----------
-    path
-        File to read.
-    key, limit
-        As in :func:`to_bytes`.
-    what
-        The file is expected to be, for the message of an error: "a nacre material".
-
-    Raises
-    ------
-    FormatError
-        If it is no safetensors file of at most `limit` bytes, or has no such header.
+    A :class:`FormatError` says that it is no safetensors file of at most `limit` bytes, or has no
+    such header, and is not `what` it is expected to be: "a nacre material".
     """
     data = read_bytes(path, limit)
     try:
@@ -92,12 +70,7 @@ def from_file(path: PathLike, key: str, limit: int, what: str) -> tuple[Any, Ten
 def check_header(header: dict[str, Any], version: int) -> None:
     """Refuse a header that is of another version, has no metadata or could not be written again.
 
-    Raises
-    ------
-    KeyError
-        If it has no version or metadata.
-    ValueError
-        Saying what is wrong.
+    A KeyError or ValueError says what is wrong; see :func:`format_errors`.
     """
     if header["version"] != version:
         raise ValueError(f"version {header['version']!r}; this nacre reads version {version}")
@@ -107,12 +80,8 @@ def check_header(header: dict[str, Any], version: int) -> None:
 
 
 def check_unit_vectors(tensors: Tensors) -> None:
-    """Refuse what is not of shape (n, 3), finite and of unit length to about a thousandth.
-
-    Raises
-    ------
-    ValueError
-        With the name of the tensor.
+    """Refuse, by a ValueError with its name, what is not of shape (n, 3), finite and of unit length
+    to about a thousandth.
     """
     check_numbers(tensors, _LARGEST)
     for name, array in tensors.items():
@@ -134,21 +103,10 @@ def check_numbers(tensors: Tensors, largest: float) -> None:
 
 
 def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARGEST) -> Tensors:
-    """The same numbers as they are written.
+    """Numbers of single precision as they are written.
 
-    Parameters
-    ----------
-    tensors
-        Of single precision.
-    precision
-        One of :data:`PRECISIONS`; the half one where None, if it changes no number.
-    largest
-        See :func:`check_numbers`.
-
-    Raises
-    ------
-    FormatError
-        If a number is not finite or too large.
+    `precision` is one of :data:`PRECISIONS`; the half one where None, if it changes no number. A
+    :class:`FormatError` says that a number is not finite or too large.
     """
     if precision is None:
         with np.errstate(over="ignore"):
@@ -162,13 +120,7 @@ def in_precision(tensors: Tensors, precision: str | None, largest: float = _LARG
 
 
 def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
-    """What :func:`in_precision` gave, in single precision.
-
-    Raises
-    ------
-    ValueError
-        If numbers are of other types, or of several, not finite, or too large.
-    """
+    """What :func:`in_precision` gave, in single precision; a ValueError where it is no such."""
     kinds = {array.dtype for array in tensors.values()}
     if len(kinds) != 1 or not kinds <= set(PRECISIONS.values()):
         raise ValueError("weights are not float32 or float16 numbers, all alike")
@@ -179,12 +131,9 @@ def in_single(tensors: Tensors, largest: float = _LARGEST) -> Tensors:
 
 @contextmanager
 def format_errors(path: PathLike) -> Iterator[None]:
-    """A block that makes sense of the header and tensors of a file.
+    """A block that makes sense of the header and tensors of a file, whose path errors then name.
 
-    Raises
-    ------
-    FormatError
-        Naming the file, for whatever goes wrong as it does where a field is missing or bad.
+    They are a :class:`FormatError`, whatever goes wrong as it does where a field is missing or bad.
     """
     try:
         yield

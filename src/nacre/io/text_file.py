@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.files import PathLike, read_bytes, write_encoded
 
 LINE_LIMIT = 1 << 16
 """Most characters in a line."""
@@ -17,20 +17,10 @@ LINE_LIMIT = 1 << 16
 def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
     """Numbers of lines, from 1, and lines of a file that is UTF-8 throughout.
 
-    Lines come one at a time: a list of them could take many times the memory of the file.
-
-    Parameters
-    ----------
-    path
-        File to read; a mark of the byte order at its start is left out.
-    size_limit
-        Most bytes that it may have.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is longer, is not UTF-8, or, once it comes to that, a line is
-        longer than :data:`LINE_LIMIT`.
+    Lines come one at a time: a list of them could take many times the memory of the file. A mark of
+    the byte order at its start is left out. A :class:`FormatError` says that the file has more
+    bytes than `size_limit`, is not UTF-8, or, once it comes to that, a line is longer than
+    :data:`LINE_LIMIT`.
     """
     data = read_bytes(path, size_limit)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data:
@@ -38,9 +28,8 @@ def read_lines(path: PathLike, size_limit: int) -> Iterator[tuple[int, str]]:
     try:
         data.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise FormatError(
-            f"{path}: byte {error.start} is not UTF-8 text; save the file as UTF-8"
-        ) from error
+        where = f"{path}: byte {error.start}"
+        raise FormatError(f"{where} is not UTF-8 text; save the file as UTF-8") from error
     return _lines(path, data)
 
 
@@ -58,28 +47,24 @@ def _lines(path: PathLike, data: bytes) -> Iterator[tuple[int, str]]:
 def parse_number(cell: str) -> float:
     """The number in a cell.
 
-    Raises
-    ------
-    ValueError
-        If it is none, has digits of another script or grouped as Python does, or is not finite.
+    A ValueError says that it is none, has digits of another script or grouped as Python does, or
+    is not finite.
     """
-    if "_" in cell or not cell.isascii():
-        raise ValueError(cell)
-    value = float(cell)
-    if not math.isfinite(value):
+    if "_" in cell or not cell.isascii() or not math.isfinite(value := float(cell)):
         raise ValueError(cell)
     return value
 
 
-def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
-    """Write comma-separated values, the names of the columns first, whole or not at all.
+def check_columns(path: PathLike, names: Sequence[str], needed: Iterable[str]) -> None:
+    """Refuse a table that lacks a column, or has one twice."""
+    if missing := [name for name in needed if name not in names]:
+        raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
 
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
-    """
+
+def write_rows(rows: Iterable[Iterable[object]], path: PathLike) -> None:
+    """Write comma-separated values, the names of the columns first, whole or not at all."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text.getvalue(), encoding="utf-8")
+    write_encoded(path, str.encode, text.getvalue())

@@ -9,6 +9,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "merl_table": ["MerlBrdf"],
         "rgl": ["RglBrdf"],
         "scattered": ["ScatteredBrdf"],
-        "utia_table": ["UtiaBrdf"],
+        "utia": ["UtiaBrdf"],
     },
 )

@@ -18,8 +18,7 @@ from nacre.measured.axis import Axis, Blend, outer
 from nacre.measured.rgl_tables import RglTables
 from nacre.measured.warp import Warp
 
-_MIN_JACOBIAN = 1e-6
-"""Bounds the density of half vectors at the pole, where the map from the square degenerates."""
+_MIN_JACOBIAN = 1e-6  # bounds the density at the pole, where the map from the square degenerates
 
 
 class View(NamedTuple):
@@ -115,7 +114,6 @@ class AdaptiveWarp(Sampler):
         return wi, xp.where(wi[2] > 0.0, pdf, 0.0 * pdf)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         view = self.view(wo)
         point = self.invert(wi, view)
         return self._luminance.eval(point.u, point.v, view.blend) * point.density

@@ -15,6 +15,9 @@ from nacre.array import Array, Table, namespace
 Blend: TypeAlias = Sequence[tuple[Array, Array]]
 """Slice indices and the weights, summing to 1, with which their values are added."""
 
+KNOWN = 1.0 - 1e-5
+"""Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
+
 
 class Axis:
     """Nodes of one parameter, increasing.
@@ -47,6 +50,13 @@ def zero_index(like: Array) -> Array:
     """Index 0 in the shape and library of `like`, whatever numbers that holds."""
     xp = namespace(like)
     return xp.to_index(xp.where(like == like, 0.0 * like, 0.0))
+
+
+def cell(position: Array, count: int) -> tuple[Array, Array]:
+    """Which of `count` steps a non-negative position is in, and how far along it, up to 1."""
+    xp = namespace(position)
+    index = xp.maximum(xp.minimum(xp.to_index(position), count - 1), 0)
+    return index, xp.minimum(position - xp.to_float(index, position), 1.0)
 
 
 def outer(slow: Blend, fast: Blend, fast_count: int) -> Blend:

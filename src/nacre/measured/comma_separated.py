@@ -25,16 +25,13 @@ from nacre.io.format import Format
 from nacre.io.text_file import read_lines
 from nacre.measured.deduplication import from_measurement
 from nacre.measured.sample_columns import ANGLES, Columns, read_header, read_table
-from nacre.measured.sample_grid import tabulate
-from nacre.measured.scattered import ScatteredBrdf
+from nacre.measured.scattered import ScatteredBrdf, tabulate
 from nacre.measured.spectra import to_rgb
 
 _SIZE_LIMIT = 1 << 28
-_COUNTS = ("samples", "num_points")
-"""Header keys that say how many samples there are: ours, and that of ASTM E1392."""
+_COUNTS = ("samples", "num_points")  # header keys of the number of samples: ours, and ASTM's
 _USED = ("units", "values", *_COUNTS)
-_LARGEST = 3.4028234e38
-"""Bound of what is written: just below the largest float32, which nine digits round up."""
+_LARGEST = 3.4028234e38  # of what is written: below the largest float32, which nine digits round up
 
 _Array = npt.NDArray[np.float64]
 
@@ -42,18 +39,11 @@ _Array = npt.NDArray[np.float64]
 def load(path: PathLike) -> ScatteredBrdf:
     """Read a ``.csv`` or ``.astm`` file of scattered samples.
 
-    Parameters
-    ----------
-    path
-        File to read.
-
     Raises
     ------
     FormatError
         If the file cannot be read, a column or the unit of the angles is missing, a value is not a
         finite number, or there are not as many samples as the header says.
-    MissingExtraError
-        If the file has bands and colour-science is not installed.
     """
     lines = read_lines(path, _SIZE_LIMIT)
     header, columns = read_header(path, lines)
@@ -89,7 +79,7 @@ def save(brdf: Brdf, path: PathLike) -> None:
 
     The samples of a :class:`ScatteredBrdf` are written as they are: what this function wrote is
     written again byte for byte. Anything else is sampled first (see
-    :func:`nacre.measured.sample_grid.tabulate`). Angles are in degrees; values are bands where
+    :func:`nacre.measured.scattered.tabulate`). Angles are in degrees; values are bands where
     spectra are known, else linear RGB.
 
     Raises
@@ -138,8 +128,7 @@ def _values(table: _Array, columns: Columns) -> tuple[_Array, _Array | None, _Ar
     def pick(names: Iterable[str]) -> _Array:
         return table[:, [columns.names.index(name) for name in names]]
 
-    bands = columns.bands
-    if bands:
+    if bands := columns.bands:
         spectra, wavelengths = pick(bands), np.array(bands, np.float64)
         return to_rgb(spectra, wavelengths), spectra, wavelengths
     if "f" in columns.names:

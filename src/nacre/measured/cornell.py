@@ -43,13 +43,6 @@ def load(path: PathLike) -> ScatteredBrdf:
     ----------
     path
         File to read; its comments before the first number name the material.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read or is not such a scan.
-    MissingExtraError
-        If colour-science is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     if not data.isascii():
@@ -137,4 +130,3 @@ def _recognize(head: bytes) -> bool:
 
 
 FORMAT = Format("Cornell scan", (".brdf",), _recognize, load)
-"""Entry of the registry of formats."""

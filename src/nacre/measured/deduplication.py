@@ -50,8 +50,7 @@ def from_measurement(
 
     def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         if len(first) == len(rank):
-            every: npt.NDArray[np.float64] = values[kept]
-            return every
+            return np.asarray(values[kept])
         total = np.zeros((len(first), values.shape[1]))
         np.add.at(total, rank, values[kept])
         return total / count

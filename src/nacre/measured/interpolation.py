@@ -20,12 +20,9 @@ NEIGHBORS = 16
 
 _HALF_SCALE, _DIFFERENCE_SCALE, _AZIMUTH_SCALE = 2.0, 1.5, 0.5
 """Weights of the coordinates; see :func:`coordinates`."""
-_FLOOR = 1e-4
-"""Added to f_r (1/sr) before its logarithm is taken: below it, differences do not matter."""
-_RIDGE = 1e-3
-"""Pull of the plane's slopes to zero, relative to the spread of the neighbors."""
-_REACH = 0.99
-"""Share of the samples that count as known from the others alone."""
+_FLOOR = 1e-4  # added to f_r (1/sr) before its logarithm: below it, differences do not matter
+_RIDGE = 1e-3  # pull of the plane's slopes to zero, relative to the spread of the neighbors
+_REACH = 0.99  # share of the samples that count as known from the others alone
 
 
 class Neighbours(NamedTuple):

@@ -35,12 +35,10 @@ INVALID = -1.0
 
 _HEADER = struct.Struct("<3i")
 _TYPES = ("<f8", "<f4", "<f2")
-_NODE_LIMIT = 1024
+NODE_LIMIT = 1024
 _SIZE_LIMIT = 1 << 30
-_FULL_TURN = (90, 90, 360)
-"""Header of files that others made in this layout without folding phi_d."""
-_HORIZON = 1e-6
-"""A node whose directions are not higher than this (cosine) has no reflectance to tabulate."""
+_FULL_TURN = (90, 90, 360)  # header of files that others made in this layout without folding phi_d
+_HORIZON = 1e-6  # a node with a direction no higher (cosine) has no reflectance to tabulate
 
 
 @dataclass(frozen=True)
@@ -63,8 +61,8 @@ class Resolution:
     phi_d: int = 180
 
     def __post_init__(self) -> None:
-        if not all(1 <= nodes <= _NODE_LIMIT for nodes in astuple(self)):
-            raise ValueError(f"numbers of nodes are 1 to {_NODE_LIMIT}")
+        if not all(1 <= nodes <= NODE_LIMIT for nodes in astuple(self)):
+            raise ValueError(f"numbers of nodes are 1 to {NODE_LIMIT}")
         if _HEADER.size + 24 * math.prod(astuple(self)) > _SIZE_LIMIT:
             raise ValueError(f"a file would take more than {_SIZE_LIMIT} bytes")
         if astuple(self) == _FULL_TURN:
@@ -81,17 +79,8 @@ def node_directions(
 ) -> tuple[Components, Components]:
     """Directions (wi, wo) of the nodes with phi_h = 0; either may lie below the horizon.
 
-    Parameters
-    ----------
-    resolution
-        Of the grid.
-    rows
-        Nodes of theta_h that are asked for.
-
-    Returns
-    -------
-    wi, wo
-        Components of shapes that broadcast to (rows, theta_d, phi_d), float64.
+    Components have shapes that broadcast to (rows, theta_d, phi_d), float64; `rows` are those of
+    theta_h that are asked for.
     """
     n_h, n_d, n_p = resolution.dimensions
     theta_h = ((np.arange(n_h)[rows] / n_h) ** 2 * (math.pi / 2.0))[:, None, None]
@@ -125,14 +114,13 @@ def tabulate(brdf: Brdf, resolution: Resolution | None = None) -> MerlBrdf:
         raise FormatError(f"{brdf.name or 'this material'}: MERL holds isotropic reflectance only")
     check_isotropic(brdf)
     resolution = resolution or Resolution()
-    stored = np.full((3, *resolution.dimensions), INVALID, np.float32)
+    scales, stored = np.asarray(SCALES), np.empty((3, *resolution.dimensions), np.float32)
     for i in range(resolution.theta_h):
         wi, wo = map(join, node_directions(resolution, slice(i, i + 1)))
-        f_r = brdf.eval(wi, wo)
+        f_r = np.minimum(brdf.eval(wi, wo), LARGEST * scales)
         known = (wi[..., 2] > _HORIZON) & (wo[..., 2] > _HORIZON)
-        f_r = np.minimum(f_r, LARGEST * np.asarray(SCALES))
         known &= np.isfinite(f_r).all(axis=-1) & brdf.valid(wi, wo)
-        row = np.where(known[..., None], f_r / np.asarray(SCALES), INVALID)
+        row = np.where(known[..., None], f_r / scales, INVALID)
         stored[:, i : i + 1] = np.moveaxis(row, -1, 0)
     return MerlBrdf(stored, brdf.name)
 
@@ -157,25 +145,21 @@ def load(path: PathLike, interpolation: Interpolation = "trilinear") -> MerlBrdf
     if len(data) < _HEADER.size:
         raise FormatError(f"{path}: ends within the header; the file is cut short")
     dimensions = _HEADER.unpack_from(data)
-    if not all(1 <= n <= _NODE_LIMIT for n in dimensions):
-        raise FormatError(
-            f"{path}: header gives {' x '.join(map(str, dimensions))} nodes, expected 90 x 90 x 180"
-        )
+    contents = f"{' x '.join(map(str, dimensions))} nodes"
+    if not _recognize(data):
+        raise FormatError(f"{path}: header gives {contents}, expected 90 x 90 x 180")
     if dimensions == _FULL_TURN:
         raise FormatError(
             f"{path}: 360 nodes in phi_d span a full turn of a material that is not reciprocal; "
             "only tables over half a turn are read"
         )
-    contents = f"{' x '.join(map(str, dimensions))} nodes"
     values = read_values(data, str(path), contents, 3 * math.prod(dimensions), _TYPES, _HEADER.size)
     return MerlBrdf(values.reshape(3, *dimensions), Path(path).stem, interpolation)
 
 
 def as_table(brdf: Brdf, resolution: Resolution | None) -> MerlBrdf:
     """A table that is to be written: a :class:`MerlBrdf` itself, unless a resolution is given."""
-    if isinstance(brdf, MerlBrdf) and resolution is None:
-        return brdf
-    return tabulate(brdf, resolution)
+    return brdf if isinstance(brdf, MerlBrdf) and resolution is None else tabulate(brdf, resolution)
 
 
 def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
@@ -193,11 +177,6 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
         File to write.
     resolution
         Of the table; where it is given, a :class:`MerlBrdf` is tabulated anew.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic or the path cannot be written.
     """
     merl = as_table(brdf, resolution)
     with atomic_path(path) as temporary, temporary.open("wb") as file:
@@ -208,9 +187,8 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
 
 def _recognize(head: bytes) -> bool:
     return len(head) >= _HEADER.size and all(
-        1 <= n <= _NODE_LIMIT for n in _HEADER.unpack_from(head)
+        1 <= n <= NODE_LIMIT for n in _HEADER.unpack_from(head)
     )
 
 
 FORMAT = Format("MERL", (".binary",), _recognize, load, save, isotropic=True, resolution=Resolution)
-"""Entry of the registry of formats."""

@@ -11,68 +11,44 @@ import io
 import re
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes
 from nacre.io.format import Format
 from nacre.io.npy import MAGIC, archive_errors, parse_npy, unpack_member
-from nacre.measured.merl import Resolution, as_table
+from nacre.measured.merl import NODE_LIMIT, Resolution, as_table
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.measured.raw import LARGEST, check_finite
 
 _KEY = "f_r"
 _LIMIT = 1 << 30
-_NODE_LIMIT = 1024
 _SHAPE = re.compile(rb"'shape': \((?:\d+, ){3}\d+\)")
 
 
 def load_npz(path: PathLike) -> MerlBrdf:
     """Read the array `f_r` of an ``.npz`` archive, or its only array whatever the name.
 
-    Parameters
-    ----------
-    path
-        File to read; its name becomes the material's. For shapes see :func:`load_npy`.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole archive, or the array is not a table.
+    The file's name becomes the material's. For shapes see :func:`load_npy`.
     """
     data = read_bytes(path, _LIMIT)
     with archive_errors(path), zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = {m.filename: m for m in archive.infolist() if m.filename.endswith(".npy")}
-        member = members.get(f"{_KEY}.npy")
-        if member is None:
-            if len(members) != 1:
-                raise FormatError(
-                    f"{path}: holds {len(members)} arrays and none is called '{_KEY}'"
-                )
-            member = next(iter(members.values()))
+        if f"{_KEY}.npy" not in members and len(members) != 1:
+            raise FormatError(f"{path}: holds {len(members)} arrays and none is called '{_KEY}'")
+        member = members.get(f"{_KEY}.npy") or next(iter(members.values()))
         where = f"{path}: array '{member.filename.removesuffix('.npy')[:80]}'"
         content = unpack_member(archive, member, len(data), where)
     return _table(content, where, Path(path).stem)
 
 
 def load_npy(path: PathLike) -> MerlBrdf:
-    """Read a table from an ``.npy`` file.
+    """Read a table from an ``.npy`` file, whose name becomes the material's.
 
-    Parameters
-    ----------
-    path
-        File to read; its name becomes the material's. The array has the shape
-        (theta_h, theta_d, phi_d, 3) or (3, theta_h, theta_d, phi_d), 90 x 90 x 180 nodes as a rule,
-        and any floating-point type.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read or the array is not a table.
+    The array has the shape (theta_h, theta_d, phi_d, 3) or (3, theta_h, theta_d, phi_d),
+    90 x 90 x 180 nodes as a rule, and any floating-point type.
     """
     return _table(read_bytes(path, _LIMIT), str(path), Path(path).stem)
 
@@ -81,22 +57,8 @@ def save_npz(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -
     """Write an ``.npz`` archive with `f_r` of shape (theta_h, theta_d, phi_d, 3), float64.
 
     A :class:`MerlBrdf` is written as it is, invalid samples included: what this function wrote
-    comes back byte for byte. Anything else is tabulated first (see
-    :func:`nacre.measured.merl.tabulate`).
-
-    Parameters
-    ----------
-    brdf
-        Isotropic.
-    path
-        File to write.
-    resolution
-        As of :func:`nacre.measured.merl.save`.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic or the path cannot be written.
+    comes back byte for byte. Anything else is tabulated first; see
+    :func:`nacre.measured.merl.save`, whose parameters and errors these are.
     """
     merl = as_table(brdf, resolution)
     f_r = np.moveaxis(merl.stored, 0, -1) * np.asarray(SCALES)
@@ -106,13 +68,10 @@ def save_npz(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -
 
 def _table(content: bytes, where: str, name: str) -> MerlBrdf:
     values = parse_npy(content, where)
-    if values.ndim == 4 and values.shape[3] == 3:
-        f_r: npt.NDArray[Any] = values
-    elif values.ndim == 4 and values.shape[0] == 3:
-        f_r = np.moveaxis(values, 0, -1)
-    else:
+    if values.ndim != 4 or 3 not in (values.shape[0], values.shape[3]):
         raise FormatError(f"{where}: has shape {values.shape}, expected (90, 90, 180, 3)")
-    if not all(1 <= n <= _NODE_LIMIT for n in f_r.shape[:3]):
+    f_r = values if values.shape[3] == 3 else np.moveaxis(values, 0, -1)
+    if not all(1 <= n <= NODE_LIMIT for n in f_r.shape[:3]):
         sizes = " x ".join(map(str, f_r.shape[:3]))
         raise FormatError(f"{where}: has {sizes} nodes, expected 90 x 90 x 180")
     with np.errstate(over="ignore"):

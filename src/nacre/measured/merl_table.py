@@ -14,15 +14,13 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.geometry import half_difference, to_spherical
+from nacre.measured.axis import KNOWN, cell
 from nacre.sampling import LobeSampledBrdf
 
 Interpolation: TypeAlias = Literal["trilinear", "nearest"]
 
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 """Factors from stored red, green and blue to f_r in 1/sr, as in the database's own reader."""
-
-_KNOWN = 1.0 - 1e-5
-"""Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
 
 
 class MerlBrdf(LobeSampledBrdf):
@@ -53,10 +51,7 @@ class MerlBrdf(LobeSampledBrdf):
     isotropy_known = True
 
     def __init__(
-        self,
-        stored: npt.ArrayLike,
-        name: str = "",
-        interpolation: Interpolation = "trilinear",
+        self, stored: npt.ArrayLike, name: str = "", interpolation: Interpolation = "trilinear"
     ) -> None:
         values = np.asarray(stored)
         if values.ndim != 4 or values.shape[0] != 3 or 0 in values.shape:
@@ -81,26 +76,21 @@ class MerlBrdf(LobeSampledBrdf):
     @property
     def mask(self) -> npt.NDArray[np.bool_]:
         """Whether a node holds a valid sample: shape (theta_h, theta_d, phi_d)."""
-        valid: npt.NDArray[np.bool_] = np.all(self._nodes.values >= 0.0, axis=-1)
-        return valid
+        return np.asarray(np.all(self._nodes.values >= 0.0, axis=-1))
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`."""
         return self._nodes.values.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         red, green, blue, known = self._interpolate(wi, wo)
         scale = 1.0 / namespace(known).maximum(known, 1e-30)
         return SCALES[0] * scale * red, SCALES[1] * scale * green, SCALES[2] * scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Brdf`."""
-        return self._interpolate(wi, wo)[3] >= _KNOWN
+        return self._interpolate(wi, wo)[3] >= KNOWN
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         mask = self.mask
         f_r = self._nodes.values[mask] * np.asarray(SCALES, np.float32)
         sizes = " x ".join(map(str, self.dimensions))
@@ -114,10 +104,7 @@ class MerlBrdf(LobeSampledBrdf):
     def _interpolate(self, wi: Components, wo: Components) -> tuple[Array, Array, Array, Array]:
         """Weighted sums of the channels over valid nodes, and the sum of those nodes' weights."""
         xp = namespace(*wi, *wo)
-        red: Array = 0.0
-        green: Array = 0.0
-        blue: Array = 0.0
-        known: Array = 0.0
+        red = green = blue = known = 0.0
         for index, weight in self._neighbors(wi, wo):
             r, g, b = (xp.take(self._nodes, index * 3 + channel) for channel in range(3))
             valid = xp.minimum(xp.minimum(r, g), b) >= 0.0
@@ -131,8 +118,7 @@ class MerlBrdf(LobeSampledBrdf):
         xp = namespace(*wi, *wo)
         n_h, n_d, n_p = self.dimensions
         h, d = half_difference(wi, wo)
-        theta_h, _ = to_spherical(h)
-        theta_d, _ = to_spherical(d)
+        (theta_h, _), (theta_d, _) = to_spherical(h), to_spherical(d)
         # Reciprocity: phi_d and phi_d + pi are the same sample.
         phi_d = xp.arctan2(xp.abs(d[1]), xp.where(d[1] < 0.0, -d[0], d[0]))
         positions = (
@@ -140,7 +126,7 @@ class MerlBrdf(LobeSampledBrdf):
             (theta_d * (2.0 / math.pi) * n_d, n_d),
             (phi_d * (1.0 / math.pi) * n_p, n_p + 1),  # node n_p is node 0 again
         )
-        low, part = zip(*(_cell(position, count) for position, count in positions), strict=True)
+        low, part = zip(*(cell(position, count) for position, count in positions), strict=True)
 
         def flat(i: Array, j: Array, k: Array) -> Array:
             return (i * n_d + j) * n_p + xp.where(k >= n_p, 0 * k, k)
@@ -153,10 +139,3 @@ class MerlBrdf(LobeSampledBrdf):
             for j, v in ((low[1], 1.0 - part[1]), (high[1], part[1])):
                 for k, w in ((low[2], 1.0 - part[2]), (high[2], part[2])):
                     yield flat(i, j, k), u * v * w
-
-
-def _cell(position: Array, count: int) -> tuple[Array, Array]:
-    """Node below a position among `count` nodes, clamped to them, and the part of a step above."""
-    xp = namespace(position)
-    index = xp.maximum(xp.minimum(xp.to_index(position), count - 1), 0)
-    return index, xp.minimum(position - xp.to_float(index, position), 1.0)

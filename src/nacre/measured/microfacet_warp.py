@@ -7,7 +7,6 @@ them, from the density of normals that the reflectance itself has.
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -15,11 +14,10 @@ import numpy as np
 from nacre.brdf import Brdf
 from nacre.measured.adaptive import AdaptiveWarp
 from nacre.measured.rgl_tables import RglTables
-from nacre.measured.rgl_writer import Resolution, view_nodes
+from nacre.measured.rgl_writer import Resolution, normal_fields, view_nodes
 from nacre.sampling.microfacets import NormalGrid
 
-_UNIFORM = 0.01
-"""Share of normals that are of all directions alike: what is reflected anywhere is sampled."""
+_UNIFORM = 0.01  # share of normals of any direction: what is reflected anywhere is sampled
 
 
 def microfacet_sampler(brdf: Brdf, resolution: Resolution | None = None) -> AdaptiveWarp:
@@ -40,19 +38,8 @@ def microfacet_sampler(brdf: Brdf, resolution: Resolution | None = None) -> Adap
     nodes, phi_i, theta_i = view_nodes(brdf, resolution)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
     normals = (1.0 - _UNIFORM) * grid.density(brdf) + _UNIFORM / math.pi
-    views = itertools.product(phi_i, theta_i)
-    vndf = np.stack([grid.visible(normals, theta, phi) for phi, theta in views])
-    shape = len(phi_i), len(theta_i)
     # The map from the square to normals is that of an RGL table whose every point is alike.
-    tables = RglTables(
-        description=brdf.name,
-        phi_i=phi_i.astype(np.float32),
-        theta_i=theta_i.astype(np.float32),
-        ndf=normals.astype(np.float32),
-        sigma=grid.projected_area(normals).astype(np.float32),
-        vndf=vndf.reshape(*shape, *grid.shape).astype(np.float32),
-        luminance=np.ones((*shape, 2, 2), np.float32),
-        rgb=np.ones((*shape, 3, 2, 2), np.float32),
-        jacobian=True,
-    )
+    alike = np.ones((len(phi_i), len(theta_i), 3, 2, 2), np.float32)
+    fields = normal_fields(brdf, grid, normals, phi_i, theta_i)
+    tables = RglTables(luminance=alike[:, :, 0], rgb=alike, **fields)
     return AdaptiveWarp(tables, "visible normals by power iteration")

@@ -17,42 +17,18 @@ LARGEST = float(np.finfo(np.float32).max)
 def read_values(
     data: bytes, where: str, contents: str, count: int, types: Sequence[str], offset: int = 0
 ) -> npt.NDArray[Any]:
-    """The numbers that fill a file from an offset to its end.
+    """The numbers that fill a file from an offset to its end: shape (count,), read-only, finite.
 
-    Parameters
-    ----------
-    data
-        Content of the file.
-    where
-        What error messages start with: the file's path.
-    contents
-        What the numbers are, for error messages.
-    count
-        How many there are.
-    types
-        NumPy's names of the types that they can have; the length of `data` tells which it is.
-    offset
-        Bytes before the first.
-
-    Returns
-    -------
-    array of shape (count,)
-        Read-only and finite.
-
-    Raises
-    ------
-    FormatError
-        If the length fits no type, or a value is not finite as float32.
+    The length of `data` tells which of the `types`, by NumPy's names, they have. A
+    :class:`FormatError` starts with `where`, calls them `contents`, and says that the length fits
+    no type or a value is not finite as float32.
     """
     lengths = {offset + count * np.dtype(name).itemsize: name for name in types}
     if len(data) not in lengths:
         whole = offset + count * np.dtype(types[0]).itemsize
         problem = "is cut short" if len(data) < whole else "has trailing bytes"
-        wanted = " or ".join(map(str, lengths))
-        raise FormatError(
-            f"{where}: {len(data)} bytes, but {contents} take {wanted}; "
-            f"the file {problem} or is something else"
-        )
+        found = f"{len(data)} bytes, but {contents} take {' or '.join(map(str, lengths))}"
+        raise FormatError(f"{where}: {found}; the file {problem} or is something else")
     values = np.frombuffer(data, lengths[len(data)], offset=offset)
     hint = "download the file again"
     if values.dtype.itemsize == 2:
@@ -64,23 +40,10 @@ def read_values(
 def check_finite(
     values: npt.NDArray[np.floating], where: str, hint: str, largest: float = LARGEST
 ) -> None:
-    """Raise unless all values are finite and no larger than float32 can hold.
+    """Refuse values that are larger than a bound, infinite or not a number.
 
-    Parameters
-    ----------
-    values
-        Of any shape and floating-point type.
-    where
-        What the error message starts with: the file's path and the name of the values.
-    hint
-        What it ends with: what a user can do.
-    largest
-        Bound of the values.
-
-    Raises
-    ------
-    FormatError
-        If a value is larger, infinite or not a number.
+    The message of the :class:`FormatError` starts with `where`, the file's path and the name of the
+    values, and ends with a hint of what a user can do.
     """
     bound = min(largest, float(np.finfo(values.dtype).max))
     if not (np.abs(values) <= bound).all():  # also false for NaN

@@ -25,8 +25,7 @@ from nacre.measured.rgl_writer import Resolution, tabulate_tables, write_tables
 from nacre.measured.tensor_file import MAGIC
 from nacre.measured.warp import Grid
 
-_MIN_COSINE = 1e-20
-"""Keeps directions at the horizon, which callers discard, from dividing by 0."""
+_MIN_COSINE = 1e-20  # keeps directions at the horizon, which callers discard, from dividing by 0
 
 
 class RglBrdf(Brdf):
@@ -54,12 +53,9 @@ class RglBrdf(Brdf):
         self.isotropic = tables.isotropic
         self.tables = tables
         self.wavelengths = tables.wavelengths
-        self._ndf = Grid(tables.ndf[None])
-        self._sigma = Grid(tables.sigma[None])
-        self._rgb = [
-            Grid(channel.reshape(-1, *channel.shape[2:]))
-            for channel in np.moveaxis(tables.rgb, 2, 0)
-        ]
+        self._ndf, self._sigma = Grid(tables.ndf[None]), Grid(tables.sigma[None])
+        channels = np.moveaxis(tables.rgb, 2, 0)
+        self._rgb = [Grid(channel.reshape(-1, *channel.shape[2:])) for channel in channels]
 
     @property
     def nbytes(self) -> int:
@@ -67,15 +63,13 @@ class RglBrdf(Brdf):
         return self.tables.nbytes
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         view = self._warp.view(wo)
         point = self._warp.invert(wi, view)
         scale = self._scale(wi, point, view)
-        red, green, blue = self._color(point, view)
-        return scale * red, scale * green, scale * blue
+        red, green, blue = (scale * channel for channel in self._color(point, view))
+        return red, green, blue
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
-        """See :class:`nacre.brdf.Brdf`."""
         spectra = self.tables.spectra
         if spectra is None:
             return super().eval_bands(wi, wo)
@@ -104,8 +98,7 @@ class RglBrdf(Brdf):
         if self.tables.jacobian:
             whole = [(zero_index(scale), 1.0)]
             ndf = self._ndf.eval(point.x, point.y, whole)
-            x, y = unit_elevation(view.theta), unit_azimuth(view.phi)
-            sigma = self._sigma.eval(x, y, whole)
+            sigma = self._sigma.eval(unit_elevation(view.theta), unit_azimuth(view.phi), whole)
             scale = scale * ndf / (4.0 * xp.maximum(sigma, _MIN_COSINE))
         return scale
 
@@ -117,8 +110,7 @@ class RglBrdf(Brdf):
 
     def describe(self) -> dict[str, Any]:
         """See :class:`nacre.brdf.Brdf`; fractions are of tabulated points."""
-        tables = self.tables
-        rgb = tables.rgb
+        tables, rgb = self.tables, self.tables.rgb
         return super().describe() | {
             "grid": (
                 f"theta_i x phi_i: {len(tables.theta_i)} x {len(tables.phi_i)}; "
@@ -135,20 +127,7 @@ def _size(table: npt.NDArray[np.floating]) -> str:
 
 
 def load(path: PathLike) -> RglBrdf:
-    """Read an RGL tensor file, ``_rgb.bsdf`` or ``_spec.bsdf``.
-
-    Parameters
-    ----------
-    path
-        File to read.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, or a field is not as the format has it.
-    MissingExtraError
-        If the file has spectra and colour-science is not installed.
-    """
+    """Read an RGL tensor file, ``_rgb.bsdf`` or ``_spec.bsdf``."""
     tables = read_tables(path)
     return RglBrdf(tables, tables.description or Path(path).stem)
 
@@ -182,11 +161,8 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     FormatError
         If the path cannot be written, or an anisotropic material needs more azimuths.
     """
-    if isinstance(brdf, RglBrdf) and resolution is None:
-        tables = brdf.tables
-    else:
-        tables = tabulate_tables(brdf, resolution)
-    write_tables(tables, path)
+    own = brdf.tables if isinstance(brdf, RglBrdf) and resolution is None else None
+    write_tables(own or tabulate_tables(brdf, resolution), path)
 
 
 FORMAT = Format(
@@ -198,4 +174,3 @@ FORMAT = Format(
     resolution=Resolution,
     keeps_bands=lambda brdf: isinstance(brdf, RglBrdf),
 )
-"""Entry of the registry of formats."""

@@ -15,16 +15,11 @@ from nacre.measured.raw import LARGEST
 from nacre.measured.spectra import rgb_weights
 from nacre.measured.tensor_file import Tensors, read_tensors
 
-_NODE_LIMIT = 4096
-"""Most nodes along any one axis of a table."""
-_DENSEST = 1e30
-"""Bound of densities, so that interpolation between them does not overflow."""
-_NANOMETRES = (100.0, 1e5)
-"""Range of wavelengths; anything else is in another unit."""
+_NODE_LIMIT = 4096  # most nodes along any one axis of a table
+_DENSEST = 1e30  # bound of densities, so that interpolation between them does not overflow
+_NANOMETRES = (100.0, 1e5)  # range of wavelengths; anything else is in another unit
 
-_COMMON = frozenset(
-    ("description", "phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance", "jacobian")
-)
+_COMMON = {"description", "phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance", "jacobian"}
 """Fields of every file, beside those of its colors."""
 
 _Shape: TypeAlias = tuple[int | None, ...]
@@ -92,37 +87,29 @@ class RglTables:
     @property
     def reduction(self) -> int:
         """How often the measured range of incident azimuths fits into a full turn: 1, 2 or 4."""
-        if self.isotropic:
-            return 1
-        return round(2.0 * math.pi / float(self.phi_i[-1] - self.phi_i[0]))
+        return 1 if self.isotropic else round(2.0 * math.pi / float(self.phi_i[-1] - self.phi_i[0]))
 
 
 def read_tables(path: PathLike) -> RglTables:
     """Read and check an RGL tensor file, of colors or of spectra.
 
-    The arrays are views of the file's content, which stays in memory as it is.
-
-    Raises
-    ------
-    FormatError
-        Naming the file and the field that is missing, misshapen or out of range.
-    MissingExtraError
-        If the file has spectra and colour-science is not installed.
+    The arrays are views of the file's content, which stays in memory as it is. A
+    :class:`FormatError` names the field that is missing, misshapen or out of range.
     """
     tensors = read_tensors(path)
     content = _Fields(tensors, str(path))
     phi_i = content.angles("phi_i", 2.0 * math.pi)
     theta_i = content.angles("theta_i", math.pi / 2.0)
     grid: _Shape = (len(phi_i), len(theta_i))
-    if {"wavelengths", "spectra"}.isdisjoint(tensors):
-        wavelengths = spectra = None
-        rgb = content.floats("rgb", (*grid, 3, None, None))
+    wavelengths = spectra = None
+    colors = {"wavelengths", "spectra"}
+    if colors.isdisjoint(tensors):
         colors = {"rgb"}
+        rgb = content.floats("rgb", (*grid, 3, None, None))
     else:
         wavelengths = content.wavelengths()
         spectra = content.floats("spectra", (*grid, len(wavelengths), None, None))
         rgb = _colors(spectra, wavelengths)
-        colors = {"wavelengths", "spectra"}
     tables = RglTables(
         description=content.text("description"),
         phi_i=phi_i,
@@ -138,9 +125,8 @@ def read_tables(path: PathLike) -> RglTables:
         others={n: array for n, array in tensors.items() if n not in _COMMON | colors},
     )
     if tables.reduction not in (1, 2, 4):
-        raise content.error(
-            "phi_i", "must span a full turn, a half or a quarter of one, as the symmetry allows"
-        )
+        spans = "a full turn, a half or a quarter of one"
+        raise content.error("phi_i", f"must span {spans}, as the symmetry allows")
     if tables.reduction > 1 and abs(tables.phi_i[0] + math.pi) > 1e-3:
         raise content.error("phi_i", "must start at -pi where it spans less than a full turn")
     return tables
@@ -160,8 +146,7 @@ class _Fields:
     """Typed access to tensors; every complaint names the file and the field."""
 
     def __init__(self, tensors: Tensors, path: str) -> None:
-        self.tensors = tensors
-        self._path = path
+        self.tensors, self._path = tensors, path
 
     def error(self, name: str, problem: str) -> FormatError:
         return FormatError(f"{self._path}: field '{name}': {problem}")
@@ -176,23 +161,24 @@ class _Fields:
         values = self._get(name)
         if values.dtype != np.float32:
             raise self.error(name, f"holds {values.dtype}, expected float32")
-        wanted = tuple("n" if size is None else size for size in shape)
-        fits = len(shape) == values.ndim and all(
+        if len(shape) != values.ndim or not all(
             2 <= have <= _NODE_LIMIT if size is None else have == size
             for have, size in zip(values.shape, shape, strict=True)
-        )
-        if not fits:
-            raise self.error(
-                name, f"has shape {values.shape}, expected {wanted} with n from 2 to {_NODE_LIMIT}"
-            )
+        ):
+            wanted = f"{tuple(size or 'n' for size in shape)} with n from 2 to {_NODE_LIMIT}"
+            raise self.error(name, f"has shape {values.shape}, expected {wanted}")
         if not np.isfinite(values).all():
             raise self.error(name, "holds values that are not finite")
         return values
 
-    def angles(self, name: str, limit: float) -> _Floats:
+    def _list(self, name: str, what: str = "") -> _Floats:
         values = self.floats(name, self._get(name).shape)
         if values.ndim != 1 or len(values) > _NODE_LIMIT:
-            raise self.error(name, f"has shape {values.shape}, expected one list of angles")
+            raise self.error(name, f"has shape {values.shape}, expected one list{what}")
+        return values
+
+    def angles(self, name: str, limit: float) -> _Floats:
+        values = self._list(name, " of angles")
         if not (np.diff(values) > 0.0).all():
             raise self.error(name, "angles must increase")
         if np.abs(values).max() > limit + 1e-4:
@@ -200,9 +186,7 @@ class _Fields:
         return values
 
     def wavelengths(self) -> _Floats:
-        values = self.floats("wavelengths", self._get("wavelengths").shape)
-        if values.ndim != 1 or len(values) > _NODE_LIMIT:
-            raise self.error("wavelengths", f"has shape {values.shape}, expected one list")
+        values = self._list("wavelengths")
         low, high = _NANOMETRES
         if not (np.diff(values) > 0.0).all() or values[0] < low or values[-1] > high:
             raise self.error("wavelengths", f"must increase and be nm, from {low:g} to {high:g}")

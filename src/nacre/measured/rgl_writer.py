@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import astuple, dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -32,29 +33,20 @@ from nacre.sampling.microfacets import GRAZING, NormalGrid
 
 _HIGHLIGHTS = tuple(math.radians(angle) for angle in (60.0, 75.0))
 """Angles between half vector and light at which highlights add to the density of normals."""
-_GRAZING_POWER = 1.5
-"""How much denser views stand toward the horizon, where reflectance changes fastest; 1: evenly."""
+_GRAZING_POWER = 1.5  # how much denser views are toward the horizon, where most changes; 1: evenly
 _DIM, _DIM_POWER = 0.25, 0.25
 """Part of the normals that follows this power of D: leaves points of the square to dim directions.
 A uniform part would too, but between a bright point and a dark one f_r cos / D is interpolated, and
 reading multiplies by D: where D stays high, a highlight without a diffuse part gets a halo."""
-_UNIFORM = 1e-4
-"""Part of the normals taken to be uniform: keeps D, which divides the color, above 0."""
-_RIM = 0.25
-"""Depth below the horizon (cosine) to which tables go on, so that what is above interpolates."""
-_LOW = 1e-3
-"""Cosine of a light from which, and from twice of it, f_r cos at the horizon is extrapolated."""
-_MIN_KNOWN = 1e-12
-"""Color of a point that is known to be black; 0 would say that nothing is known."""
-_MIN_LUMINANCE = 0.005
-"""Luminance added where light can come from, relative to the mean, so that all is sampled."""
+_UNIFORM = 1e-4  # part of the normals that is uniform: keeps D, which divides the color, above 0
+_RIM = 0.25  # cosine below the horizon to which tables go on, so that what is above interpolates
+_LOW = 1e-3  # from lights at this cosine and at twice it, f_r cos is extrapolated to the horizon
+_MIN_KNOWN = 1e-12  # color of a point that is known to be black; 0 would say that nothing is known
+_MIN_LUMINANCE = 0.005  # relative to the mean, added where light can come from: all is sampled
 _LARGEST = 1e30
-_MIN_AZIMUTHS = 4
-"""Azimuths below which a table does not tell an anisotropic material from an isotropic one."""
-_MAX_NORMALS = 1 << 13
-"""Bound of the half vectors: memory grows with the square of their number."""
-_MAX_VALUES = 1 << 27
-"""Bound of all numbers in a file; it is half a gigabyte then."""
+_MIN_AZIMUTHS = 4  # with fewer, a table cannot tell an anisotropic material from an isotropic one
+_MAX_NORMALS = 1 << 13  # bound of the half vectors: memory grows with the square of their number
+_MAX_VALUES = 1 << 27  # bound of all numbers in a file; it is half a gigabyte then
 
 
 @dataclass(frozen=True)
@@ -132,14 +124,10 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     check_isotropic(brdf)
     nodes, phi_i, theta_i = view_nodes(brdf, resolution)
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
-    normals = _normals(grid, brdf)
-    area = grid.projected_area(normals)
-
+    fields = normal_fields(brdf, grid, _normals(grid, brdf), phi_i, theta_i)
+    warp = Warp(fields["vndf"].reshape(-1, *grid.shape))
+    ndf_grid, area_grid = (Grid(fields[name][None]) for name in ("ndf", "sigma"))
     views = list(itertools.product(phi_i, theta_i))
-    vndf = np.stack([grid.visible(normals, theta, phi) for phi, theta in views])
-    vndf = vndf.astype(np.float32)
-    warp = Warp(vndf)
-    ndf_grid, area_grid = (Grid(table[None].astype(np.float32)) for table in (normals, area))
     edge = np.linspace(0.0, 1.0, nodes.square)
     v, u = np.meshgrid(edge, edge, indexing="ij")
     whole = [(0, 1.0)]
@@ -162,48 +150,44 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         bright[index] = _to_sample(luminance((red, green, blue)), known)
 
     shape = len(phi_i), len(theta_i)
-    return RglTables(
-        description=brdf.name,
-        phi_i=phi_i.astype(np.float32),
-        theta_i=theta_i.astype(np.float32),
-        ndf=normals.astype(np.float32),
-        sigma=area.astype(np.float32),
-        vndf=vndf.reshape(*shape, *grid.shape),
-        luminance=bright.reshape(*shape, *u.shape),
-        rgb=rgb.reshape(*shape, 3, *u.shape),
-        jacobian=True,
-    )
+    luminances = bright.reshape(*shape, *u.shape)
+    return RglTables(luminance=luminances, rgb=rgb.reshape(*shape, 3, *u.shape), **fields)
 
 
-def view_nodes(
-    brdf: Brdf, resolution: Resolution | None
-) -> tuple[Resolution, npt.NDArray[np.floating], npt.NDArray[np.floating]]:
+def normal_fields(
+    brdf: Brdf, grid: NormalGrid, normals: Floats, phi_i: Floats, theta_i: Floats
+) -> dict[str, Any]:
+    """The fields of :class:`RglTables` that a density of normals decides: all but the colors."""
+    vndf = [grid.visible(normals, theta, phi) for phi, theta in itertools.product(phi_i, theta_i)]
+    return {
+        "description": brdf.name,
+        "phi_i": phi_i.astype(np.float32),
+        "theta_i": theta_i.astype(np.float32),
+        "ndf": normals.astype(np.float32),
+        "sigma": grid.projected_area(normals).astype(np.float32),
+        "vndf": np.stack(vndf, dtype=np.float32).reshape(len(phi_i), len(theta_i), *grid.shape),
+        "jacobian": True,
+    }
+
+
+def view_nodes(brdf: Brdf, resolution: Resolution | None) -> tuple[Resolution, Floats, Floats]:
     """Numbers of nodes, and the azimuths and polar angles of the views, for a reflectance.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic and the azimuths of the view too few for it.
+    A :class:`FormatError` says that it is anisotropic and the azimuths too few for that.
     """
     parts = 1 if brdf.isotropic else symmetry(brdf)
-    nodes = resolution or _default(brdf, parts)
+    default = ISOTROPIC if brdf.isotropic else SYMMETRIC if parts == 4 else ANISOTROPIC
+    nodes = resolution or default
     if not brdf.isotropic and nodes.phi_i < _MIN_AZIMUTHS:
-        raise FormatError(
-            f"{brdf.name or 'this material'}: is anisotropic; take at least {_MIN_AZIMUTHS} phi_i"
-        )
+        name = brdf.name or "this material"
+        raise FormatError(f"{name}: is anisotropic; take at least {_MIN_AZIMUTHS} phi_i")
     phi_i = np.zeros(1) if brdf.isotropic else _azimuths(nodes.phi_i, parts)
     height = np.linspace(1.0, 0.0, nodes.theta_i) ** _GRAZING_POWER
     return nodes, phi_i, 0.5 * math.pi * (1.0 - height)
 
 
 def write_tables(tables: RglTables, path: PathLike) -> None:
-    """Write tables as they are to a tensor file, whole or not at all.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
-    """
+    """Write tables as they are to a tensor file, whole or not at all."""
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
     colors = ("rgb",) if tables.spectra is None else ("wavelengths", "spectra")
@@ -213,30 +197,24 @@ def write_tables(tables: RglTables, path: PathLike) -> None:
     write_tensors(fields | tables.others, path)
 
 
-def _default(brdf: Brdf, parts: int) -> Resolution:
-    if brdf.isotropic:
-        return ISOTROPIC
-    return SYMMETRIC if parts == 4 else ANISOTROPIC
-
-
-def _azimuths(count: int, parts: int) -> npt.NDArray[np.floating]:
+def _azimuths(count: int, parts: int) -> Floats:
     """Even azimuths from -pi over a part of a full turn, which `count` of them would span."""
     end = (2.0 / parts - 1.0) * math.pi
     return np.linspace(-math.pi, end, max(math.ceil((count - 1) / parts), 2) + 1)
 
 
-def _normals(grid: NormalGrid, brdf: Brdf) -> npt.NDArray[np.floating]:
+def _normals(grid: NormalGrid, brdf: Brdf) -> Floats:
     """D that places the points of the tables: of the normals found, more of the rare ones."""
     found = [grid.density(brdf), *(grid.highlight(brdf, angle) for angle in _HIGHLIGHTS)]
-    density: npt.NDArray[np.floating] = np.mean(found, axis=0)
+    density: Floats = np.mean(found, axis=0)
     dim = grid.normalized(density**_DIM_POWER)
-    mixed: npt.NDArray[np.floating] = (1.0 - _DIM - _UNIFORM) * density + _DIM * dim
+    mixed: Floats = (1.0 - _DIM - _UNIFORM) * density + _DIM * dim
     return mixed + _UNIFORM / math.pi
 
 
 def _continued(
     brdf: Brdf, wi: Components, up: Components, wo: Components
-) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.bool_]]:
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """f_r cos, below the horizon on the line through the horizon and `up`; where it is known."""
     light = join(up)
     view = np.broadcast_to(join(wo), light.shape)
@@ -260,9 +238,7 @@ def _grazing(brdf: Brdf, light: Floats, view: Floats, cosine: float) -> Floats:
     return np.where(np.isfinite(values), values, 0.0)
 
 
-def _to_sample(
-    bright: npt.NDArray[np.floating], known: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.floating]:
+def _to_sample(bright: Floats, known: npt.NDArray[np.bool_]) -> Floats:
     """Luminance to draw samples by: nowhere 0 where f_r is known, not 0 throughout."""
     if not bright.any():
         return np.where(known, 1.0, 0.0) if known.any() else np.ones(known.shape)

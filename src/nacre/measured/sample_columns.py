@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from nacre.errors import FormatError
 from nacre.io.files import PathLike
-from nacre.io.text_file import parse_number
+from nacre.io.text_file import check_columns, parse_number
 
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 """Columns of the directions to the light and to the viewer."""
@@ -32,24 +32,13 @@ _HEADER_LIMIT = 1000
 _NAME_LIMIT = 100
 _LARGEST = float(np.finfo(np.float32).max)
 _UNITS = {
-    "deg": math.pi / 180.0,
-    "degree": math.pi / 180.0,
-    "degrees": math.pi / 180.0,
-    "rad": 1.0,
-    "radian": 1.0,
-    "radians": 1.0,
+    **dict.fromkeys(("deg", "degree", "degrees"), math.pi / 180.0),
+    **dict.fromkeys(("rad", "radian", "radians"), 1.0),
 }
 _ALIASES = {
-    "theta_s": "theta_o",
-    "phi_s": "phi_o",
-    "theta_r": "theta_o",
-    "phi_r": "phi_o",
-    "brdf": "f",
-    "bsdf": "f",
-    "f_r": "f",
-    "red": "r",
-    "green": "g",
-    "blue": "b",
+    **{f"{angle}_{end}": f"{angle}_o" for angle in ("theta", "phi") for end in "sr"},
+    **dict.fromkeys(("brdf", "bsdf", "f_r"), "f"),
+    **{name: name[0] for name in ("red", "green", "blue")},
 }
 _COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
@@ -83,10 +72,7 @@ class Columns:
 def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
     """Pairs of keys (lower case) and values, and the columns; takes no line after their names.
 
-    Raises
-    ------
-    FormatError
-        If no line names columns, or one that is needed or its unit is missing.
+    A :class:`FormatError` says that no line names columns, or which one or which unit is missing.
     """
     pairs: dict[str, str] = {}
     stray = 0
@@ -96,30 +82,24 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
             return pairs, _columns(path, stripped[4:].lstrip(" \t=:"), {"units": "radians"} | pairs)
         if "theta_i" in stripped.lower() and not stripped.startswith("#"):
             if stray:
-                raise FormatError(
-                    f"{path}: line {stray}: is neither 'key: value' nor a comment; start it with #"
-                )
+                problem = "is neither 'key: value' nor a comment; start it with #"
+                raise FormatError(f"{path}: line {stray}: {problem}")
             return pairs, _columns(path, line.strip("\r\n"), pairs)
-        pair = _pair(stripped)
-        if pair:
+        if pair := _pair(stripped):
             pairs[pair[0]] = pair[1]
         elif stripped and not stripped.startswith("#"):
             stray = stray or number
         if number >= _HEADER_LIMIT:
             break
-    raise FormatError(
-        f"{path}: has no line that names columns, or is something else; expected one like "
-        f"{','.join(ANGLES)},r,g,b"
-    )
+    example = f"{','.join(ANGLES)},r,g,b"
+    problem = "has no line that names columns, or is something else"
+    raise FormatError(f"{path}: {problem}; expected one like {example}")
 
 
 def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np.float64]:
     """Numbers of the lines that are left, shape (n, columns).
 
-    Raises
-    ------
-    FormatError
-        If there are none, a line has another number of columns, or a value is not finite.
+    A :class:`FormatError` says that there are none, or which line or value is wrong.
     """
     values, numbers = array("d"), array("q")
     marks: set[str] = set()
@@ -137,18 +117,14 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
         if not any(cells):
             continue
         if len(cells) != len(columns.names):
-            raise FormatError(
-                f"{path}: line {number}: {len(cells)} values, expected {len(columns.names)}"
-            )
+            counts = f"{len(cells)} values, expected {len(columns.names)}"
+            raise FormatError(f"{path}: line {number}: {counts}")
         try:
             values.extend(map(parse_number, cells))
         except ValueError:
-            name, cell = next(
-                pair for pair in zip(columns.names, cells, strict=True) if not _is_number(pair[1])
-            )
-            raise FormatError(
-                f"{path}: line {number}: column {name}: {cell[:40]!r} is not a finite number"
-            ) from None
+            bad = len(values) % len(cells)  # those before it were taken
+            where = f"{path}: line {number}: column {columns.names[bad]}"
+            raise FormatError(f"{where}: {cells[bad][:40]!r} is not a finite number") from None
         numbers.append(number)
     if not numbers:
         raise FormatError(f"{path}: holds no samples")
@@ -156,10 +132,8 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
     good = np.abs(table) <= _LARGEST  # false for NaN
     if not good.all():
         row, column = (int(i) for i in np.argwhere(~good)[0])
-        raise FormatError(
-            f"{path}: line {numbers[row]}: column {columns.names[column]}: "
-            f"{table[row, column]:g} is not a finite number"
-        )
+        where = f"{path}: line {numbers[row]}: column {columns.names[column]}"
+        raise FormatError(f"{where}: {table[row, column]:g} is not a finite number")
     return table
 
 
@@ -197,12 +171,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
         names.append(band[1] if band else name)
         if name in ANGLES:
             scales[name] = _scale(path, name, unit or header.get("units"))
-    missing = [name for name in ANGLES if name not in names]
-    if missing:
-        raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise FormatError(f"{path}: columns: {twice[0][:40]!r} appears twice")
+    check_columns(path, names, ANGLES)
     columns = Columns(names, scales, separator)
     values = [name for name in names if name not in ANGLES]
     if sorted(values) in _COLORS:
@@ -228,11 +197,3 @@ def _scale(path: PathLike, name: str, unit: str | None) -> float:
     if unit.strip().lower() not in _UNITS:
         raise FormatError(f"{path}: column {name}: unit {unit[:40]!r}, expected degrees or radians")
     return _UNITS[unit.strip().lower()]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        parse_number(cell)
-    except ValueError:
-        return False
-    return True

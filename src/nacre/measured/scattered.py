@@ -1,4 +1,10 @@
-"""Reflectance known at scattered pairs of directions, as a gonioreflectometer leaves it."""
+"""Reflectance known at scattered pairs of directions, as a gonioreflectometer leaves it.
+
+Any other is sampled on a grid in the Rusinkiewicz angles (Rusinkiewicz 1998, "A New Change of
+Variables for Efficient BRDF Representation"), even in the coordinates of
+:func:`nacre.measured.interpolation.coordinates`: dense near the mirror direction, and with fewer
+azimuths where they matter less.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +17,18 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats
+from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.geometry import split
-from nacre.measured.interpolation import NEIGHBORS, SampleTree, interpolate, logarithms
+from nacre.geometry import from_rusinkiewicz_angles, join, split
+from nacre.measured.interpolation import NEIGHBORS, Neighbours, SampleTree, interpolate, logarithms
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
-from nacre.sampling import LobeSampledBrdf
+from nacre.sampling import LobeSampledBrdf, check_isotropic
+
+_HALF, _DIFFERENCE, _AZIMUTHS = 60, 48, 20
+"""Nodes of an isotropic grid in theta_h and theta_d; largest number of steps in phi_d to pi."""
+_HALF_2, _DIFFERENCE_2, _AZIMUTHS_2 = 24, 18, 36
+"""The same for an anisotropic one, over the full circle in phi_h and phi_d."""
+_GRAZING = 1e-3  # smallest cosine of a direction
 
 
 class ScatteredBrdf(LobeSampledBrdf):
@@ -71,13 +84,13 @@ class ScatteredBrdf(LobeSampledBrdf):
         wavelengths: npt.ArrayLike | None = None,
         facts: Mapping[str, Any] | None = None,
     ) -> None:
-        light, view, color = (np.array(a, np.float64) for a in (wi, wo, rgb))
-        for array in (light, view, color):
+        light, view, color = arrays = [np.array(a, np.float64) for a in (wi, wo, rgb)]
+        for array in arrays:
             if array.ndim != 2 or array.shape != (len(color), 3):
                 raise ValueError(f"expected shapes (n, 3), got {array.shape}")
         if not len(color):
             raise ValueError("expected at least one sample")
-        if not all(np.isfinite(array).all() for array in (light, view, color)):
+        if not all(np.isfinite(array).all() for array in arrays):
             raise ValueError("directions and values must be finite")
         if min(light[:, 2].min(), view[:, 2].min()) <= 0.0:
             raise ValueError("directions must be above the horizon")
@@ -93,13 +106,9 @@ class ScatteredBrdf(LobeSampledBrdf):
             expected = (len(color), *self.wavelengths.shape)
             if self.wavelengths.ndim != 1 or self.spectra.shape != expected:
                 raise ValueError(f"spectra of shape {self.spectra.shape}, expected (n, bands)")
-        self._samples = DirectionSamples(light, view, color)
-        self._facts = dict(facts or {})
-
-    @property
-    def samples(self) -> DirectionSamples:
+        self.samples = DirectionSamples(light, view, color)
         """Directions, linear RGB and cosines as they were measured; arrays of float64."""
-        return self._samples
+        self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
         """The reflectance that some of the samples alone give; an array of indices or a mask."""
@@ -116,7 +125,6 @@ class ScatteredBrdf(LobeSampledBrdf):
         )
 
     def scattered(self) -> Scattered | None:
-        """See :class:`nacre.brdf.Brdf`."""
         return self
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
@@ -137,39 +145,50 @@ class ScatteredBrdf(LobeSampledBrdf):
         NacreError
             For anything but NumPy arrays.
         """
-        dtype = _require_numpy(self.name, *wi, *wo)
-        wi, wo, shape = _flat(wi, wo)
-        f = interpolate(self._tree.near(wi, wo, NEIGHBORS), self._logs)
-        f = f.astype(dtype).reshape(*shape, 3)
+        near, shape, dtype = self._near(wi, wo, NEIGHBORS)
+        f = interpolate(near, self._logs).astype(dtype).reshape(*shape, 3)
         return f[..., 0], f[..., 1], f[..., 2]
 
     def eval_bands(self, wi: Floats, wo: Floats) -> Floats:
-        """See :class:`nacre.brdf.Brdf`."""
         if self.spectra is None:
             return super().eval_bands(wi, wo)
         near = self._tree.near(split(wi), split(wo), NEIGHBORS)
         return interpolate(near, logarithms(self.spectra))
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Brdf`."""
-        _require_numpy(self.name, *wi, *wo)
-        wi, wo, shape = _flat(wi, wo)
-        return (self._tree.near(wi, wo, 1).distance[:, 0] <= self._reach).reshape(shape)
+        near, shape, _ = self._near(wi, wo, 1)
+        return (near.distance[:, 0] <= self._reach).reshape(shape)
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         samples, bands = self.samples, self.wavelengths
+        light, view = (math.degrees(math.acos(w[:, 2].min())) for w in (samples.wi, samples.wo))
         facts = {
             "samples": len(samples),
             "mirrored": self.mirrored,
             "interpolation": f"moving least squares of log f_r, {NEIGHBORS} neighbors",
-            "steepest light": f"{math.degrees(math.acos(samples.wi[:, 2].min())):.1f} degrees",
-            "steepest view": f"{math.degrees(math.acos(samples.wo[:, 2].min())):.1f} degrees",
+            "steepest light": f"{light:.1f} degrees",
+            "steepest view": f"{view:.1f} degrees",
             "value range": [float(samples.rgb.min()), float(samples.rgb.max())],
             "bands": None if bands is None else len(bands),
             "wavelengths nm": None if bands is None else [float(bands[0]), float(bands[-1])],
         }
         return super().describe() | facts | self._facts
+
+    def _near(
+        self, wi: Components, wo: Components, count: int
+    ) -> tuple[Neighbours, tuple[int, ...], np.dtype[Any]]:
+        """The nearest samples to pairs of directions, and the shape and type of these."""
+        given = (*wi, *wo)
+        if not all(isinstance(array, np.ndarray | np.generic | float | int) for array in given):
+            name = self.name or "this material"
+            raise NacreError(
+                f"{name}: scattered samples are interpolated in NumPy only; fit a network to it "
+                "first (nacre fit), or tabulate it (nacre.measured.merl.tabulate)"
+            )
+        arrays = np.broadcast_arrays(*(np.asarray(c, np.float64) for c in given))
+        x, y, z, u, v, w = (array.reshape(-1) for array in arrays)
+        near = self._tree.near((x, y, z), (u, v, w), count)
+        return near, arrays[0].shape, np.result_type(*given)
 
     @cached_property
     def _tree(self) -> SampleTree:
@@ -185,18 +204,57 @@ class ScatteredBrdf(LobeSampledBrdf):
         return self._tree.reach()
 
 
-def _require_numpy(name: str, *arrays: Array) -> np.dtype[Any]:
-    """The dtype of NumPy arrays; an error for those of a library that cannot search a tree."""
-    if not all(isinstance(array, np.ndarray | np.generic | float | int) for array in arrays):
-        raise NacreError(
-            f"{name or 'this material'}: scattered samples are interpolated in NumPy only; "
-            "fit a network to it first (nacre fit), or tabulate it (nacre.measured.merl.tabulate)"
-        )
-    return np.result_type(*arrays)
+def tabulate(brdf: Brdf) -> ScatteredBrdf:
+    """Samples of a reflectance at :func:`directions`, with its spectra where it has them.
+
+    Left out are directions where `brdf` is not known or not finite.
+
+    Raises
+    ------
+    ValueError
+        If nothing is left.
+    """
+    check_isotropic(brdf)
+    wi, wo = directions(brdf.isotropic)
+    rgb = brdf.eval(wi, wo)
+    known = np.isfinite(rgb).all(axis=1) & brdf.valid(wi, wo)
+    spectra = None if brdf.wavelengths is None else brdf.eval_spectral(wi, wo)
+    if spectra is not None:
+        known &= np.isfinite(spectra).all(axis=1)
+    return ScatteredBrdf(
+        wi[known],
+        wo[known],
+        rgb[known],
+        brdf.name,
+        isotropic=brdf.isotropic,
+        spectra=None if spectra is None else spectra[known],
+        wavelengths=brdf.wavelengths,
+    )
 
 
-def _flat(wi: Components, wo: Components) -> tuple[Components, Components, tuple[int, ...]]:
-    """Components as flat float64 arrays of one length, and their common shape."""
-    arrays = np.broadcast_arrays(*(np.asarray(c, np.float64) for c in (*wi, *wo)))
-    x, y, z, u, v, w = (array.reshape(-1) for array in arrays)
-    return (x, y, z), (u, v, w), arrays[0].shape
+def directions(isotropic: bool) -> tuple[Floats, Floats]:
+    """Pairs of directions above the horizon, shapes (n, 3) and (n, 3), float64.
+
+    sqrt(theta_h) and theta_d run evenly from 0 to a right angle; azimuths are evenly spread over
+    numbers of steps that fall with the sines of the angles they belong to, and there is one where
+    it does not matter. An isotropic grid has phi_h = 0 and phi_d from 0 to pi.
+    """
+    half, difference = (_HALF, _DIFFERENCE) if isotropic else (_HALF_2, _DIFFERENCE_2)
+    rows = []
+    for theta_h in 0.5 * math.pi * np.linspace(0.0, 1.0, half) ** 2:
+        for theta_d in np.linspace(0.0, 0.5 * math.pi, difference):
+            steps = _AZIMUTHS * math.sin(theta_h) * math.sin(theta_d)
+            if isotropic:
+                phi_h, phi_d = np.zeros(1), np.linspace(0.0, math.pi, math.ceil(steps) + 1)
+            else:
+                phi_h = _circle(_AZIMUTHS_2 * math.sqrt(math.sin(theta_h)))
+                phi_d = _circle(_AZIMUTHS_2 * math.sin(theta_d))
+            rows.append(np.stack(np.meshgrid(theta_h, phi_h, theta_d, phi_d), -1).reshape(-1, 4))
+    wi, wo = (join(w) for w in from_rusinkiewicz_angles(*np.concatenate(rows).T))
+    visible = np.minimum(wi[:, 2], wo[:, 2]) > _GRAZING
+    return wi[visible], wo[visible]
+
+
+def _circle(count: float) -> npt.NDArray[np.float64]:
+    """At least one azimuth, evenly from 0 to 2 pi without its end."""
+    return np.linspace(0.0, 2.0 * math.pi, max(1, math.ceil(count)), endpoint=False)

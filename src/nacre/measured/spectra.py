@@ -31,14 +31,8 @@ def to_rgb(spectra: npt.ArrayLike, wavelengths: npt.ArrayLike) -> _Array:
     -------
     array of shape (..., 3)
         In the units of `spectra`; a channel of a saturated color may be negative.
-
-    Raises
-    ------
-    MissingExtraError
-        If colour-science is not installed.
     """
-    rgb: _Array = np.asarray(spectra, np.float64) @ rgb_weights(wavelengths)
-    return rgb
+    return np.asarray(np.asarray(spectra, np.float64) @ rgb_weights(wavelengths))
 
 
 def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
@@ -48,8 +42,6 @@ def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
     ------
     ValueError
         If the wavelengths are not one increasing list.
-    MissingExtraError
-        If colour-science is not installed.
     """
     bands = np.asarray(wavelengths, np.float64)
     if bands.ndim != 1 or not (np.diff(bands) > 0.0).all():
@@ -59,7 +51,7 @@ def rgb_weights(wavelengths: npt.ArrayLike) -> _Array:
     above = np.minimum(below + 1, len(bands) - 1)
     span = np.where(above > below, bands[above] - bands[below], 1.0)
     fraction = np.clip((nodes - bands[below]) / span, 0.0, 1.0)[:, None]
-    weights: _Array = np.zeros((len(bands), 3))
+    weights = np.zeros((len(bands), 3))
     np.add.at(weights, below, (1.0 - fraction) * response)
     np.add.at(weights, above, fraction * response)
     return weights

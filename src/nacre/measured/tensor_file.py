@@ -28,41 +28,17 @@ _VERSION = (1, 0)
 _FIELD_LIMIT = 256
 _RANK_LIMIT = 8
 _NAME_LIMIT = 256
-_DTYPES = {
-    1: "u1",
-    2: "i1",
-    3: "<u2",
-    4: "<i2",
-    5: "<u4",
-    6: "<i4",
-    7: "<u8",
-    8: "<i8",
-    9: "<f2",
-    10: "<f4",
-    11: "<f8",
-}
+_TYPES = "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"
+_DTYPES = dict(enumerate(_TYPES, start=1))
 _CODES = {np.dtype(name): code for code, name in _DTYPES.items()}
 
 Tensors: TypeAlias = dict[str, npt.NDArray[Any]]
 
 
 def read_tensors(path: PathLike) -> Tensors:
-    """Every field of a tensor file.
+    """Every field of a tensor file: read-only arrays by name, in the order of the file.
 
-    Parameters
-    ----------
-    path
-        File to read.
-
-    Returns
-    -------
-    dict
-        Read-only arrays by field name, in the order of the file.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a tensor file, or a field does not lie within it.
+    A :class:`FormatError` says that it is no tensor file, or that a field does not lie within it.
     """
     data = read_bytes(path, SIZE_LIMIT)
     if not data.startswith(MAGIC):
@@ -86,17 +62,7 @@ def read_tensors(path: PathLike) -> Tensors:
 def write_tensors(tensors: Tensors, path: PathLike) -> None:
     """Write a tensor file, whole or not at all; the same tensors give the same bytes.
 
-    Parameters
-    ----------
-    tensors
-        Arrays by field name, of the types that the container has; none of them empty.
-    path
-        File to write.
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
+    Arrays have the types of the container, and none is empty.
     """
     arrays = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
     offset = len(MAGIC) + struct.calcsize("<2BI")

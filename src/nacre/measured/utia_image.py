@@ -9,6 +9,7 @@ promise no more than such an image.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.color import srgb_to_linear
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes
+from nacre.io.files import PathLike, first_bytes, read_bytes, write_encoded
 from nacre.io.format import Format
 from nacre.io.image_file import (
     EXR_MAGIC,
@@ -31,13 +32,11 @@ from nacre.io.image_file import (
     png_header,
 )
 from nacre.measured.raw import check_finite
-from nacre.measured.utia import tabulate
-from nacre.measured.utia_table import SHAPE, UtiaBrdf
+from nacre.measured.utia import SHAPE, UtiaBrdf, tabulate
 
 _EDGE = 288
-_SIZE_LIMIT = 1 << 24
-"""Bytes of a file: four times what an image of float32 takes without compression."""
-_RGB = frozenset("RGB")
+_SIZE_LIMIT = 1 << 24  # bytes of a file: four times an image of float32 without compression
+_EXR_HEADER = ImageHeader(_EDGE, _EDGE, frozenset("RGB"), 0)
 
 
 def load_exr(path: PathLike) -> UtiaBrdf:
@@ -48,18 +47,11 @@ def load_exr(path: PathLike) -> UtiaBrdf:
     path
         File to read, of one part in scan lines with channels R, G, B; its name becomes the
         material's. Values are f_r in 1/sr; a pixel with a negative channel is not valid.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is no such image, or a value is not finite.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = exr_header(data[:HEADER_LIMIT], path)
     _check_size(path, header)
-    if header.channels != _RGB:
+    if header.channels != _EXR_HEADER.channels:
         found = ", ".join(sorted(header.channels)) or "none"
         raise FormatError(f"{path}: has other channels than R, G, B: {found!a}")
     values = decode(data, header, path).astype(np.float32)
@@ -75,13 +67,6 @@ def load_png(path: PathLike) -> UtiaBrdf:
     path
         File to read, of 8 or 16 bits a channel; its name becomes the material's. Values follow the
         sRGB curve whatever the file says; the largest means f_r of 1/sr, or more.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read or is no such image.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     data = read_bytes(path, _SIZE_LIMIT)
     header = png_header(data, path)
@@ -95,13 +80,6 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
 
     A :class:`UtiaBrdf` is written as it is, invalid samples included. Anything else is tabulated
     first (see :func:`nacre.measured.utia.tabulate`).
-
-    Raises
-    ------
-    FormatError
-        If the path cannot be written.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     mi = bitmaps()
     utia = brdf if isinstance(brdf, UtiaBrdf) else tabulate(brdf)
@@ -109,8 +87,7 @@ def save_exr(brdf: Brdf, path: PathLike) -> None:
     stream = mi.MemoryStream()
     bitmap = mi.Bitmap(np.ascontiguousarray(image), mi.Bitmap.PixelFormat.RGB)
     bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(stream.raw_buffer())
+    write_encoded(path, bytes, stream.raw_buffer())
 
 
 def _check_size(path: PathLike, header: ImageHeader) -> None:
@@ -122,15 +99,9 @@ def _check_size(path: PathLike, header: ImageHeader) -> None:
 
 
 def _is_exr_table(path: Path) -> bool:
-    try:
-        header = exr_header(first_bytes(path, HEADER_LIMIT), path)
-    except FormatError:
-        return False
-    return header == ImageHeader(_EDGE, _EDGE, _RGB, 0)
-
-
-def _is_png_table(path: Path) -> bool:
-    return first_bytes(path)[12:24] == b"IHDR" + 2 * _EDGE.to_bytes(4, "big")
+    with suppress(FormatError):
+        return exr_header(first_bytes(path, HEADER_LIMIT), path) == _EXR_HEADER
+    return False
 
 
 def _material(values: npt.NDArray[Any], path: PathLike) -> UtiaBrdf:
@@ -150,6 +121,6 @@ PNG = Format(
     (".png",),
     lambda head: head.startswith(PNG_MAGIC),
     load_png,
-    claims=_is_png_table,
+    claims=lambda path: first_bytes(path)[12:24] == b"IHDR" + 2 * _EDGE.to_bytes(4, "big"),
 )
 """Other images are refused when they are read."""

@@ -20,10 +20,8 @@ import numpy.typing as npt
 from nacre.array import Array, Table, namespace
 from nacre.measured.axis import Blend, bisect, zero_index
 
-_TINY = 1e-37
-"""Least divisor: keeps rows without any density from dividing 0 by 0 in float32."""
-_MIN_UNIFORM = 2.0**-24
-"""Stands in for a uniform 0, which would choose a cell without density if one comes first."""
+_TINY = 1e-37  # least divisor: keeps rows without any density from dividing 0 by 0 in float32
+_MIN_UNIFORM = 2.0**-24  # in place of 0, which would choose a cell without density if one is first
 
 
 class Patch(NamedTuple):
@@ -119,7 +117,7 @@ class Warp(Grid):
         u, v = xp.maximum(u, _MIN_UNIFORM), xp.maximum(v, _MIN_UNIFORM)
         zero = zero_index(v)
         row = bisect(lambda i: self._row_integral(i, blend), v, zero, self.height - 1)
-        low, high = self._row_totals(row, blend)
+        low, high = self._integrals_at(row, self.width - 1, blend)
         y = _solve(v - self._row_integral(row, blend), low, high, self.height - 1)
         target = u * _mix(low, high, y)
         column = bisect(lambda i: self._partial(row, i, y, blend), target, zero, self.width - 1)
@@ -141,7 +139,7 @@ class Warp(Grid):
         xp = namespace(patch.x)
         v00, v10, v01, v11 = self.corners(patch, blend)
         left, right = _mix(v00, v01, patch.y), _mix(v10, v11, patch.y)
-        low, high = self._row_totals(patch.row, blend)
+        low, high = self._integrals_at(patch.row, self.width - 1, blend)
         u = self._partial(patch.row, patch.column, patch.y, blend)
         u = u + _integral(patch.x, left, right, self.width - 1)
         v = self._row_integral(patch.row, blend)
@@ -154,18 +152,14 @@ class Warp(Grid):
         xp = namespace(row)
         return sum(w * xp.take(self._rows, i * self.height + row) for i, w in blend)
 
-    def _row_totals(self, row: Array, blend: Blend) -> tuple[Array, Array]:
-        """Integrals along node row `row` and the next."""
-        return self._integrals_at(row, self.width - 1, blend)
-
     def _partial(self, row: Array, column: Array, y: Array, blend: Blend) -> Array:
         """Integral along a line at `y` within cell row `row`, up to node `column`."""
         return _mix(*self._integrals_at(row, column, blend), y)
 
     def _integrals_at(self, row: Array, column: Array, blend: Blend) -> tuple[Array, Array]:
+        """Integrals along node row `row` and the next, up to node `column`."""
         xp = namespace(row)
-        low: Array = 0.0
-        high: Array = 0.0
+        low = high = 0.0
         for index, weight in blend:
             first = (index * self.height + row) * self.width + column
             low = low + weight * xp.take(self._columns, first)

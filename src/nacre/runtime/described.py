@@ -27,9 +27,8 @@ class Described(Frozen):
 
     def __repr__(self) -> str:
         summary = textwrap.shorten(self.summary(), 140, placeholder=" ...")
-        return printable(
-            f"<{type(self).__name__} {self.name!r}{f': {summary}' if summary else ''}>"
-        )
+        about = f": {summary}" if summary else ""
+        return printable(f"<{type(self).__name__} {self.name!r}{about}>")
 
     def _repr_html_(self) -> str:
         """The facts as a table, for notebooks."""

@@ -8,16 +8,12 @@ from typing import Any
 
 from nacre.errors import NacreError, reason, require
 
+# Imported when it is first used: a caller that needs more than PyTorch has named its own extra.
+
 
 def open_device(device: str) -> Any:
-    """The PyTorch device of a name: "cpu", "cuda", "cuda:1".
-
-    Raises
-    ------
-    NacreError
-        If PyTorch has no such device here.
-    """
-    torch = _torch()
+    """The PyTorch device of a name: "cpu", "cuda", "cuda:1"; a NacreError where there is none."""
+    torch = require("torch", "torch")
     try:
         opened = torch.device(device)
         float(torch.bmm(*torch.ones((2, 1, 1, 1), device=opened)))
@@ -29,7 +25,7 @@ def open_device(device: str) -> Any:
 @contextmanager
 def memory_errors(device: str) -> Iterator[None]:
     """A block in which memory that runs out is an error of one line."""
-    torch = _torch()
+    torch = require("torch", "torch")
     try:
         yield
     except torch.OutOfMemoryError as error:
@@ -42,15 +38,10 @@ def one_thread() -> Iterator[None]:
 
     Matrices are small: more threads gain little, and lose far more where cores are busy.
     """
-    torch = _torch()
+    torch = require("torch", "torch")
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
         yield
     finally:
         torch.set_num_threads(threads)
-
-
-def _torch() -> Any:
-    # When it is first used: a caller that needs more than PyTorch has named its own extra by then.
-    return require("torch", "torch")

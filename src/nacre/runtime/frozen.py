@@ -25,9 +25,8 @@ class Frozen(metaclass=_FrozenMeta):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if self._closed:
-            raise AttributeError(
-                f"a {type(self).__name__} does not change: use replaced({name}=...) for a copy"
-            )
+            hint = f"use replaced({name}=...) for a copy"
+            raise AttributeError(f"a {type(self).__name__} does not change: {hint}")
         object.__setattr__(self, name, value)
 
     def __delattr__(self, name: str) -> None:

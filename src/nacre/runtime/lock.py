@@ -14,21 +14,8 @@ def exclusive(path: Path, wait: bool = True) -> Iterator[None]:
     """Wait until no other process is in a block with the same path, which becomes a file.
 
     The operating system ends the lock of a process that dies. The file goes at the end of the
-    block.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-    wait
-        Whether to wait, or to raise where another process is in its block.
-
-    Raises
-    ------
-    BlockingIOError
-        If another is, and `wait` is False.
-    OSError
-        If the file cannot be created, or its file system has no locks.
+    block. Without `wait`, a BlockingIOError says that another process is in its block; any other
+    OSError that the file cannot be created, or its file system has no locks.
     """
     lock = FileLock(path, thread_local=False)
     try:

@@ -10,12 +10,14 @@ import glob
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nacre.errors import FormatError, NacreError, reason, require
+from nacre.errors import NacreError, reason, require
 from nacre.io.files import write_encoded
 from nacre.io.tensors import Tensors, from_file, to_bytes
 from nacre.runtime.interrupts import uninterrupted
@@ -49,55 +51,36 @@ class Store:
         assert self.path is not None
         return self.path.with_name(f"{self.path.name}.{name}.state") if name else self.path
 
-    def files(self) -> list[Path]:
-        """All files there are."""
+    def files(self, names: str = "*") -> list[Path]:
+        """All files there are, or those of states whose names match a pattern."""
         if self.path is None:
             return []
-        named = self.path.parent.glob(f"{glob.escape(self.path.name)}.*.state")
-        return [*([self.path] if self.path.exists() else []), *sorted(named)]
+        named = self.path.parent.glob(f"{glob.escape(self.path.name)}.{names}.state")
+        return [*([self.path] if names == "*" and self.path.exists() else []), *sorted(named)]
 
     def load(self, name: str = "") -> Any | None:
         """The state of a name; None where there is none.
 
-        Raises
-        ------
-        NacreError
-            If it is of other work, or damaged; the message says what to remove.
+        A :class:`NacreError` says what to remove where it is of other work, or damaged.
         """
         if name not in self:
             return None
         path = self.file(name)
-        try:
+        with self._readable(name):
             header, tensors = from_file(path, _KEY, _LIMIT, "a state that nacre keeps")
             if header["fingerprint"] != self.fingerprint:
                 raise NacreError(f"{path}: is of another run; remove it to begin anew")
             return _unpacked(header["state"], tensors)
-        except (FormatError, LookupError, TypeError, ValueError) as error:
-            raise NacreError(
-                f"{path}: cannot be read, remove it to begin anew: {reason(error)}"
-            ) from error
 
     def save(self, state: Any, name: str = "") -> None:
-        """Keep a state, whole or not at all, in place of the one of that name.
-
-        Raises
-        ------
-        FormatError
-            If it cannot be written.
-        TypeError
-            If it holds what is neither a number, a text nor an array.
-        """
+        """Keep a state, whole or not at all, in place of the one of that name."""
         self._saved = time.monotonic()
         if self.path is None:
             return
         tensors: Tensors = {}
         header = {"fingerprint": self.fingerprint, "state": _packed(state, tensors)}
-        write_encoded(
-            self.file(name),
-            lambda content: to_bytes(_KEY, content, tensors, _LIMIT),
-            header,
-            internal=True,
-        )
+        encode = partial(to_bytes, _KEY, tensors=tensors, limit=_LIMIT)
+        write_encoded(self.file(name), encode, header, internal=True)
 
     def steps(
         self,
@@ -117,25 +100,14 @@ class Store:
             Steps in all.
         state, restore
             Gives what the steps change, and brings it to where an earlier process left it.
-        name
-            Of the state.
         seconds
             Between times that it is saved.
-
-        Raises
-        ------
-        NacreError
-            See :meth:`load` and :meth:`save`.
         """
         first = 0
         if (kept := self.load(name)) is not None:
-            try:
+            with self._readable(name):
                 first = int(kept["step"])
                 restore(kept["state"])
-            except (LookupError, TypeError, ValueError, RuntimeError) as error:
-                raise NacreError(
-                    f"{self.file(name)}: cannot be read, remove it to begin anew: {reason(error)}"
-                ) from error
         for step in range(first, count):
             try:
                 with uninterrupted():
@@ -147,17 +119,22 @@ class Store:
                     self.save({"step": step + 1, "state": state()}, name)
                 raise
 
+    @contextmanager
+    def _readable(self, name: str) -> Iterator[None]:
+        """A block in which damage to the state of a name shows in many ways."""
+        try:
+            yield
+        except (LookupError, TypeError, ValueError, RuntimeError) as error:
+            problem = f"cannot be read, remove it to begin anew: {reason(error)}"
+            raise NacreError(f"{self.file(name)}: {problem}") from error
+
     def due(self, seconds: float) -> bool:
         """Whether so much time has passed since a state was saved, or since the start."""
         return time.monotonic() - self._saved > seconds
 
     def remove(self, names: str = "*") -> None:
         """Remove all states, or those whose names match a pattern."""
-        if self.path is None:
-            return
-        if names == "*":
-            self.path.unlink(missing_ok=True)
-        for path in self.path.parent.glob(f"{glob.escape(self.path.name)}.{names}.state"):
+        for path in self.files(names):
             path.unlink(missing_ok=True)
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import io
 import struct
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import IO, Any, Literal, TypeAlias
@@ -34,12 +34,10 @@ from nacre.runtime.progress import Progress
 
 Precision: TypeAlias = Literal["half", "single"]
 
-_LISTING_LIMIT = 1 << 20
-"""Most bytes that may be read at once: the list of what is in the archive."""
+_LISTING_LIMIT = 1 << 20  # most bytes that may be read at once: the list of what is in the archive
 _BLOCK = 1 << 26
 _ALIGNMENT = 64
-_PADDING = 0xD935
-"""Kind of extra field that only pads, as other programs that align archives write it."""
+_PADDING = 0xD935  # kind of extra field that only pads, as of other programs that align
 _TYPES = ("f2", "f4", "f8")
 _DTYPES: dict[Precision, str] = {"half": "<f2", "single": "<f4"}
 _ENCRYPTED = 1
@@ -53,37 +51,25 @@ class _ArchiveBtf(TableBtf):
         self._path = path
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`."""
-        with np.errstate(over="ignore"):
-            return self._checked(super().texels(chosen))
+        return self._checked(super().texels, chosen)
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
-        with np.errstate(over="ignore"):
-            return self._checked(super().images(chosen))
+        return self._checked(super().images, chosen)
 
-    def _checked(self, values: Floats) -> Floats:
+    def _checked(self, read: Callable[..., Floats], chosen: Indices | slice) -> Floats:
+        with np.errstate(over="ignore"):
+            values = read(chosen)
         if not np.isfinite(values).all():
             raise FormatError(f"{self._path}: values: some are not finite; write the file again")
         return np.require(values, requirements=["ALIGNED", "WRITEABLE", "ENSUREARRAY"])
 
 
 def load(path: PathLike) -> TableBtf:
-    """Read a NumPy archive of a texture.
+    """Read a NumPy archive of a texture, which must stay as it is while that is used.
 
-    Parameters
-    ----------
-    path
-        File to read, which must stay as it is while the texture is used. Where it is compressed,
-        values are unpacked into memory, up to eight times the file or 64 MiB. Checksums of values
-        that are mapped are not compared.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole archive, an array is missing or of another type or shape, or a
-        direction is not finite, not of unit length or not above the horizon; later, where values
-        that are not finite are used.
+    Where it is compressed, values are unpacked into memory, up to eight times the file or 64 MiB.
+    Checksums of values that are mapped are not compared. A :class:`FormatError` says what is
+    damaged or missing; later, where values that are not finite are used, so.
     """
     path = Path(path)
     with _opened(path) as (archive, file, size):
@@ -96,12 +82,10 @@ def load(path: PathLike) -> TableBtf:
             where = f"{path}: array '{name}'"
             return unpack_member(archive, members[f"{name}.npy"], limit, where)
 
-        wi, wo = (
-            _directions(unpacked(name, 0), f"{path}: array '{name}'") for name in ("wi", "wo")
-        )
-        name = ""
+        wi, wo = (_directions(unpacked(w, 0), f"{path}: array '{w}'") for w in ("wi", "wo"))
+        name = path.stem
         if "name.npy" in members:
-            name = parse_text(unpacked("name", 0), f"{path}: array 'name'")
+            name = parse_text(unpacked("name", 0), f"{path}: array 'name'") or name
         where = f"{path}: array 'values'"
         member = members["values.npy"]
         if member.compress_type == zipfile.ZIP_STORED and not member.flag_bits & _ENCRYPTED:
@@ -109,8 +93,8 @@ def load(path: PathLike) -> TableBtf:
         else:
             values = parse_npy(unpacked("values", size), where)
     shape = values.shape
-    if values.dtype.str[1:] not in _TYPES:
-        kind = values.dtype
+    kind = values.dtype
+    if kind.str[1:] not in _TYPES:
         raise FormatError(f"{where}: is of type {kind}, expected float16, float32 or float64")
     if len(shape) != 4 or shape[3] != 3 or not values.size:
         raise FormatError(f"{where}: has shape {shape}, expected (height, width, n, 3), none of 0")
@@ -118,14 +102,11 @@ def load(path: PathLike) -> TableBtf:
         raise FormatError(f"{where}: is in Fortran order; save numpy.ascontiguousarray(values)")
     if not len(wi) == len(wo) == shape[2]:
         raise FormatError(f"{where}: has n = {shape[2]}; there are {len(wi)} wi, {len(wo)} wo")
-    return _ArchiveBtf(path, values, wi, wo, name or path.stem)
+    return _ArchiveBtf(path, values, wi, wo, name)
 
 
 def save(
-    btf: Btf,
-    path: PathLike,
-    precision: Precision | None = None,
-    progress: Progress | None = None,
+    btf: Btf, path: PathLike, precision: Precision | None = None, progress: Progress | None = None
 ) -> None:
     """Write a NumPy archive of any texture, whole or not at all, in little memory.
 
@@ -164,12 +145,9 @@ def _write(
     """Write the archive in one type of values."""
     shape = (source.height, source.width, source.pair_count, 3)
     with temporary.open("wb") as file, zipfile.ZipFile(file, "w") as archive:
-        for name, array in (
-            ("wi", source.wi),
-            ("wo", source.wo),
-            ("name", np.array(source.name[:TEXT_LIMIT])),
-        ):
-            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as member:
+        name = np.array(source.name[:TEXT_LIMIT])
+        for key, array in (("wi", source.wi), ("wo", source.wo), ("name", name)):
+            with archive.open(zipfile.ZipInfo(f"{key}.npy"), "w") as member:
                 npy.write_array(member, array, (1, 0), allow_pickle=False)
         with archive.open(_aligned("values.npy", file.tell()), "w", force_zip64=True) as member:
             header = {"descr": dtype.str, "fortran_order": False, "shape": shape}
@@ -207,7 +185,6 @@ class _Sparing(io.BufferedReader):
     sparing = True
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """See :meth:`io.BufferedReader.read`."""
         if not self.sparing:
             return super().read(size)
         size = _LISTING_LIMIT + 1 if size is None or size < 0 else size
@@ -237,11 +214,9 @@ def _place(file: IO[bytes], member: zipfile.ZipInfo, size: int, where: str) -> t
 
 
 def _is_archive(path: Path) -> bool:
-    try:
-        with _opened(path) as (archive, _, _):
-            return len({"values.npy", "wi.npy", "wo.npy"} & set(archive.namelist())) > 1
-    except FormatError:
-        return False
+    with suppress(FormatError), _opened(path) as (archive, _, _):
+        return len({"values.npy", "wi.npy", "wo.npy"} & set(archive.namelist())) > 1
+    return False
 
 
 FORMAT = Format(
@@ -253,4 +228,3 @@ FORMAT = Format(
     kind="btf",
     claims=_is_archive,
 )
-"""Entry of the registry of formats of textures."""

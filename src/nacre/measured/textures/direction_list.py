@@ -18,7 +18,7 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.errors import FormatError
 from nacre.io.files import PathLike
-from nacre.io.text_file import parse_number, read_lines
+from nacre.io.text_file import check_columns, parse_number, read_lines
 from nacre.measured.textures.directions import (
     PAIR_LIMIT,
     check_directions,
@@ -37,31 +37,17 @@ _SIZE_LIMIT = 1 << 26
 _VECTORS = ("lx", "ly", "lz", "vx", "vy", "vz")
 _ANGLES = ("theta_l", "phi_l", "theta_v", "phi_v")
 _EACH = ("theta", "phi")
-_LOOSE = 0.02
-"""How far a vector's length may be from 1: few decimals are given at times."""
+_LOOSE = 0.02  # how far a vector's length may be from 1: few decimals are given at times
 
 
 def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Floats]:
-    """Pairs of directions of a dome, every light with every view, or of a list.
+    """Pairs of directions of a dome, every light with every view, or of a list; shapes (n, 3).
 
-    Parameters
-    ----------
-    source
-        `bonn` or `utia`, in any case, or the path of a list.
-    steepest
-        Largest polar angle in degrees.
-
-    Returns
-    -------
-    wi, wo
-        Unit directions to the light and to the viewer, shape (n, 3).
-
-    Raises
-    ------
-    FormatError
-        If there is no such dome or list; a column is missing, unknown or there twice; a value is
-        not a finite number; a polar angle is negative; a direction is not of unit length, lies
-        below the horizon or is too steep; or pairs appear twice or are too many.
+    The source is `bonn` or `utia`, in any case, or the path of a list; `steepest` is the largest
+    polar angle in degrees. A :class:`FormatError` says that there is no such dome or list; a column
+    is missing, unknown or there twice; a value is not a finite number; a polar angle is negative; a
+    direction is not of unit length, lies below the horizon or is too steep; or pairs appear twice
+    or are too many.
     """
     if source.lower() in DOMES:
         return DOMES[source.lower()].pairs()
@@ -72,27 +58,16 @@ def named_directions(source: str, steepest: float = 90.0) -> tuple[Floats, Float
     wi, wo = row_pairs(path, rows)
     steep = ~(below(wi, steepest) & below(wo, steepest))
     if steep.any():
-        line, _ = rows[int(steep.argmax())]
-        raise FormatError(
-            f"{path}: line {line}: a polar angle is above {steepest:g} degrees; leave it out"
-        )
+        where = f"{path}: line {rows[int(steep.argmax())][0]}"
+        raise FormatError(f"{where}: a polar angle is above {steepest:g} degrees; leave it out")
     return (wi, wo) if "theta" not in rows[0][1] else pairs(wi, wo)
 
 
 def read_rows(path: PathLike, *, images: bool = False) -> Rows:
     """Lines of a list after the one that names the columns, of which there must be the right ones.
 
-    Parameters
-    ----------
-    path
-        The list.
-    images
-        Whether it is one of photographs: pairs with a column `file`.
-
-    Raises
-    ------
-    FormatError
-        If it cannot be read, or columns or lines are not those of such a list.
+    Of a list of photographs (`images`) these are pairs with a column `file`. A
+    :class:`FormatError` says which column or line is not that of such a list.
     """
     columns: list[str] = []
     rows: Rows = []
@@ -102,10 +77,11 @@ def read_rows(path: PathLike, *, images: bool = False) -> Rows:
             continue
         if not columns:
             separator = next((mark for mark in ";\t" if mark in line), ",")
-            columns = [cell.lower() for cell in _cells(path, number, line, separator)]
+        cells = _cells(path, number, line, separator)
+        if not columns:
+            columns = [cell.lower() for cell in cells]
             _check_columns(path, columns, images)
             continue
-        cells = _cells(path, number, line, separator)
         if len(cells) != len(columns):
             raise FormatError(f"{path}: line {number}: {len(cells)} values, not {len(columns)}")
         if len(rows) == PAIR_LIMIT:
@@ -123,9 +99,7 @@ def row_pairs(path: PathLike, rows: Rows) -> tuple[Floats, Floats]:
     count = len(rows) ** 2 if names is _EACH else len(rows)
     if count > PAIR_LIMIT:
         raise FormatError(f"{path}: has {count} pairs of directions, of at most {PAIR_LIMIT}")
-    values = np.array(
-        [[cell_number(path, line, row, name) for name in names] for line, row in rows]
-    )
+    values = np.array([[cell_number(path, *row, name) for name in names] for row in rows])
     lines = [f"line {line}" for line, _ in rows]
     halves = (values, values) if names is _EACH else np.split(values, 2, axis=1)
     wi, wo = (
@@ -153,27 +127,18 @@ def _check_columns(path: PathLike, columns: list[str], images: bool) -> None:
     if unknown:
         known = ", ".join(("file", *form, "quantity", "scale") if images else form)
         raise FormatError(f"{path}: column {unknown[0][:40]!r} is not one of {known}")
-    missing = [name for name in (*(("file",) if images else ()), *form) if name not in columns]
-    if missing:
-        raise FormatError(f"{path}: columns: {', '.join(missing)} missing")
-    if len(set(columns)) < len(columns):
-        twice = next(name for name in columns if columns.count(name) > 1)
-        raise FormatError(f"{path}: columns: {twice!r} appears twice")
+    check_columns(path, columns, (*(("file",) if images else ()), *form))
 
 
 def cell_number(path: PathLike, line: int, row: dict[str, str], name: str) -> float:
     """The number in a column of a line; raises :class:`FormatError` where there is none."""
-    cell = row[name][:40]
+    where, cell = f"{path}: line {line}: column {name}", row[name][:40]
     try:
         value = parse_number(row[name])
     except ValueError:
-        raise FormatError(
-            f"{path}: line {line}: column {name}: {cell!r} is not a finite number"
-        ) from None
+        raise FormatError(f"{where}: {cell!r} is not a finite number") from None
     if name.startswith("theta") and not 0.0 <= value < 90.0:
-        raise FormatError(
-            f"{path}: line {line}: column {name}: {cell} is not from 0 to below 90 degrees"
-        )
+        raise FormatError(f"{where}: {cell} is not from 0 to below 90 degrees")
     return value
 
 

@@ -25,20 +25,11 @@ _HORIZON = 1e-6
 
 def from_degrees(theta: npt.ArrayLike, phi: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Unit vectors of polar angles and azimuths in degrees, shape (..., 3)."""
-    vectors = from_spherical(np.radians(theta), np.radians(phi))
-    return np.asarray(join(vectors), np.float64)
+    return np.asarray(join(from_spherical(np.radians(theta), np.radians(phi))), np.float64)
 
 
 def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bool:
-    """Whether pairs of directions are the same as others, in the same order.
-
-    Parameters
-    ----------
-    wi, wo
-        Unit directions, shape (n, 3).
-    other_wi, other_wo
-        The same of the others, shape (m, 3).
-    """
+    """Whether pairs of unit directions, shape (n, 3), are the same as others, in the same order."""
     if wi.shape != other_wi.shape:
         return False
     distances = np.square(wi - other_wi).sum(axis=1) + np.square(wo - other_wo).sum(axis=1)
@@ -48,21 +39,11 @@ def same_pairs(wi: Floats, wo: Floats, other_wi: Floats, other_wo: Floats) -> bo
 def check_directions(
     directions: npt.NDArray[Any], where: str, names: Sequence[str] | None = None
 ) -> Floats:
-    """Directions as float32, once they are found to be some.
+    """Directions, shape (n, 3), as float32, once they are found to be some.
 
-    Parameters
-    ----------
-    directions
-        Shape (n, 3).
-    where
-        What error messages start with: the file's path, and what the directions are.
-    names
-        What they call each; its number where None.
-
-    Raises
-    ------
-    FormatError
-        If one is not finite, not of unit length to a thousandth, or not above the horizon.
+    Else a :class:`FormatError` starts with `where`, the file's path and what the directions are,
+    and calls one by its name, or number: it is not finite, not of unit length to a thousandth, or
+    not above the horizon.
     """
     directions = np.asarray(directions, np.float64)
 
@@ -82,21 +63,9 @@ def check_directions(
 
 
 def check_distinct(wi: Floats, wo: Floats, names: list[str], where: str) -> None:
-    """Refuse a pair of directions that appears twice.
+    """Refuse a pair of directions, shape (n, 3), that appears twice.
 
-    Parameters
-    ----------
-    wi, wo
-        Shape (n, 3).
-    names
-        What error messages call each pair.
-    where
-        What they start with.
-
-    Raises
-    ------
-    FormatError
-        If one does.
+    The message starts with `where` and calls the pairs by their `names`.
     """
     pairs = np.concatenate([wi, wo], axis=1).round(6)
     _, first, which = np.unique(pairs, axis=0, return_index=True, return_inverse=True)

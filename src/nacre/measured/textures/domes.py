@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.geometry import from_spherical, join
+from nacre.measured.textures.directions import from_degrees
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,7 @@ class Dome:
         """Unit vectors, ring after ring, shape (k, 3)."""
         theta = np.concatenate([np.full(count, polar) for polar, count, _ in self.rings])
         phi = np.concatenate([first + np.arange(n) * (360.0 / n) for _, n, first in self.rings])
-        vectors = from_spherical(np.radians(theta), np.radians(phi))
-        return join(vectors).astype(np.float32)
+        return from_degrees(theta, phi).astype(np.float32)
 
     def pairs(self) -> tuple[Floats, Floats]:
         """Every pair of a light and a view; see :func:`pairs`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -24,13 +24,11 @@ under the same light; or radiance for a constant irradiance perpendicular to the
 the white surface with the light at the normal. The second is the first times the cosine of the
 light's polar angle."""
 
-QUANTITIES: tuple[Quantity, ...] = ("reflectance", "radiance")
+QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)
 
 _PIXEL_LIMIT = 1 << 24
-_SIZE_LIMIT = 1 << 28
-"""Bytes of a file: 16 a pixel."""
-_CACHE_SIZE = 1 << 26
-"""Bytes of pictures that are kept, or one picture."""
+_SIZE_LIMIT = 1 << 28  # bytes of a file: 16 a pixel
+_CACHE_SIZE = 1 << 26  # bytes of pictures that are kept, or one picture
 _CHANNELS = (frozenset("RGB"), frozenset("XYZ"))
 
 
@@ -93,7 +91,6 @@ class ImageFolderBtf(Btf):
         self._image = functools.lru_cache(kept)(self._decode)
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         first = self._first
         curve = f"sRGB, {first.bits} bits" if first.bits else "linear"
         return super().describe() | {
@@ -109,20 +106,17 @@ class ImageFolderBtf(Btf):
         def fill(index: int) -> None:
             values[:, index] = self._image(index).reshape(-1, 3)[chosen]
 
-        for _ in thread_map(fill, range(self.pair_count)):
-            pass
+        list(thread_map(fill, range(self.pair_count)))
         return values
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
         indices = np.arange(self.pair_count)[chosen]
         pictures = np.empty((len(indices), self.height, self.width, 3), np.float32)
 
         def fill(place: int) -> None:
             pictures[place] = self._image(int(indices[place]))
 
-        for _ in thread_map(fill, range(len(indices))):
-            pass
+        list(thread_map(fill, range(len(indices))))
         return pictures
 
     def _check(self, path: Path, header: ImageHeader) -> None:

@@ -57,10 +57,7 @@ def load_photographs(
         wi,
         wo,
         folder.resolve().name,
-        [
-            _quantity(path, line, row.get("quantity", quantity or QUANTITIES[0]))
-            for line, row in rows
-        ],
+        [_quantity(path, n, row.get("quantity", quantity or QUANTITIES[0])) for n, row in rows],
         [_scale(path, line, row) for line, row in rows],
     )
 
@@ -79,20 +76,17 @@ def _quantity(path: Path, line: int, cell: str) -> Quantity:
     for quantity in QUANTITIES:
         if cell == quantity:
             return quantity
-    raise FormatError(
-        f"{path}: line {line}: quantity {cell[:40]!r}, expected {' or '.join(QUANTITIES)}"
-    )
+    expected = " or ".join(QUANTITIES)
+    raise FormatError(f"{path}: line {line}: quantity {cell[:40]!r}, expected {expected}")
 
 
 def _scale(path: Path, line: int, row: dict[str, str]) -> float:
     if "scale" not in row:
         return 1.0
-    scale = cell_number(path, line, row, "scale")
-    if not 0.0 < scale <= _LARGEST_SCALE:
-        raise FormatError(
-            f"{path}: line {line}: column scale: {scale:g} is not above 0 and at most "
-            f"{_LARGEST_SCALE:g}"
-        )
+    scale, most = cell_number(path, line, row, "scale"), _LARGEST_SCALE
+    if not 0.0 < scale <= most:
+        problem = f"{scale:g} is not above 0 and at most {most:g}"
+        raise FormatError(f"{path}: line {line}: column scale: {problem}")
     return scale
 
 
@@ -101,9 +95,8 @@ def _load(
 ) -> ImageFolderBtf:
     """A folder with a list, or the list, beside which the images are."""
     path = Path(path)
-    if path.is_dir():
-        return load_photographs(path, directions, quantity)
-    return load_photographs(path.parent, path, quantity)
+    folder, listed = (path, directions) if path.is_dir() else (path.parent, path)
+    return load_photographs(folder, listed, quantity)
 
 
 def _recognize(head: bytes) -> bool:
@@ -122,4 +115,3 @@ FORMAT = Format(
     kind="btf",
     claims_folder=lambda path: (path / LIST).is_file(),
 )
-"""Entry of the registry of formats of textures."""

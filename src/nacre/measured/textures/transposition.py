@@ -28,12 +28,10 @@ class _TransposedBtf(Btf):
         self._btf, self._parts = btf, parts
 
     def texels(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.texels`."""
         found = [part[chosen] for part in self._parts]
         return np.concatenate(found, axis=1, dtype=np.float32)
 
     def images(self, chosen: Indices | slice) -> Floats:
-        """See :meth:`Btf.images`."""
         return self._btf.images(chosen)
 
 
@@ -84,16 +82,11 @@ def transposed(
         try:
             table = _table(btf, place, dtype, step, progress)
         except OSError as error:
-            raise FormatError(
-                f"{place}: temporary file cannot be written: {error.strerror or reason(error)}"
-            ) from error
-        parts, offset = [], 0
-        for start in range(0, btf.pair_count, step):
-            count = min(step, btf.pair_count - start)
-            size = 3 * count * btf.texel_count
-            parts.append(table[offset : offset + size].reshape(btf.texel_count, count, 3))
-            offset += size
-        return _TransposedBtf(btf, parts)
+            cause = error.strerror or reason(error)
+            raise FormatError(f"{place}: temporary file cannot be written: {cause}") from error
+        size = 3 * step * btf.texel_count
+        parts = np.split(table, range(size, len(table), size))
+        return _TransposedBtf(btf, [part.reshape(btf.texel_count, -1, 3) for part in parts])
 
     yield narrowest_precision(transposed, dtype)
 
@@ -134,7 +127,6 @@ def narrowed(values: Floats, dtype: npt.DTypeLike, where: str) -> npt.NDArray[An
     with np.errstate(over="ignore"):
         result = values.astype(dtype, order="C")
     if not np.isfinite(result).all():
-        raise TooLargeError(
-            f"{where}: values: some are too large for {result.dtype}; ask for single precision"
-        )
+        problem = f"some are too large for {result.dtype}; ask for single precision"
+        raise TooLargeError(f"{where}: values: {problem}")
     return result

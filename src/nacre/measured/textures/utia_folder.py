@@ -16,6 +16,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -99,12 +100,9 @@ def _angles(match: re.Match[str]) -> _Degrees:
 
 
 def _is_folder(path: Path) -> bool:
-    try:
-        with os.scandir(path) as entries:
-            return any(_IMAGE.fullmatch(e.name) or _VIEW.fullmatch(e.name) for e in entries)
-    except OSError:
-        return False
+    with suppress(OSError), os.scandir(path) as entries:
+        return any(_IMAGE.fullmatch(e.name) or _VIEW.fullmatch(e.name) for e in entries)
+    return False
 
 
 FORMAT = Format("UTIA BTF folder", (), None, load, kind="btf", claims_folder=_is_folder)
-"""Entry of the registry of formats of textures."""

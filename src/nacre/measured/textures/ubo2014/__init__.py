@@ -31,6 +31,5 @@ from nacre.measured.textures.ubo2014.reader import Ubo2014Btf, load
 from nacre.measured.textures.ubo2014.writer import save
 
 FORMAT = Format("UBO2014", (".btf",), lambda head: head.startswith(MAGIC), load, save, kind="btf")
-"""Entry of the registry."""
 
 __all__ = ["FORMAT", "ColorModel", "Ubo2014Btf", "load", "save"]

@@ -57,21 +57,11 @@ class Decorrelation:
     matrix: npt.ArrayLike = _IDENTITY
 
     def to_rgb(self, channels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Linear RGB, finite where channels are.
-
-        Parameters
-        ----------
-        channels
-            Shape (3, ...), contiguous; may be overwritten.
-        """
+        """Linear RGB, finite where channels are: (3, ...), contiguous, which may be overwritten."""
         model = self.model
         if model is ColorModel.LOG_RGB:
             _exp(channels)
-        if model in (
-            ColorModel.YLOG_UV,
-            ColorModel.YLOG_ULOG_VLOG,
-            ColorModel.YLOG_UDIVY_VDIVY,
-        ):
+        if model in _LOGARITHMIC:
             luma, chroma = channels[0], channels[1:]
             _exp(luma)
             if model is ColorModel.YLOG_ULOG_VLOG:
@@ -89,12 +79,9 @@ class Decorrelation:
         return channels if matrix is None else _mixed(matrix, channels)
 
     def from_rgb(self, rgb: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Channels of linear RGB; the inverse of :meth:`to_rgb` for colors that are not negative.
+        """Channels of linear RGB, shape (3, ...), contiguous.
 
-        Parameters
-        ----------
-        rgb
-            Shape (3, ...), contiguous.
+        The inverse of :meth:`to_rgb` for colors that are not negative.
         """
         model = self.model
         if model is ColorModel.RGB:
@@ -105,7 +92,7 @@ class Decorrelation:
             mean = np.asarray(self.mean, np.float32).reshape(3, *[1] * (rgb.ndim - 1))
             return _mixed(np.linalg.inv(np.transpose(self.matrix)), rgb - mean)
         channels = _mixed(np.linalg.inv(_MATRICES[model]), rgb)
-        if model in (ColorModel.YUV, ColorModel.YCOCG):
+        if model not in _LOGARITHMIC:
             return channels
         luma, chroma = channels[0], channels[1:]
         np.maximum(luma, 0.0, out=luma)
@@ -119,23 +106,12 @@ class Decorrelation:
         return channels
 
 
-_MATRICES = {
-    ColorModel.YUV: _YUV,
-    ColorModel.YCOCG: _YCOCG,
-    ColorModel.YLOG_UV: _YUV,
-    ColorModel.YLOG_ULOG_VLOG: _YUV,
-    ColorModel.YLOG_UDIVY_VDIVY: _YUV,
-}
+_LOGARITHMIC = ColorModel.YLOG_UV, ColorModel.YLOG_ULOG_VLOG, ColorModel.YLOG_UDIVY_VDIVY
+_MATRICES = dict.fromkeys((ColorModel.YUV, *_LOGARITHMIC), _YUV) | {ColorModel.YCOCG: _YCOCG}
 
 
 def principal_colors(mean: Floats, covariance: Floats) -> Decorrelation:
-    """The model whose channels are the principal components of colors.
-
-    Parameters
-    ----------
-    mean, covariance
-        Of the colors, shapes (3,) and (3, 3).
-    """
+    """The model of the principal components of colors; shapes of these are (3,) and (3, 3)."""
     _, vectors = np.linalg.eigh(covariance)
     return Decorrelation(ColorModel.PCA, mean, vectors[:, ::-1].T)
 

@@ -28,8 +28,7 @@ _TEXT = 80
 _XML_LIMIT = 1 << 24
 _NAME_LIMIT = 80
 _LARGEST = 1e6
-_LOWEST = 0.5 * math.pi - 1e-6
-"""Polar angle from which a direction counts as below the horizon."""
+_LOWEST = 0.5 * math.pi - 1e-6  # polar angle from which a direction counts as below the horizon
 SCALARS: dict[int, np.dtype[Any]] = {size: np.dtype(f"<f{size}") for size in (2, 4, 8)}
 """Types of the numbers in matrices by their size in bytes."""
 _LARGEST_FACTOR = 1e8
@@ -85,11 +84,6 @@ class Header:
     )
 
     @property
-    def texel_count(self) -> int:
-        """Width times height."""
-        return self.width * self.height
-
-    @property
     def pair_count(self) -> int:
         """Pairs of a light and a view."""
         return int(np.prod(self.lights.shape[:2]))
@@ -132,21 +126,7 @@ class Factors:
 
 
 def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ...]]:
-    """Header and places of the matrices of each channel, checked against the file's length.
-
-    Parameters
-    ----------
-    data
-        The whole file, as a rule mapped into memory.
-    path
-        For error messages.
-
-    Raises
-    ------
-    FormatError
-        If a field is out of its bounds or does not fit the others, or the length is another one
-        than they say.
-    """
+    """Header and places of the matrices of each channel, checked against the file's length."""
     if data[: len(MAGIC)] != MAGIC:
         raise FormatError(f"{path}: does not start with {MAGIC.decode()}, not a factored Bonn BTF")
     reader = BinaryReader(data, path, len(MAGIC))
@@ -170,10 +150,8 @@ def parse(data: bytes | mmap, path: PathLike) -> tuple[Header, tuple[Factors, ..
     if not 1 <= largest <= COMPONENT_LIMIT:
         raise FormatError(f"{path}: {largest} components, expected 1 to {COMPONENT_LIMIT}")
     factors = tuple(_factors(reader, header, name, largest) for name in header.channels)
-    if reader.position != len(data):
-        raise FormatError(
-            f"{path}: {len(data)} bytes, expected {reader.position}; the file is damaged"
-        )
+    if (end := reader.position) != len(data):
+        raise FormatError(f"{path}: {len(data)} bytes, expected {end}; the file is damaged")
     return header, factors
 
 
@@ -185,8 +163,8 @@ def _notes(reader: BinaryReader) -> dict[str, Any]:
         raise FormatError(f"{path}: header of version {version}, expected 1 to {_NEWEST}")
     texts = [_text(reader.bytes(_TEXT, "the notes of the measurement")) for _ in range(3)]
     pixels_per_mm, *rgb_scale = reader.take("<4f", "pixels per mm and RGB scale")
-    _check_finite(path, "pixels per mm", pixels_per_mm)
-    _check_finite(path, "RGB scale", rgb_scale)
+    for what, values in (("pixels per mm", pixels_per_mm), ("RGB scale", rgb_scale)):
+        _check_finite(path, what, values)
     (cosine,) = reader.take("<I", "the cosine flag") if version > 1 else (0,)
     if cosine > 1:
         raise FormatError(f"{path}: cosine flag {cosine}, expected 0 or 1")
@@ -200,14 +178,9 @@ def _notes(reader: BinaryReader) -> dict[str, Any]:
         if count != CHANNELS:
             raise FormatError(f"{path}: {count} channels, expected 3; spectra are not read")
         names = [_name(reader) for _ in range(CHANNELS)]
-    if reader.position != start + size:
-        raise FormatError(
-            f"{path}: header size {size}, but its fields take {reader.position - start} bytes"
-        )
-    return {
-        "setup": texts[0],
-        "sensor": texts[1],
-        "light_source": texts[2],
+    if (taken := reader.position - start) != size:
+        raise FormatError(f"{path}: header size {size}, but its fields take {taken} bytes")
+    return dict(zip(("setup", "sensor", "light_source"), texts, strict=True)) | {
         "pixels_per_mm": pixels_per_mm,
         "rgb_scale": tuple(rgb_scale),
         "cosine": bool(cosine),
@@ -249,12 +222,11 @@ def _directions(reader: BinaryReader) -> tuple[Angles, Angles]:
     views, angles = table["view"].copy(), table["lights"].copy()
     for name, values in (("view", views), ("light", angles)):
         _check_finite(path, f"angles of a {name}", values)
-        theta = values[..., 0]
-        if (theta < 0.0).any() or (theta > _LOWEST).any():
-            worst = np.degrees(theta.max() if (theta > _LOWEST).any() else theta.min())
-            raise FormatError(
-                f"{path}: polar angle {worst:.6g} of a {name}, expected 0 to below 90 degrees"
-            )
+        low, high = values[..., 0].min(), values[..., 0].max()
+        if low < 0.0 or high > _LOWEST:
+            worst = np.degrees(high if high > _LOWEST else low)
+            what = f"polar angle {worst:.6g} of a {name}"
+            raise FormatError(f"{path}: {what}, expected 0 to below 90 degrees")
         if (np.abs(values) > _LARGEST).any():
             raise FormatError(f"{path}: azimuth of a {name} is too large")
     return views, angles
@@ -266,15 +238,13 @@ def _factors(reader: BinaryReader, header: Header, name: str, largest: int) -> F
     size, components, rows, columns = reader.take("<BIII", f"the matrix of channel '{name}'")
     if size not in SCALARS:
         raise FormatError(f"{where}: numbers of {size} bytes, expected 2, 4 or 8")
-    pairs, texels = header.pair_count, header.texel_count
+    pairs, texels = header.pair_count, header.width * header.height
     if (rows, columns) not in ((pairs, texels), (texels, pairs)):
-        raise FormatError(
-            f"{where}: matrix of {rows} x {columns}, expected {pairs} pairs x {texels} texels"
-        )
-    if not 1 <= components <= min(rows, columns, largest):
-        raise FormatError(
-            f"{where}: {components} components, expected 1 to {min(rows, columns, largest)}"
-        )
+        expected = f"{pairs} pairs x {texels} texels"
+        raise FormatError(f"{where}: matrix of {rows} x {columns}, expected {expected}")
+    most = min(rows, columns, largest)
+    if not 1 <= components <= most:
+        raise FormatError(f"{where}: {components} components, expected 1 to {most}")
     factors = Factors(SCALARS[size], components, rows, columns, reader.position)
     reader.skip(factors.end - factors.start, f"the matrices of channel '{name}'")
     return factors
@@ -291,15 +261,7 @@ def largest(scalar: np.dtype[Any]) -> float:
 
 
 def pack(header: Header, components: int) -> bytes:
-    """The bytes before the matrices, of the newest version.
-
-    Parameters
-    ----------
-    header
-        What they say.
-    components
-        Most components that a channel has.
-    """
+    """The bytes before the matrices, of the newest version; `components` is of any channel."""
     notes = b"".join(
         _bytes(text)[:_TEXT].ljust(_TEXT, b"\0")
         for text in (header.setup, header.sensor, header.light_source)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import mmap
 import os
-import stat
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,15 +16,13 @@ from nacre.array import Floats
 from nacre.btf import Btf, Indices
 from nacre.errors import FormatError
 from nacre.geometry import from_spherical, join
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, opened
 from nacre.measured.textures.ubo2014.header import CHANNELS, Factors, Header, largest, parse
 from nacre.runtime.parallel import thread_map
 
 _LARGEST_VALUE = 1e9
-_TILE = 128, 512
-"""Texels and pairs that are decoded at a time: three channels of them fit a core's own cache."""
-_CHECKED = 1 << 20
-"""Numbers that are checked at a time."""
+_TILE = 128, 512  # texels and pairs at a time: three channels of them fit a core's own cache
+_CHECKED = 1 << 20  # numbers that are checked at a time
 
 _Matrix = npt.NDArray[Any]
 
@@ -42,8 +39,7 @@ class Ubo2014Btf(Btf):
         wi = _vectors(header.lights.reshape(-1, 2))
         wo = np.repeat(_vectors(header.views), header.lights.shape[1], axis=0)
         super().__init__(header.width, header.height, wi, wo, name=name)
-        self.header = header
-        self._channels = channels
+        self.header, self._channels = header, channels
         self._scale = 1.0 / self.wi[:, 2] if header.cosine else None
 
     def factors(self, channel: int) -> tuple[_Matrix, _Matrix]:
@@ -57,7 +53,6 @@ class Ubo2014Btf(Btf):
         return self._channels[channel]
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         return super().describe() | {
             "color model": self.header.colors.model.name,
             "components of a channel": self._channels[0][0].shape[1],
@@ -108,8 +103,7 @@ class Ubo2014Btf(Btf):
             for c in range(3):
                 np.clip(rgb[c], 0.0, _LARGEST_VALUE, out=tile[..., c])
 
-        for _ in thread_map(fill, tiles):
-            pass
+        list(thread_map(fill, tiles))
         return values
 
 
@@ -117,27 +111,17 @@ def load(path: PathLike) -> Ubo2014Btf:
     """Open a `.btf` file of the database UBO2014; its matrices stay in the file.
 
     All of the header is checked, and that no number in the matrices is too large or none at all,
-    which reads the file once.
-
-    Parameters
-    ----------
-    path
-        File of the format DFMF; no original one was at hand when this was written.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read, is of another format or a newer version, holds spectra or a
-        color model that is not known, or is damaged.
+    which reads the file once. No original file was at hand when this was written. A
+    :class:`FormatError` says that the file is of another format or a newer version, holds spectra
+    or a color model that is not known, or is damaged.
     """
     data = _mapped(Path(path))
     header, factors = parse(data, path)
     channels = []
     for name, places in zip(header.channels, factors, strict=True):
-        u = _matrix(data, places, places.u_start, places.rows)
-        sxv = _matrix(data, places, places.sxv_start, places.columns)
-        for what, matrix in (("U", u), ("SxV", sxv)):
-            _check(matrix, f"{path}: channel '{name}': matrix {what}")
+        where = f"{path}: channel '{name}': matrix"
+        u = _matrix(data, places, places.u_start, places.rows, f"{where} U")
+        sxv = _matrix(data, places, places.sxv_start, places.columns, f"{where} SxV")
         # Where there are as many texels as pairs, rows are pairs, as in the files of Bonn.
         channels.append((u, sxv) if places.rows == header.pair_count else (sxv, u))
     return Ubo2014Btf(header, channels, Path(path).stem)
@@ -150,34 +134,24 @@ def _vectors(angles: npt.NDArray[np.float32]) -> Floats:
 
 def _mapped(path: Path) -> mmap.mmap:
     """A file as bytes that are read as they are looked at."""
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            kind = "a directory" if path.is_dir() else "not a regular file"
-            raise FormatError(f"{path}: is {kind}, expected a file")
-        with path.open("rb") as file:
-            if os.fstat(file.fileno()).st_size == 0:
-                raise FormatError(f"{path}: is empty")
-            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
+    with opened(path) as file:
+        if os.fstat(file.fileno()).st_size == 0:
+            raise FormatError(f"{path}: is empty")
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
 
-def _matrix(data: mmap.mmap, places: Factors, start: int, rows: int) -> _Matrix:
-    flat = np.frombuffer(data, places.scalar, rows * places.components, start)
-    return flat.reshape(rows, places.components)
-
-
-def _check(matrix: _Matrix, where: str) -> None:
-    """Refuse numbers that are too large or not finite.
+def _matrix(data: mmap.mmap, places: Factors, start: int, rows: int, where: str) -> _Matrix:
+    """A matrix of the file, without numbers that are too large or not finite.
 
     Of floats without their sign, the larger has the larger bit pattern, and what is not finite the
     largest: integers are much faster to compare than halves.
     """
-    scalar = matrix.dtype
+    scalar = places.scalar
     whole = np.dtype(f"<u{scalar.itemsize}")
     sign = whole.type(1 << (8 * scalar.itemsize - 1))
     bound = np.array(largest(scalar), scalar).view(whole)
-    flat = matrix.reshape(-1).view(whole)
-    for start in range(0, len(flat), _CHECKED):
-        if ((flat[start : start + _CHECKED] & ~sign) > bound).any():
+    flat = np.frombuffer(data, whole, rows * places.components, start)
+    for first in range(0, len(flat), _CHECKED):
+        if ((flat[first : first + _CHECKED] & ~sign) > bound).any():
             raise FormatError(f"{where}: holds numbers that are not finite or too large")
+    return flat.view(scalar).reshape(rows, places.components)

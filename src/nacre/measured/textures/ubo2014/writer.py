@@ -18,11 +18,7 @@ from nacre.geometry import split, to_spherical
 from nacre.io.files import PathLike, atomic_path
 from nacre.measured.textures.directions import PAIR_LIMIT
 from nacre.measured.textures.transposition import transposed
-from nacre.measured.textures.ubo2014.color_models import (
-    ColorModel,
-    Decorrelation,
-    principal_colors,
-)
+from nacre.measured.textures.ubo2014.color_models import ColorModel, Decorrelation, principal_colors
 from nacre.measured.textures.ubo2014.header import (
     CHANNELS,
     COMPONENT_LIMIT,
@@ -42,9 +38,7 @@ from nacre.runtime.progress import Progress
 COMPONENTS = 64
 """Components of a channel unless others are asked for."""
 
-_BLOCK = 1 << 26
-"""Bytes of values that are read at a time."""
-_SEED = 0
+_BLOCK = 1 << 26  # bytes of values that are read at a time
 _HORIZON = 1e-5
 
 
@@ -110,10 +104,8 @@ def save(
     """
     if scalar_size not in SCALARS or components < 1:
         raise ValueError("a number takes 2, 4 or 8 bytes, and there is at least one component")
-    for what, count, limit in (
-        ("pairs of directions", btf.pair_count, PAIR_LIMIT),
-        ("texels", btf.texel_count, TEXEL_LIMIT),
-    ):
+    pairs = "pairs of directions", btf.pair_count, PAIR_LIMIT
+    for what, count, limit in (pairs, ("texels", btf.texel_count, TEXEL_LIMIT)):
         if not 1 <= count <= limit:
             raise FormatError(f"{path}: {count} {what}, the format is read with 1 to {limit}")
     scalar = SCALARS[scalar_size]
@@ -128,11 +120,7 @@ def save(
         colors = source.principal_colors() if model is ColorModel.PCA else Decorrelation(model)
         header = replace(_notes(btf), views=views, lights=lights, colors=colors)
         directions = leading_directions(
-            lambda: (list(channels) for _, channels in source.channels(colors)),
-            CHANNELS,
-            btf.pair_count,
-            k,
-            _SEED,
+            lambda: (list(c) for _, c in source.channels(colors)), CHANNELS, btf.pair_count, k, 0
         )
         with temporary.open("wb") as file:
             file.write(pack(header, k))
@@ -153,10 +141,8 @@ class _Source:
         for block in self.btf.blocks(_BLOCK):
             values = np.asarray(self.btf.texels(block), np.float32)
             if not np.isfinite(values).all():
-                last = block.stop - 1
-                raise FormatError(
-                    f"{self.path}: texels {block.start} to {last} hold values that are not finite"
-                )
+                runs = f"{block.start} to {block.stop - 1}"
+                raise FormatError(f"{self.path}: texels {runs} hold values that are not finite")
             yield block, values
             self._done += block.stop - block.start
             if self._progress:
