@@ -32,7 +32,6 @@ class AbcMicrofacet(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         h = half_vector(wi, wo)
         # 1 - cos without the cancellation.
         height = (h[0] * h[0] + h[1] * h[1]) / (1.0 + namespace(*h).maximum(h[2], 0.0))
@@ -51,7 +50,6 @@ class AbcSmooth(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         xp = namespace(*wi, *wo)
         x, y = wi[0] + wo[0], wi[1] + wo[1]
         across, along = wi[0] - wo[0], wi[1] - wo[1]

@@ -29,7 +29,6 @@ class AshikhminShirley(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         lobe, cosine = _lobe(values["exponent"], wi, wo)
         return coated(values, lobe * schlick_one(cosine, values["normal_reflectance"]))
 
@@ -44,7 +43,6 @@ class DielectricAshikhminShirley(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         lobe, cosine = _lobe(values["exponent"], wi, wo)
         return coated(values, lobe * dielectric(cosine, values["index"]))
 

@@ -32,7 +32,6 @@ class CookTorrance(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         facets, cosine = _facets(values["roughness"], wi, wo)
         return coated(values, facets * dielectric(cosine, values["index"]))
 
@@ -47,7 +46,6 @@ class SchlickCookTorrance(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         facets, cosine = _facets(values["roughness"], wi, wo)
         fresnel = schlick_one(cosine, values["normal_reflectance"])
         return coated(values, facets / math.pi * fresnel)

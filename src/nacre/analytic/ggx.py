@@ -39,7 +39,6 @@ class Ggx(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         return _ggx(values, (values["roughness"], values["roughness"]), wi, wo)
 
     @cached_property
@@ -66,7 +65,6 @@ class AnisotropicGgx(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         angle, alpha = values["angle"], (values["roughness_x"], values["roughness_y"])
         return _ggx(values, alpha, rotate(wi, -1.0 * angle), rotate(wo, -1.0 * angle))
 

@@ -243,7 +243,6 @@ class AnalyticBrdf(LobeSampledBrdf):
         return {k: tables.get(k) or _rounded(v) for k, v in self.values.items()}
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         values = self._shown()
         source = self.metadata.get("source", {})
         facts = {

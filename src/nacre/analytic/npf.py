@@ -42,7 +42,6 @@ class Npf(FactoredBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         cells = locate(wi, wo)
         scale = 1.0 / cosine_product(wi, wo)
         base, masking = lambertian(values), values["masking"]

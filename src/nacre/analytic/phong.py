@@ -27,7 +27,6 @@ class BlinnPhong(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         n = values["exponent"]
         lobe = (n + 2.0) / (2.0 * math.pi) * power(half_vector(wi, wo)[2], n)
         return coated(values, lobe)
@@ -51,7 +50,6 @@ class Lafortune(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         n, across, along = values["exponent"], values["c_xy"], values["c_z"]
         xp = namespace(across)
         scale = xp.maximum(xp.maximum(abs(across), abs(along)), 1e-12)

@@ -52,7 +52,6 @@ class TabulatedMicrofacets(FactoredBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         cells = locate(wi, wo)
         facets = lookup(values["distribution"], 0, cells.half) / _shadowing(values, wi, wo, cells)
         red, green, blue = (

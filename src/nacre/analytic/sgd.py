@@ -51,7 +51,6 @@ class Sgd(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         xp = namespace(*wi, *wo)
         h = half_vector(wi, wo)
         cosine = dot(wi, h)

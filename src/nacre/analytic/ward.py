@@ -28,7 +28,6 @@ class Ward(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         a, cosines = values["roughness"], namespace(*wi, *wo).maximum(wi[2] * wo[2], 1e-12)
         lobe = gaussian(half_vector(wi, wo), a) / (4.0 * math.pi * a * a)
         return coated(values, lobe / namespace(cosines).sqrt(cosines))
@@ -44,6 +43,5 @@ class WardDuer(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         a, cosines = values["roughness"], namespace(*wi, *wo).maximum(wi[2] * wo[2], 1e-12)
         return coated(values, gaussian(half_vector(wi, wo), a) / (4.0 * math.pi * a * a * cosines))

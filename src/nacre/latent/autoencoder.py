@@ -77,16 +77,13 @@ class Autoencoder(WeightBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return len(self.code.biases)
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.common.nbytes + super().nbytes
 
     def weights(self, codes: npt.ArrayLike) -> Matrix:
-        """See :class:`nacre.latent.weights.WeightBasis`."""
         values = np.asarray(codes, np.float64)
         return np.asarray(forward(values, [self.expand, self.network], SILU_BY_TANH))
 
@@ -109,13 +106,11 @@ class Autoencoder(WeightBasis):
         return self._projected(brdf)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         tensors: Tensors = {"common": np.ascontiguousarray(self.common)}
         return {"seed": self.seed}, tensors | named_tensors(self.layers)
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Autoencoder:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         check_tensors(tensors)
         layers = named_layers(tensors, cls.LAYERS)
         seed, metadata = integer(header, "seed"), header["metadata"]
@@ -131,7 +126,6 @@ class Autoencoder(WeightBasis):
         checkpoint: Path | None = None,
         progress: Progress | None = None,
     ) -> Autoencoder:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         from nacre.latent.autoencoder_training import train_autoencoder
 
         return train_autoencoder(materials, recipe, checkpoint=checkpoint, progress=progress)

@@ -298,7 +298,6 @@ class CodedBrdf(Brdf):
     """Shape (code_dim,), float32."""
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         return super().describe() | {
             "code dim": len(self.code),
             "code bytes": self.code.nbytes,

@@ -97,16 +97,13 @@ class Hypernetwork(WeightBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.basis.code_dim
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.basis.nbytes + super().nbytes
 
     def weights(self, codes: npt.ArrayLike) -> Matrix:
-        """See :class:`nacre.latent.weights.WeightBasis`."""
         values = np.asarray(codes, np.float64)
         luma, pairs = np.split(values, [self.basis.luma], axis=1)
         pairs = pairs.reshape(len(values), self.basis.chroma, 2)
@@ -127,13 +124,11 @@ class Hypernetwork(WeightBasis):
         return self.basis.encode(samples)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         header, tensors = self.basis.pack()
         return header, tensors | named_tensors(self.layers)
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Hypernetwork:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         basis = NeuralBasis.unpack(header, tensors)
         return cls(basis, **named_layers(tensors, cls.LAYERS), metadata=header["metadata"])
 
@@ -147,7 +142,6 @@ class Hypernetwork(WeightBasis):
         checkpoint: Path | None = None,
         progress: Progress | None = None,
     ) -> Hypernetwork:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         from nacre.latent.hypernetwork_training import train_hypernetwork
 
         recipe = recipe or HypernetworkRecipe()

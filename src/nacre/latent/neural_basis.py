@@ -112,7 +112,6 @@ class NeuralBasis(LatentBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`LatentBasis`."""
         return self.luma + 2 * self.chroma
 
     @property
@@ -193,14 +192,12 @@ class NeuralBasis(LatentBasis):
         return expected_code(self, samples)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
-        """See :class:`LatentBasis`."""
         return NeuralBasisBrdf(self, code, name)
 
     def _without_predictors(self) -> NeuralBasis:
         return self.replaced(predictors={})
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`LatentBasis`."""
         tensors: Tensors = {
             name: np.ascontiguousarray(getattr(self, name)) for name in ("functions", "examples")
         }
@@ -214,7 +211,6 @@ class NeuralBasis(LatentBasis):
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> NeuralBasis:
-        """See :class:`LatentBasis`."""
         sizes = integers(header, "hidden")
         check_tensors(tensors)
         hidden = numbered_layers(tensors, len(sizes))
@@ -241,7 +237,6 @@ class NeuralBasis(LatentBasis):
         checkpoint: Path | None = None,
         progress: Progress | None = None,
     ) -> NeuralBasis:
-        """See :class:`LatentBasis`."""
         from nacre.latent.neural_training import train_neural
 
         return train_neural(materials, recipe, checkpoint=checkpoint, progress=progress)
@@ -287,13 +282,11 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
         return predict(self.code) if predict else fit_lobes(self)
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
-        """See :class:`nacre.neural.network.NetworkBrdf`."""
         xp = namespace(*values)
         red, green, blue = (xp.exp(xp.minimum(v, BRIGHTEST)) for v in values)
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         facts = super().describe()
         if BEST in self.basis.predictors:
             facts["sampler"] = f"predicted: {self.sampler}"

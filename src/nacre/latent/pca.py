@@ -93,12 +93,10 @@ class PcaBasis(LatentBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`LatentBasis`."""
         return len(self.uses)
 
     @property
     def nbytes(self) -> int:
-        """See :class:`LatentBasis`."""
         arrays = self.center, self.components, self.colors, self.deviations
         return sum(a.nbytes for a in arrays) + 8 * self.code_dim + math.ceil(self.mask.size / 8)
 
@@ -186,11 +184,9 @@ class PcaBasis(LatentBasis):
         return node_weights(self.resolution)[self.mask]
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> PcaBrdf:
-        """See :class:`LatentBasis`."""
         return PcaBrdf(self, code, name)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`LatentBasis`."""
         arrays = self.center, self.components, self.colors, self.deviations
         names = "centre", "components", "colours", "deviations"
         tensors: Tensors = {
@@ -202,7 +198,6 @@ class PcaBasis(LatentBasis):
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> PcaBasis:
-        """See :class:`LatentBasis`."""
         sizes = integers(header, "resolution")
         if len(sizes) != len(fields(Resolution)):
             raise ValueError(f"resolution has {len(sizes)} numbers, expected 3")

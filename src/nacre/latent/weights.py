@@ -67,7 +67,6 @@ class WeightBasis(LatentBasis):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return sum(layer.nbytes for layer in self.layers.values())
 
     def check_layers(self, **shapes: tuple[int, int]) -> None:

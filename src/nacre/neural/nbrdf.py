@@ -135,11 +135,9 @@ class NeuralBrdf(NetworkBrdf):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`."""
         return PRECISIONS[self.precision].itemsize * self.weight_count
 
     def summary(self) -> str:
-        """See :class:`nacre.brdf.Brdf`."""
         sizes = "-".join(map(str, self.sizes))
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
@@ -170,13 +168,11 @@ class NeuralBrdf(NetworkBrdf):
         )
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
-        """See :class:`nacre.neural.network.NetworkBrdf`."""
         xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         source = self.metadata.get("source", {})
         facts = {
             "inputs": self.inputs,

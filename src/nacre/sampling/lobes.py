@@ -28,12 +28,10 @@ class UniformSampler(Sampler):
         return "uniform"
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
-        """See :class:`nacre.brdf.Sampler`."""
         wi = uniform_hemisphere(u[1], u[2])
         return wi, self.pdf_components(wi, wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         return 0.5 / math.pi + 0.0 * wi[2] + 0.0 * wo[2]
 
 
@@ -73,14 +71,12 @@ class BlinnPhongMixture(Sampler):
 
     @classmethod
     def parametrizations(cls) -> Mapping[str, Any]:
-        """See :class:`nacre.brdf.Sampler`."""
         from nacre.sampling.parametrizations import BlinnPhongParametrization
 
         return {"blinn-phong": BlinnPhongParametrization()}
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> BlinnPhongMixture:
-        """See :class:`nacre.brdf.Sampler`."""
         return cls(float(description["specular"]), float(description["exponent"]))
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
@@ -97,7 +93,6 @@ class BlinnPhongMixture(Sampler):
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         mirrored = blinn_phong_density(half_vector(wi, wo), wo, self.exponent)
         visible = (wi[2] > 0.0) & (wo[2] > 0.0)

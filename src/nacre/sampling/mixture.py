@@ -109,7 +109,6 @@ class GgxMixture(Sampler):
             raise ValueError(f"{name} must lie in [{low:g}, {high:g}], got {values}")
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Sampler`."""
         lobes = [
             {
                 "share": lobe.fraction,
@@ -123,7 +122,6 @@ class GgxMixture(Sampler):
 
     @classmethod
     def parametrizations(cls) -> Mapping[str, Any]:
-        """See :class:`nacre.brdf.Sampler`."""
         from nacre.sampling.parametrizations import (
             MixtureParametrization,
             SingleLobeParametrization,
@@ -133,7 +131,6 @@ class GgxMixture(Sampler):
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
-        """See :class:`nacre.brdf.Sampler`."""
 
         def values(part: Mapping[str, Any], name: str) -> Values:
             return tuple(float(value) for value in part[name])
@@ -186,7 +183,6 @@ class GgxMixture(Sampler):
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         at, (cos, sin), view = self._interpolation(wo), *lobe_frame(wo, self.angle)
         h = in_frame(half_vector(wi, wo), cos, sin)

@@ -64,7 +64,6 @@ class TiltedMixture(Sampler):
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         cos, sin, shift = self._axis()
         alpha = self.roughness, self.roughness
