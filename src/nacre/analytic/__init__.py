@@ -5,6 +5,4 @@ from nacre.analytic.fitting import fit
 from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.analytic.model import AnalyticBrdf, Parameter
 
-"""Every format of analytic reflectance."""
-
 __all__ = ["MODELS", "AnalyticBrdf", "AnisotropicGgx", "Ggx", "Parameter", "fit"]

@@ -23,21 +23,14 @@ from nacre.numerics.direction_samples import DirectionSamples
 Vector = npt.NDArray[np.float64]
 
 TABLES = ("distribution", "fresnel", "masking")
-SWEEPS = 8
-"""How often every table is solved for alone."""
-STEPS = 40
-"""How often all are solved for together."""
+SWEEPS = 8  # how often every table is solved for alone
+STEPS = 40  # how often all are solved for together
 
-_SOFTENING = 0.05
-"""Residuals below this fraction of the mean count as squares."""
-_DAMPING = 1e-4
-"""Of the first steps."""
-_CLOSE = 1e-6
-"""Relative difference below which the slope of the logarithm stands for its secant."""
-_SHORTEST, _LONGEST = 0.3, 3.0
-"""Factors by which a number changes in one step."""
-_LEAST = 1e-9
-"""Added to numbers before their logarithm is taken."""
+_SOFTENING = 0.05  # residuals below this fraction of the mean count as squares
+_DAMPING = 1e-4  # of the first steps
+_CLOSE = 1e-6  # relative difference below which the slope of the logarithm stands for its secant
+_SHORTEST, _LONGEST = 0.3, 3.0  # factors by which a number changes in one step
+_LEAST = 1e-9  # added to numbers before their logarithm is taken
 
 
 class Factors(NamedTuple):

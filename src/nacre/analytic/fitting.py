@@ -23,15 +23,12 @@ from nacre.sampling import check_isotropic, draw_samples
 Model = TypeVar("Model", bound=AnalyticBrdf)
 Vector = npt.NDArray[np.float64]
 
-SAMPLES = 40_000
-"""Samples drawn of a reflectance: a model has a dozen parameters, not hundreds."""
+SAMPLES = 40_000  # samples drawn of a reflectance: a model has a dozen parameters, not hundreds
 STARTS = 16
 
-_LIMIT = 30.0
-"""Of parameters on the whole line: beyond it they are at their bounds."""
+_LIMIT = 30.0  # of parameters on the whole line: beyond it they are at their bounds
 
-_ROUNDS = ((2_000, 15), (5_000, 20), (None, 40))
-"""Samples and iterations of each round; a quarter of the starts go on to the next."""
+_ROUNDS = ((2_000, 15), (5_000, 20), (None, 40))  # samples and iterations; a quarter goes on
 
 
 def fit(

@@ -26,12 +26,9 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.progress import Progress
 from nacre.sampling.microfacets import GRAZING, NormalGrid, polar_nodes
 
-_AZIMUTHS = 32
-"""Nodes of the half vector's azimuth, over which D is averaged."""
-_LARGEST = 1e3
-"""Bound of F."""
-_DARK = 1e-4
-"""f_r in 1/sr of facets that reflect everything, below which they tell nothing of F."""
+_AZIMUTHS = 32  # nodes of the half vector's azimuth, over which D is averaged
+_LARGEST = 1e3  # bound of F
+_DARK = 1e-4  # f_r in 1/sr of facets that reflect everything, below which they tell nothing of F
 
 
 class TabulatedMicrofacets(FactoredBrdf):

@@ -13,8 +13,7 @@ from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, to_spherical
 from nacre.sampling.lobes import expm1
 
-_LARGEST_EXPONENT = 40.0
-"""Of the density of normals, so that it stays a number of float32; published ones end at 5.4."""
+_LARGEST_EXPONENT = 40.0  # of the density, to stay a number of float32; published ones end at 5.4
 
 
 def _color(name: str, low: float, high: float, start: tuple[float, float]) -> Parameter:

@@ -5,9 +5,8 @@ NBRDF paper, section 3.2 and Figure 3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import LatentBasis, Vector, integer
+from nacre.latent.basis import Vector, integer
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation
 from nacre.latent.neural_basis import check_tensors
@@ -23,7 +22,6 @@ from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, Matrix, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
-from nacre.runtime.progress import Progress
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +50,7 @@ class Autoencoder(WeightBasis):
 
     kind: ClassVar[str] = "autoencoder"
     Recipe: ClassVar[type] = AutoencoderRecipe
+    trainer: ClassVar[str] = "nacre.latent.autoencoder_training:train_autoencoder"
     projects: ClassVar[bool] = True
     LAYERS: ClassVar[tuple[str, ...]] = "contract", "code", "expand", "network"
 
@@ -115,17 +114,3 @@ class Autoencoder(WeightBasis):
         layers = named_layers(tensors, cls.LAYERS)
         seed, metadata = integer(header, "seed"), header["metadata"]
         return cls(tensors["common"], **layers, seed=seed, metadata=metadata)
-
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: AutoencoderRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> Autoencoder:
-        from nacre.latent.autoencoder_training import train_autoencoder
-
-        return train_autoencoder(materials, recipe, checkpoint=checkpoint, progress=progress)

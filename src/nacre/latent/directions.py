@@ -23,8 +23,7 @@ from nacre.sampling import BlinnPhongMixture
 Floats = npt.NDArray[np.float32]
 
 _EXPONENTS = np.geomspace(1.0, 1e5, 12)
-_HORIZON = 1e-3
-"""Least cosine: closer to the horizon, tables and networks hold anything."""
+_HORIZON = 1e-3  # least cosine: closer to the horizon, tables and networks hold anything
 
 
 def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:

@@ -23,13 +23,11 @@ from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
-DIRECTIONS = 1 << 15
-"""Pairs of directions at which materials are seen."""
+DIRECTIONS = 1 << 15  # pairs of directions at which materials are seen
 _BEGINNING = Recipe(epochs=100)
 _SHORT = Recipe(epochs=40, learning_rate=1e-3)
 _HELD_OUT = 0.05
-_MIN = 1e-4
-"""Of f_r, where geometric means are taken."""
+_MIN = 1e-4  # of f_r, where geometric means are taken
 
 Floats = npt.NDArray[np.float32]
 

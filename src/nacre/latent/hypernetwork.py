@@ -12,9 +12,8 @@ three. So a permutation of the channels of a material is one of its code here to
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,10 +21,10 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import LatentBasis, Vector
+from nacre.latent.basis import Vector
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
-from nacre.latent.recipes import BasisRecipe, HypernetworkRecipe
+from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.weights import (
     COUNT,
     SIZES,
@@ -38,13 +37,9 @@ from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 
-COLUMN = SIZES[-2] + 1
-"""Weights and bias of one output."""
-HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
-"""Weights and biases of the hidden layers."""
+COLUMN = SIZES[-2] + 1  # weights and bias of one output
+HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,6 +69,7 @@ class Hypernetwork(WeightBasis):
 
     kind: ClassVar[str] = "hypernetwork"
     Recipe: ClassVar[type] = HypernetworkRecipe
+    trainer: ClassVar[str] = "nacre.latent.hypernetwork_training:train_hypernetwork"
     builds_on: ClassVar[str | None] = "neural"
     takes_samples: ClassVar[bool] = True
     LAYERS: ClassVar[tuple[str, ...]] = "trunk", "shared", "channel", "output"
@@ -131,24 +127,3 @@ class Hypernetwork(WeightBasis):
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Hypernetwork:
         basis = NeuralBasis.unpack(header, tensors)
         return cls(basis, **named_layers(tensors, cls.LAYERS), metadata=header["metadata"])
-
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: HypernetworkRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> Hypernetwork:
-        from nacre.latent.hypernetwork_training import train_hypernetwork
-
-        recipe = recipe or HypernetworkRecipe()
-        if base is None:
-            steps = min(recipe.steps, BasisRecipe.steps)
-            settings = BasisRecipe(code_dim=recipe.code_dim, steps=steps, seed=recipe.seed)
-            state = Store(checkpoint).file("neural") if checkpoint else None
-            base = NeuralBasis.train(materials, settings, checkpoint=state, progress=progress)
-        assert isinstance(base, NeuralBasis)
-        return train_hypernetwork(base, recipe, checkpoint=checkpoint, progress=progress)

@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from nacre.errors import NacreError, require
 
-MIN_CODES = 5
-"""Minimum number of materials, or texels, on a map."""
+MIN_CODES = 5  # minimum number of materials, or texels, on a map
 
 _PERPLEXITY = 30.0
 

@@ -14,10 +14,9 @@ material is one of its code, and no permuted material has to be trained on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -31,6 +30,7 @@ from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import BasisRecipe
+from nacre.neural.file import numbered_tensors
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.neural.network import NetworkBrdf
@@ -39,19 +39,15 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.least_absolute import minimize
 from nacre.numerics.mlp import Layer, forward, widths
 from nacre.runtime.parallel import one_blas_thread
-from nacre.runtime.progress import Progress
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
 
 Double = npt.NDArray[np.float64]
 
-BRIGHTEST = math.log(1e6)
-"""Bound of ln f_r: whatever a code holds, what it stands for is finite."""
-PRIOR = 0.05
-"""What a standard deviation of a value costs, beside the sum of errors of single directions."""
+BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
+PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors
 _STEPS = 15
-_FARTHEST = 100.0
-"""Bound of the values that are found."""
+_FARTHEST = 100.0  # bound of the values that are found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,6 +82,7 @@ class NeuralBasis(LatentBasis):
 
     kind: ClassVar[str] = "neural"
     Recipe: ClassVar[type] = BasisRecipe
+    trainer: ClassVar[str] = "nacre.latent.neural_training:train_neural"
     takes_samples: ClassVar[bool] = True
     linear_in_log: ClassVar[bool] = True
 
@@ -213,33 +210,19 @@ class NeuralBasis(LatentBasis):
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> NeuralBasis:
         sizes = integers(header, "hidden")
         check_tensors(tensors)
-        hidden = numbered_layers(tensors, len(sizes))
+        hidden = _numbered_layers(tensors, len(sizes))
         if [len(layer.biases) for layer in hidden] != sizes:
             raise ValueError(f"layers are not as wide as {sizes}")
         counts = header.get("predictors", {})
         if not isinstance(counts, dict):
             raise ValueError("predictors is not an object")
         predictors = {
-            n: LobePredictor(n, numbered_layers(tensors, integer(counts, n), _prefix(n)))
+            n: LobePredictor(n, _numbered_layers(tensors, integer(counts, n), _prefix(n)))
             for n in counts
         }
         functions, examples = tensors["functions"], tensors["examples"]
         luma, metadata = integer(header, "greys"), header["metadata"]
         return cls(hidden, functions, luma, examples, metadata, predictors)
-
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: BasisRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> NeuralBasis:
-        from nacre.latent.neural_training import train_neural
-
-        return train_neural(materials, recipe, checkpoint=checkpoint, progress=progress)
 
 
 class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
@@ -313,36 +296,13 @@ def check_tensors(tensors: Tensors) -> None:
     check_numbers(tensors, LARGEST)
 
 
-def named_tensors(layers: Mapping[str, Layer]) -> Tensors:
-    """Weights and biases of layers by the layers' names."""
-    return {
-        f"{name}_{kind}": array
-        for name, layer in layers.items()
-        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
-    }
-
-
-def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
-    """The inverse of :func:`named_tensors`."""
-    return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
-
-
 def _prefix(name: str) -> str:
     """Of the names of a predictor's tensors."""
     return f"predictor {name} "
 
 
-def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
-    """Weights and biases of layers, numbered from 1."""
-    return {
-        f"{prefix}{kind}_{index}": np.ascontiguousarray(array)
-        for index, layer in enumerate(layers, 1)
-        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
-    }
-
-
-def numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
-    """The inverse of :func:`numbered_tensors`."""
+def _numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
+    """The inverse of :func:`nacre.neural.file.numbered_tensors`."""
     return [
         Layer(tensors[f"{prefix}weights_{index}"], tensors[f"{prefix}biases_{index}"])
         for index in range(1, count + 1)

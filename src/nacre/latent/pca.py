@@ -13,9 +13,8 @@ a basis keeps is its logarithm and the mean in one, which is the mean of ln(f w 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field, fields
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,23 +28,17 @@ from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.numerics.least_absolute import minimize
-from nacre.runtime.progress import Progress
 
 Floats = npt.NDArray[np.floating]
 Mask = npt.NDArray[np.bool_]
 
-EPSILON = 1e-3
-"""Added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)."""
+EPSILON = 1e-3  # added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)
 
-_BRIGHTEST = math.log(1e6)
-"""Bound of ln(f w + e): whatever a code holds, what it stands for is finite."""
-_RIDGE = 1e-9
-"""Pull of the code to zero, relative to the weight of all nodes: settles what no node tells."""
-_NODES = 10_000
-"""Nodes that a code is refined at: it has a few dozen values."""
+_BRIGHTEST = math.log(1e6)  # bound of ln(f w + e): whatever a code holds, the result is finite
+_RIDGE = 1e-9  # pull of the code to zero, relative to the weight of all nodes
+_NODES = 10_000  # nodes that a code is refined at: it has a few dozen values
 _STEPS = 50
-_TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")
-"""Of a file."""
+_TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")  # of a file
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,6 +72,7 @@ class PcaBasis(LatentBasis):
 
     kind: ClassVar[str] = "pca"
     Recipe: ClassVar[type] = PcaRecipe
+    trainer: ClassVar[str] = "nacre.latent.pca_training:train_components"
     projects: ClassVar[bool] = True
     linear_in_log: ClassVar[bool] = True
 
@@ -229,23 +223,6 @@ class PcaBasis(LatentBasis):
         metadata = header["metadata"]
         index = uses.astype(np.int64)
         return cls(resolution, mask, center, components, index, colors, deviations, metadata)
-
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: PcaRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> PcaBasis:
-        """See :class:`LatentBasis`; also raises NacreError if no node of the grid is known of all
-        materials, or there are fewer components than values.
-        """
-        from nacre.latent.pca_training import train_components
-
-        return train_components(materials, recipe or PcaRecipe(), progress)
 
 
 class PcaBrdf(CodedBrdf, MerlBrdf):

@@ -13,18 +13,13 @@ from nacre.latent.directions import isotropic_values, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.sampling.moment import propose_lights
 
-_SINGLE = 2048
-"""Directions of the first kind: a code has a few dozen values."""
-_SEEN = 10.0
-"""Weight of the mean error of what views see, beside that of single directions."""
+_SINGLE = 2048  # directions of the first kind: a code has a few dozen values
+_SEEN = 10.0  # weight of the mean error of what views see, beside that of single directions
 _GAMMA = 1.0 / 2.2
-_DARK = 1e-4
-"""Added to what views see: of black, the gamma curve has no derivative."""
+_DARK = 1e-4  # added to what views see: of black, the gamma curve has no derivative
 _VIEWS, _PER_VIEW, _LIGHTS = 16, 128, 4
-_SHARPNESS = 3.0, 60.0
-"""Of the lamps: from a third of the sky to a bulb near by."""
-_SPREAD = 0.4
-"""Of the lamps about the mirror direction."""
+_SHARPNESS = 3.0, 60.0  # of the lamps: from a third of the sky to a bulb near by
+_SPREAD = 0.4  # of the lamps about the mirror direction
 
 Floats = npt.NDArray[np.floating]
 
@@ -64,8 +59,7 @@ class PictureErrors:
             slice(count),
             known[_SINGLE:].reshape(self._lit.wi.shape[:2]),
         )
-        self.wi, self.wo = wi[known], wo[known]
-        """Directions to compare at, shapes (n, 3)."""
+        self.wi, self.wo = wi[known], wo[known]  # directions to compare at, shapes (n, 3)
         f_r = np.maximum(f_r[known], 0.0)
         self._weight = GAIN * self.wi[self._single, 2:]
         self._target = np.log1p(f_r[self._single] * self._weight)

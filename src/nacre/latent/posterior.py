@@ -12,22 +12,16 @@ from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import one_blas_thread
 
-MAX_SAMPLES = 2048
-"""Samples that count: of more, a code has nothing to learn."""
-_EPSILON = 1e-3
-"""Added to f cos theta_i before logarithms."""
-_WIDTHS = 0.3, 0.5, 0.8
-"""Of the prior about each training material, in standard deviations of the code."""
-_NOISES = 0.15, 0.3, 0.6
-"""Standard deviations of the logarithm of what is left unexplained."""
-_TRUST = 0.1
-"""Power of the likelihood: neighboring directions and channels err alike."""
+MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
+_EPSILON = 1e-3  # added to f cos theta_i before logarithms
+_WIDTHS = 0.3, 0.5, 0.8  # of the prior about each training material, in standard deviations
+_NOISES = 0.15, 0.3, 0.6  # standard deviations of the logarithm of what is left unexplained
+_TRUST = 0.1  # power of the likelihood: neighboring directions and channels err alike
 _STEPS = 12
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one."""
-_CLOSE = 1e-2
-"""Change of the values by which the last step is known."""
+_CLOSE = 1e-2  # change of the values by which the last step is known
 
 Vector = npt.NDArray[np.float64]
 

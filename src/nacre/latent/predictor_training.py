@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import NacreError, require
+from nacre.latent.descent import finished, free_layer
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
@@ -22,7 +23,7 @@ from nacre.latent.recipes import PredictorRecipe
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
 from nacre.numerics.channels import PERMUTATIONS
-from nacre.numerics.mlp import TANH, Layer, forward
+from nacre.numerics.mlp import TANH, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
@@ -33,16 +34,11 @@ torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
 Codes: TypeAlias = npt.NDArray[np.floating]
 
-_STRETCH = -1.0, 2.0
-"""Where between, or beyond, two materials a mixture of theirs lies."""
-_SCALES = 0.5, 2.5
-"""Standard deviations of random codes."""
-_JITTER = 0.2
-"""Standard deviation that is added to every code."""
-_MIN_MOMENT = 1e-3
-"""Of a code that reflects nothing."""
-_AT_ONCE = 32
-"""Codes that are decoded together."""
+_STRETCH = -1.0, 2.0  # where between, or beyond, two materials a mixture of theirs lies
+_SCALES = 0.5, 2.5  # standard deviations of random codes
+_JITTER = 0.2  # standard deviation that is added to every code
+_MIN_MOMENT = 1e-3  # of a code that reflects nothing
+_AT_ONCE = 32  # codes that are decoded together
 
 
 def with_predictors(
@@ -146,12 +142,9 @@ class _Training:
     def __init__(self, code_dim: int, family: Parametrization, recipe: PredictorRecipe) -> None:
         self._family, self._recipe = family, recipe
         self._random = np.random.default_rng((recipe.seed, 6))
-        self._layers: list[tuple[Tensor, Tensor]] = [
-            (_free(self._random.normal(0.0, deviation, shape)), _free(np.zeros(shape[1])))
-            for shape, deviation in (
-                ((code_dim, recipe.hidden), code_dim**-0.5),
-                ((recipe.hidden, family.size), 0.1 * recipe.hidden**-0.5),
-            )
+        self._layers = [
+            free_layer(self._random, code_dim, recipe.hidden, code_dim**-0.5),
+            free_layer(self._random, recipe.hidden, family.size, 0.1 * recipe.hidden**-0.5),
         ]
         self._adam = torch.optim.Adam([a for layer in self._layers for a in layer])
 
@@ -182,8 +175,7 @@ class _Training:
 
     def predictor(self, name: str) -> LobePredictor:
         """What came of it."""
-        layers = [Layer(*(a.detach().numpy() for a in layer)) for layer in self._layers]
-        return LobePredictor(name, layers)
+        return LobePredictor(name, [finished(layer) for layer in self._layers])
 
 
 def draw_codes(
@@ -207,10 +199,6 @@ def draw_codes(
     mixed = fraction * one + (1.0 - fraction) * other
     chosen = np.select([kind == 0, kind == 1], [one, mixed], normal)
     return (chosen + _JITTER * random.normal(size=shape)).astype(np.float32)
-
-
-def _free(values: npt.NDArray[np.floating]) -> Tensor:
-    return torch.from_numpy(values.astype(np.float32)).requires_grad_()
 
 
 def _tensor(values: npt.ArrayLike, shape: tuple[int, ...]) -> Tensor:

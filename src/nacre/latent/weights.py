@@ -29,20 +29,14 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import LobeSampledBrdf
 
 SIZES = (6, *HIDDEN, OUTPUTS)
-SHAPES = tuple(itertools.pairwise(SIZES))
-"""Inputs and outputs of each layer."""
-COUNT = sum((rows + 1) * columns for rows, columns in SHAPES)
-"""Weights and biases: 675."""
-FARTHEST = 5.0
-"""Root mean square of the values of a code beyond which only its direction counts."""
+SHAPES = tuple(itertools.pairwise(SIZES))  # inputs and outputs of each layer
+COUNT = sum((rows + 1) * columns for rows, columns in SHAPES)  # weights and biases: 675
+FARTHEST = 5.0  # root mean square of the values of a code beyond which only its direction counts
 
 _STEPS = 8
-_DIFFERENCE = 1e-4
-"""Change of a value by which its effect on the weights is found."""
-_LARGEST = 30.0
-"""Bound of ln(f_r + 1) while a code is sought."""
-_LARGEST_TRAINED = 15.0
-"""The same in training: no material comes near e^15."""
+_DIFFERENCE = 1e-4  # change of a value by which its effect on the weights is found
+_LARGEST = 30.0  # bound of ln(f_r + 1) while a code is sought
+_LARGEST_TRAINED = 15.0  # the same in training: no material comes near e^15
 
 Matrix = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float32]

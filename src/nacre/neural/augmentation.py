@@ -21,10 +21,8 @@ from nacre.runtime.parallel import thread_map
 _FRACTIONS = 0.2, 0.3, 0.2
 """Of directions near the scan's own, near a mirror direction, and over all polar angles; the rest
 is uniform in the Rusinkiewicz angles."""
-_DEVIATION = 0.05
-"""Standard deviation of directions near the scan's own, about an axis, in radians."""
-_MIRROR_DEVIATION = 1e-3, 0.3
-"""Range of the same near mirror directions: highlights are of every width."""
+_DEVIATION = 0.05  # standard deviation of directions near the scan's own, about an axis, in radians
+_MIRROR_DEVIATION = 1e-3, 0.3  # range of it near mirror directions: highlights are of every width
 _CHUNK = 1 << 14
 
 

@@ -27,8 +27,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import check_isotropic, fit_lobes
 
-SAMPLES = 800_000
-"""Samples of an isotropic material (NBRDF paper, section 3.1)."""
+SAMPLES = 800_000  # samples of an isotropic material (NBRDF paper, section 3.1)
 ANISOTROPIC_FACTOR = 5
 """What a network without h rotated to phi_h = 0 takes more (ibid., of anisotropic materials)."""
 

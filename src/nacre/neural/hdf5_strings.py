@@ -11,10 +11,8 @@ import struct
 from collections.abc import Iterator
 
 _HEAP = b"GCOL"
-_VARIABLE_LENGTH = 9
-"""Class of a datatype."""
-_MOST = 4096
-"""Strings that a file may list; networks have two a layer."""
+_VARIABLE_LENGTH = 9  # class of a datatype
+_MOST = 4096  # strings that a file may list; networks have two a layer
 
 
 def count_strings(data: bytes, name: str) -> int:

@@ -10,13 +10,10 @@ PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
 INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC)
 """Names of the parametrizations of a network's inputs."""
 
-LARGEST_INPUT = 1.01
-"""Bound of the magnitude of every input."""
+LARGEST_INPUT = 1.01  # bound of the magnitude of every input
 
-_HIGHLIGHT = 1e-4
-"""Added to sin^2 theta_h before its logarithm: highlights narrower than .6 degrees look alike."""
-_HORIZON = 0.01
-"""Added to cosines before their logarithm."""
+_HIGHLIGHT = 1e-4  # added to sin^2 theta_h before its logarithm: below .6 degrees all look alike
+_HORIZON = 0.01  # added to cosines before their logarithm
 
 
 def input_count(inputs: str, rotate_half_vector: bool) -> int:

@@ -36,8 +36,7 @@ from nacre.numerics.mlp import Layer
 from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3
-_TARGETS = _OUTPUTS + 1
-"""Rows after the inputs in a block of samples: three targets and the cosine."""
+_TARGETS = _OUTPUTS + 1  # rows after the inputs in a block of samples: three targets and the cosine
 
 Vector = npt.NDArray[np.float32]
 

@@ -25,8 +25,7 @@ from nacre.numerics.mlp import Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
-_LAYERS, _WEIGHTS = "layer_names", "weight_names"
-"""Attributes that list names."""
+_LAYERS, _WEIGHTS = "layer_names", "weight_names"  # attributes that list names
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
 
 
@@ -127,11 +126,8 @@ def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
     if 0 in attribute.shape:
         return []
     strings = h5py.check_string_dtype(attribute.dtype)
-    if (
-        strings is None
-        or len(attribute.shape) != 1
-        or (strings.length is None and key not in sound)
-    ):
+    unsound = strings is None or (strings.length is None and key not in sound)
+    if unsound or len(attribute.shape) != 1:
         raise ValueError(f"attribute '{key}' is no list of strings")
     if attribute.shape[0] * attribute.dtype.itemsize > limit:
         raise ValueError(f"attribute '{key}' holds less than its shape says")
@@ -155,9 +151,7 @@ def _read_npy(path: Path) -> npt.NDArray[np.float32]:
 
 
 def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # what is not finite is refused with the rest
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
         return np.ascontiguousarray(values, np.float32)
 
 

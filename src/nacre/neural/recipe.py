@@ -12,8 +12,7 @@ from nacre.neural.nbrdf import HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
 from nacre.neural.samples import BLOCK
 from nacre.sampling import DISTRIBUTIONS
 
-ENHANCED_GAIN = 32.0
-"""Default gain of the loss with enhanced inputs."""
+ENHANCED_GAIN = 32.0  # default gain of the loss with enhanced inputs
 
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {

@@ -17,8 +17,7 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
 
-BLOCK = 16
-"""Samples that stay together when the order of training is shuffled."""
+BLOCK = 16  # samples that stay together when the order of training is shuffled
 
 _CHUNK = 1 << 15
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))

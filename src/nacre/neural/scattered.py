@@ -27,16 +27,11 @@ from nacre.neural.samples import Samples, direction_inputs
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.numerics.mlp import Layer
 
-SCATTERED_SAMPLES = 320_000
-"""Training samples, augmentation included."""
-OWN_FRACTION = 0.5
-"""Fraction of the training samples that are the scan's own, repeated."""
-WEIGHT = 100.0
-"""k in sr: differences below 1 / k hardly matter."""
-MIN_SAMPLES = 10
-"""Samples that a scan must have."""
-MIN_VALUE = 1e-3
-"""Measured values count as at least this much (1/sr) when errors are relative to them."""
+SCATTERED_SAMPLES = 320_000  # training samples, augmentation included
+OWN_FRACTION = 0.5  # fraction of the training samples that are the scan's own, repeated
+WEIGHT = 100.0  # k in sr: differences below 1 / k hardly matter
+MIN_SAMPLES = 10  # samples that a scan must have
+MIN_VALUE = 1e-3  # the least that measured values (1/sr) count as when errors are relative
 
 
 def scattered_samples(

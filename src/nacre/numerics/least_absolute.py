@@ -12,14 +12,10 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.floating]
 Vector = npt.NDArray[np.float64]
 
-_SOFTENING = 0.05
-"""Residuals below this share of the mean count as squares."""
-_LONGEST = 2.0
-"""Change of a parameter in one step."""
-_ENOUGH = 1e-5
-"""Relative gain of a step below which it is the last."""
-_HOPELESS = 1e8
-"""Damping at which no step helps any more."""
+_SOFTENING = 0.05  # residuals below this share of the mean count as squares
+_LONGEST = 2.0  # change of a parameter in one step
+_ENOUGH = 1e-5  # relative gain of a step below which it is the last
+_HOPELESS = 1e8  # damping at which no step helps any more
 
 
 def minimize(

@@ -18,13 +18,10 @@ import numpy.typing as npt
 from nacre.array import Array, Floats, namespace
 
 RELU, TANH = "relu", "tanh"
-SILU = "silu"
-"""x / (1 + exp(-x)), also known as swish."""
-SILU_BY_TANH = "silu by tanh"
-"""The same function in the form x / 2 (1 + tanh(x / 2)), whose last bits differ."""
+SILU = "silu"  # x / (1 + exp(-x)), also known as swish
+SILU_BY_TANH = "silu by tanh"  # the same as x / 2 (1 + tanh(x / 2)), whose last bits differ
 
-_CLIP = 60.0
-"""Bound of the exponent of :data:`SILU`: exp does not overflow float32."""
+_CLIP = 60.0  # bound of the exponent of SILU: exp does not overflow float32
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,8 @@ from nacre.array import Floats
 Terms: TypeAlias = tuple[float, Floats, Floats]
 """Value, gradient (p,) and Hessian (p, p) of a function."""
 
-_LONGEST = 2.0
-"""Change of a parameter in one step."""
-_HOPELESS = 1e8
-"""Damping at which no step helps any more."""
+_LONGEST = 2.0  # change of a parameter in one step
+_HOPELESS = 1e8  # damping at which no step helps any more
 
 
 def minimize(

@@ -15,10 +15,8 @@ from nacre.numerics.channels import CHROMA, LUMA
 
 Double = npt.NDArray[np.float64]
 
-_OVERSAMPLING = 16
-"""Directions followed beyond those asked for, which makes these converge in few passes."""
-_POWERS = 4
-"""Passes over rows in memory."""
+_OVERSAMPLING = 16  # directions beyond those asked for, which make these converge in few passes
+_POWERS = 4  # passes over rows in memory
 PASSES = 2
 """Times that :func:`leading_directions` goes through the rows."""
 
@@ -165,14 +163,10 @@ class ColoredComponents(NamedTuple):
     size, and the strongest are chosen.
     """
 
-    part: npt.NDArray[np.int64]
-    """Which of the parts each comes from, shape (k,)."""
-    component: npt.NDArray[np.int64]
-    """Which component of the part, shape (k,)."""
-    colors: Floats
-    """Its unit color, shape (k, 3)."""
-    variances: Double
-    """Of each, largest first, shape (k,)."""
+    part: npt.NDArray[np.int64]  # which of the parts each comes from, shape (k,)
+    component: npt.NDArray[np.int64]  # which component of the part, shape (k,)
+    colors: Floats  # its unit color, shape (k, 3)
+    variances: Double  # of each, largest first, shape (k,)
 
 
 def strongest(

@@ -11,11 +11,9 @@ from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
 from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect, uniform_hemisphere
 
-MAX_EXPONENT = 1e5
-"""Sharpest Blinn-Phong lobe: beyond it float32 half vectors no longer resolve the lobe."""
+MAX_EXPONENT = 1e5  # sharpest lobe: beyond it float32 half vectors no longer resolve it
 
-_SMALL = 0.03
-"""Below it a series replaces the difference of two numbers near 1."""
+_SMALL = 0.03  # below it a series replaces the difference of two numbers near 1
 
 
 class UniformSampler(Sampler):

@@ -18,11 +18,9 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import from_half_difference, from_spherical, join, split
 
-GRAZING = math.radians(89.9)
-"""Polar angle that stands for the horizon, at which f_r is not defined."""
+GRAZING = math.radians(89.9)  # polar angle that stands for the horizon, at which f_r is not defined
 
-_DIFFERENCE_AZIMUTHS = 16
-"""Azimuths of the difference vector that a highlight is averaged over."""
+_DIFFERENCE_AZIMUTHS = 16  # azimuths of the difference vector that a highlight is averaged over
 _ITERATIONS = 100
 _CONVERGED = 1e-5
 _TINY_DENSITY = 1e-30

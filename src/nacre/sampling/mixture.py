@@ -16,11 +16,9 @@ from nacre.sampling.visible_normals import MIN_ROUGHNESS, sample_visible, visibl
 Values: TypeAlias = tuple[float, ...]
 """A value for each of the cosines of a mixture; linear between them, constant beyond."""
 
-MAX_LOBES, MAX_COSINES = 8, 16
-"""Sizes that the code of a renderer grows with."""
+MAX_LOBES, MAX_COSINES = 8, 16  # sizes that the code of a renderer grows with
 MAX_ROUGHNESS, MAX_SHIFT = 4.0, 2.0
-_ROUNDING = 1e-6
-"""By which fractions may add up to more than 1."""
+_ROUNDING = 1e-6  # by which fractions may add up to more than 1
 _TINY = 1e-30
 
 

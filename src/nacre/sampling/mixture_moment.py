@@ -21,10 +21,8 @@ from nacre.sampling.mixture_parameters import (
 from nacre.sampling.moment import Moment, view_pairs
 from nacre.sampling.visible_normals import visible_density
 
-_STEP = 1e-5
-"""Of differences."""
-_SMALL = -2.0
-"""Logarithm of a fraction that starts small, relative to that of the cosine lobe."""
+_STEP = 1e-5  # of differences
+_SMALL = -2.0  # logarithm of a fraction that starts small, relative to that of the cosine lobe
 
 
 class MixtureMoment:

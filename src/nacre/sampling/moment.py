@@ -24,10 +24,8 @@ from nacre.sampling.visible_normals import sample_visible, visible_density
 
 _VIEWS = 8
 _PER_VIEW = 512
-_ROUGHNESSES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
-"""Of the proposal: highlights of every width are seen."""
-_DARK = 0.1
-"""Albedo of a channel, relative to the brightest, below which its noise counts less."""
+_ROUGHNESSES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # of the proposal, for highlights of every width
+_DARK = 0.1  # albedo of a channel, relative to the brightest, below which its noise counts less
 
 
 @dataclass(frozen=True)
@@ -92,10 +90,8 @@ class Pairs(NamedTuple):
 
     half: Components
     """Half vectors, in the frame of the lobes; see :func:`nacre.sampling.mixture.lobe_frame`."""
-    view: Components
-    """Views, likewise."""
-    cosine: Array
-    """cos(theta_i)."""
+    view: Components  # views, likewise
+    cosine: Array  # cos(theta_i)
 
 
 def view_pairs(wo: Floats, wi: Floats, angle: float | None = None) -> Pairs:

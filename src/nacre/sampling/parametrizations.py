@@ -138,8 +138,7 @@ PARAMETRIZATIONS: Mapping[str, Parametrization] = {
 }
 """Those that the training of a basis predicts, by name in files."""
 
-BEST = "mixture"
-"""The one with the least variance."""
+BEST = "mixture"  # the one with the least variance
 
 
 def find_parametrization(name: str) -> Parametrization:

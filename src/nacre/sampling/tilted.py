@@ -18,16 +18,14 @@ from nacre.geometry import azimuth, cosine_hemisphere, half_vector, reflect, spl
 from nacre.sampling.mixture import in_frame
 from nacre.sampling.visible_normals import sample_visible, visible_density
 
-PARAMETERS = 4
-"""Of a mixture: fraction, roughness, and the two coordinates of the slope."""
+PARAMETERS = 4  # of a mixture: fraction, roughness, and the two coordinates of the slope
 
 _FRACTIONS = (0.2, 0.4, 0.6, 0.8)
 _ROUGHNESS = (0.15, 0.22, 0.32, 0.5, 0.8)
 _SLOPES = (0.2, 0.45)
 _AZIMUTHS = 8
 _BLOCK = 1 << 10
-_DARK = 1e-12
-"""Of squared products with the cosine, so that a black texel has a mixture too."""
+_DARK = 1e-12  # of squared products with the cosine, so that a black texel has a mixture too
 
 
 @dataclass(frozen=True)
