@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.fresnel import dielectric, schlick_one
+from nacre.analytic.fresnel import fresnel
 from nacre.analytic.model import (
     DIFFUSE,
     INDEX,
@@ -33,7 +33,7 @@ class CookTorrance(AnalyticBrdf):
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         facets, cosine = _facets(values["roughness"], wi, wo)
-        return coated(values, facets * dielectric(cosine, values["index"]))
+        return coated(values, facets * fresnel(values, cosine))
 
 
 class SchlickCookTorrance(AnalyticBrdf):
@@ -47,8 +47,7 @@ class SchlickCookTorrance(AnalyticBrdf):
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
         facets, cosine = _facets(values["roughness"], wi, wo)
-        fresnel = schlick_one(cosine, values["normal_reflectance"])
-        return coated(values, facets / math.pi * fresnel)
+        return coated(values, facets / math.pi * fresnel(values, cosine))
 
 
 def grooves(h: Components, wi: Components, wo: Components) -> Array:

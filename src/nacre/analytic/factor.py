@@ -79,8 +79,7 @@ def locate(wi: Components, wo: Components) -> Cells:
 
 def half_angles() -> Floats:
     """theta_h of the nodes, radians, shape (nodes,)."""
-    angles: Floats = np.linspace(0.0, 1.0, NODES) ** 2 * _QUARTER
-    return angles
+    return np.linspace(0.0, 1.0, NODES) ** 2 * _QUARTER
 
 
 def even_angles() -> Floats:

@@ -127,8 +127,7 @@ class Channel:
         half, difference, light, view = self._cells
         masking = _at(found.masking, light) * _at(found.masking, view)
         facets = _at(found.distribution, half) * _at(found.fresnel, difference) * masking
-        error: Vector = found.base + self._scale * facets - self._values
-        return error
+        return np.asarray(found.base + self._scale * facets - self._values)
 
     def _loss(self, found: Factors) -> float:
         logs = np.log1p(self._cosine * (self._values + self._error(found))) - self._logs
@@ -141,8 +140,7 @@ class Channel:
         near = np.abs(error) < _CLOSE * (1.0 + self._values)
         secant = np.where(near, slope, logs / np.where(near, 1.0, error))
         softening = _SOFTENING * np.average(np.abs(logs), weights=self._weights) + 1e-12
-        weights: Vector = self._weights * secant**2 / np.sqrt(logs**2 + softening**2)
-        return weights
+        return np.asarray(self._weights * secant**2 / np.sqrt(logs**2 + softening**2))
 
 
 def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSamples, Vector]:
@@ -190,8 +188,7 @@ def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSam
 
 
 def _at(table: Vector, cell: Cell) -> Vector:
-    values: Vector = table[cell.node] + cell.part * (table[cell.node + 1] - table[cell.node])
-    return values
+    return np.asarray(table[cell.node] + cell.part * (table[cell.node + 1] - table[cell.node]))
 
 
 def _solve(

@@ -94,8 +94,7 @@ class Parameter:
             raise ValueError(
                 f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {reprlib.repr(value)}"
             )
-        checked: Value = tuple(numbers.tolist()) if self.color else float(numbers)
-        return checked
+        return tuple(numbers.tolist()) if self.color else float(numbers)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ _LIMIT = 1 << 22
 _LONGEST = 1 << 14
 _LINE = re.compile(r"^([\w.()+-]+) *= *(.+)$")
 
+_FRESNEL = "fresnelReflectance"
 _LOBE = {"albedo": "specular"}
 _ROUGH = _LOBE | {"roughness": "roughness"}
 _SHARP = _LOBE | {"sharpness": "exponent"}
@@ -35,15 +36,9 @@ _MODELS: dict[str, tuple[str, dict[str, str]]] = {
     "NganWard": ("ward", _ROUGH),
     "NganWardDuer": ("ward-duer", _ROUGH),
     "NganLafortune": ("lafortune", _SHARP | {"Cxy": "c_xy", "Cz": "c_z"}),
-    "NganAshikhminShirley": (
-        "ashikhmin-shirley",
-        _SHARP | {"fresnelReflectance": "normal_reflectance"},
-    ),
+    "NganAshikhminShirley": ("ashikhmin-shirley", _SHARP | {_FRESNEL: "normal_reflectance"}),
     "NganCookTorrance": ("cook-torrance-schlick", _ROUGH | {"eta": "normal_reflectance"}),
-    "LowAshikhminShirley": (
-        "ashikhmin-shirley-dielectric",
-        _SHARP | {"fresnelReflectance": "index"},
-    ),
+    "LowAshikhminShirley": ("ashikhmin-shirley-dielectric", _SHARP | {_FRESNEL: "index"}),
     "LowCookTorrance": ("cook-torrance", _ROUGH | {"eta": "index"}),
     "LowMicrofacetFit": ("abc-microfacet", _ABC),
     "LowSmooth": ("abc-smooth", _ABC),

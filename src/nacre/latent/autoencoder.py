@@ -98,8 +98,7 @@ class Autoencoder(WeightBasis):
         """
         distillation = Distillation(self.seed)
         f_r = isotropic_values(brdf, distillation.wi, distillation.wo)
-        code: Vector = self.codes(distillation.weights(self.common, f_r)[None])[0]
-        return code
+        return np.asarray(self.codes(distillation.weights(self.common, f_r)[None])[0])
 
     def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
         return self._projected(brdf)

@@ -145,5 +145,4 @@ class _Training:
 def _deviations(values: Matrix) -> Matrix:
     """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
     squares, vectors = largest_first(values.T @ values / len(values))
-    rows: Matrix = np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T
-    return rows
+    return np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T

@@ -145,14 +145,13 @@ class PcaBasis(LatentBasis):
 
         def residuals(code: Vector) -> Vector:
             above = np.maximum(scaled(code) - EPSILON * slope[:, None], 0.0)
-            difference: Vector = np.log1p(above) - target
-            return difference
+            return np.log1p(above) - target
 
         def jacobian(code: Vector, _: Vector) -> Vector:
             decoded = scaled(code)
             rate = decoded / (1.0 + np.maximum(decoded - EPSILON * slope[:, None], 0.0))
-            rows: Vector = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)
-            return rows
+            rows = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)
+            return np.asarray(rows)
 
         with np.errstate(over="ignore", invalid="ignore"):
             return minimize(residuals, jacobian, start, _STEPS)[0]
@@ -292,5 +291,4 @@ def node_weights(resolution: Resolution) -> Floats:
 
 def encoded(f_r: Floats, weights: Floats) -> Floats:
     """ln(f w + e) for f_r of shape (n, 3) and w of shape (n,); what is negative counts as 0."""
-    logs: Floats = np.log(np.maximum(f_r, 0.0) * weights[:, None] + np.float32(EPSILON))
-    return logs
+    return np.asarray(np.log(np.maximum(f_r, 0.0) * weights[:, None] + np.float32(EPSILON)))

@@ -55,10 +55,8 @@ class PictureErrors:
         f_r = isotropic_values(brdf, wi, wo)
         known = f_r[:, 0] >= 0.0
         count = int(known[:_SINGLE].sum())
-        self._single, self._lit_known = (
-            slice(count),
-            known[_SINGLE:].reshape(self._lit.wi.shape[:2]),
-        )
+        self._single = slice(count)
+        self._lit_known = known[_SINGLE:].reshape(self._lit.wi.shape[:2])
         self.wi, self.wo = wi[known], wo[known]  # directions to compare at, shapes (n, 3)
         f_r = np.maximum(f_r[known], 0.0)
         self._weight = GAIN * self.wi[self._single, 2:]

@@ -112,8 +112,7 @@ class WeightBasis(LatentBasis):
         pull = prior * np.eye(self.code_dim)
 
         def weights(code: Matrix) -> Floats:
-            found: Floats = self.weights(clipped(code)[None])[0].astype(np.float32)
-            return found
+            return np.asarray(self.weights(clipped(code)[None])[0], np.float32)
 
         def residuals(code: Matrix) -> Matrix:
             y = forward(inputs, network_layers(weights(code)))
@@ -205,8 +204,7 @@ def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Matrix:
     offsets = _DIFFERENCE * np.eye(len(values))
     moved = np.stack([clipped(values + o) for o in (*offsets, *-offsets)])
     above, below = np.split(basis.weights(moved), 2)
-    found: Matrix = (above - below) / (2.0 * _DIFFERENCE)
-    return found
+    return (above - below) / (2.0 * _DIFFERENCE)
 
 
 def _with_tangents(

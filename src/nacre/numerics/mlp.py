@@ -126,8 +126,7 @@ def _library(values: Any) -> tuple[Callable[[Any, Any, Any], Any], _Functions]:
 
 
 def _rows(values: Floats, weights: Floats, biases: Floats) -> Floats:
-    product: Floats = values @ weights.astype(values.dtype, copy=False) + biases
-    return product
+    return values @ weights.astype(values.dtype, copy=False) + biases
 
 
 def silu(x: Floats) -> Floats:
@@ -136,8 +135,7 @@ def silu(x: Floats) -> Floats:
 
 
 def _silu_by_tanh(x: Floats) -> Floats:
-    result: Floats = 0.5 * x * (1.0 + np.tanh(0.5 * x))
-    return result
+    return np.asarray(0.5 * x * (1.0 + np.tanh(0.5 * x)))
 
 
 _NUMPY: _Functions = {

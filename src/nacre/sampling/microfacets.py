@@ -28,14 +28,12 @@ _TINY_DENSITY = 1e-30
 
 def polar_nodes(count: int) -> Floats:
     """Polar angles of `count` nodes that stand evenly in sqrt(2 theta / pi), shape (count,)."""
-    angles: Floats = np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
-    return angles
+    return np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
 
 
 def azimuth_nodes(count: int) -> Floats:
     """Azimuths of `count` even nodes from -pi to pi, shape (count,)."""
-    angles: Floats = np.linspace(-math.pi, math.pi, count)
-    return angles
+    return np.linspace(-math.pi, math.pi, count)
 
 
 class NormalGrid:
@@ -89,8 +87,7 @@ class NormalGrid:
             Polar angle and azimuth in radians.
         """
         view = np.stack(from_spherical(theta, phi))
-        seen: Floats = density * self.jacobian * np.maximum(self.normals @ view, 0.0)
-        return seen
+        return np.asarray(density * self.jacobian * np.maximum(self.normals @ view, 0.0))
 
     def normalized(self, density: Floats) -> Floats:
         """`density` scaled so that D(m) cos(m) integrates to 1; uniform where all is 0."""
@@ -175,8 +172,7 @@ class NormalGrid:
 
     def _straight_back(self, brdf: Brdf) -> Floats:
         """f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""
-        back: Floats = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
-        return back
+        return _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
 
 
 def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:

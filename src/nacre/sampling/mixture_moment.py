@@ -113,8 +113,7 @@ class MixtureMoment:
 
     def _lobe(self, shape: list[Floats]) -> Floats:
         along, across, shift = shape
-        lobe: Floats = visible_density(self._half, self._view, (along, across), shift)
-        return lobe
+        return np.asarray(visible_density(self._half, self._view, (along, across), shift))
 
     def _bounded(self, rows: Floats) -> tuple[Floats, Floats]:
         """Values (m, c) of free parameters (m, c), and their derivatives (m, c, c)."""

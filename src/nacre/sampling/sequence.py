@@ -26,5 +26,4 @@ def even_points(count: int, dimensions: int, offset: Floats | float = 0.5) -> Fl
     for _ in range(64):
         root = (1.0 + root) ** (1.0 / (dimensions + 1))
     steps = root ** -np.arange(1.0, dimensions + 1.0)
-    points: Floats = (offset + np.arange(count)[:, None] * steps) % 1.0
-    return points
+    return (offset + np.arange(count)[:, None] * steps) % 1.0
