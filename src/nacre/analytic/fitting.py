@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
@@ -16,13 +15,12 @@ from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.geometry import join, rotate, split
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.least_absolute import minimize
+from nacre.numerics.least_absolute import Vector, minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
-Vector = npt.NDArray[np.float64]
 
 SAMPLES = 40_000  # samples drawn of a reflectance: a model has a dozen parameters, not hundreds
 STARTS = 16

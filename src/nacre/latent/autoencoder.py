@@ -20,8 +20,9 @@ from nacre.latent.distillation import Distillation
 from nacre.latent.neural_basis import check_tensors
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weights import COUNT, Matrix, WeightBasis, named_layers, named_tensors
+from nacre.latent.weights import COUNT, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
+from nacre.numerics.pca import Double
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,11 +83,11 @@ class Autoencoder(WeightBasis):
     def nbytes(self) -> int:
         return self.common.nbytes + super().nbytes
 
-    def weights(self, codes: npt.ArrayLike) -> Matrix:
+    def weights(self, codes: npt.ArrayLike) -> Double:
         values = np.asarray(codes, np.float64)
         return np.asarray(forward(values, [self.expand, self.network], SILU_BY_TANH))
 
-    def codes(self, weights: npt.ArrayLike) -> Matrix:
+    def codes(self, weights: npt.ArrayLike) -> Double:
         """Codes of networks fitted from the common one, shape (n, k), for (n, 675)."""
         values = np.asarray(weights, np.float64)
         return np.asarray(forward(values, [self.contract, self.code], SILU_BY_TANH))

@@ -13,16 +13,15 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.errors import NacreError, require
+from nacre.errors import NacreError
 from nacre.latent.autoencoder import Autoencoder
-from nacre.latent.descent import descend, free_layer
-from nacre.latent.directions import isotropic_inputs, sampled
+from nacre.latent.descent import Tensor, descend, free_layer, torch
+from nacre.latent.directions import Floats, isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, SHAPES, tensor_reflectance
@@ -30,10 +29,6 @@ from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.runtime.progress import Progress
-
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Floats = npt.NDArray[np.float32]
 
 _GAMMA, _DARKEST = 2.2, 1e-12  # of the tone curve, and the value below which it is clamped
 _EDGE, _ANGLES = 64, (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.latent.directions import isotropic_inputs, shared_directions
+from nacre.latent.directions import Floats, isotropic_inputs, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.latent.weights import flat_weights, network_layers
 from nacre.neural.inputs import PAPER
@@ -28,8 +27,6 @@ _BEGINNING = Recipe(epochs=100)
 _SHORT = Recipe(epochs=40, learning_rate=1e-3)
 _HELD_OUT = 0.05
 _MIN = 1e-4  # of f_r, where geometric means are taken
-
-Floats = npt.NDArray[np.float32]
 
 
 class Distillation:

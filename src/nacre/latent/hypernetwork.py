@@ -28,7 +28,6 @@ from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.weights import (
     COUNT,
     SIZES,
-    Matrix,
     WeightBasis,
     named_layers,
     named_tensors,
@@ -37,6 +36,7 @@ from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
+from nacre.numerics.pca import Double
 
 COLUMN = SIZES[-2] + 1  # weights and bias of one output
 HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers
@@ -99,7 +99,7 @@ class Hypernetwork(WeightBasis):
     def nbytes(self) -> int:
         return self.basis.nbytes + super().nbytes
 
-    def weights(self, codes: npt.ArrayLike) -> Matrix:
+    def weights(self, codes: npt.ArrayLike) -> Double:
         values = np.asarray(codes, np.float64)
         luma, pairs = np.split(values, [self.basis.luma], axis=1)
         pairs = pairs.reshape(len(values), self.basis.chroma, 2)

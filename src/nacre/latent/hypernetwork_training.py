@@ -10,14 +10,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.errors import NacreError, require
-from nacre.latent.descent import descend, finished, free_layer
+from nacre.errors import NacreError
+from nacre.latent.descent import Tensor, descend, finished, free_layer, torch
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
@@ -31,10 +29,6 @@ from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import SILU, Layer, dense
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
-
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Floats = npt.NDArray[np.float32]
 
 _REACH = 0.4  # how much of the weights' own scale, about, an output of the hypernetwork is
 _DIRECTIONS = 1 << 16  # pairs of directions that the basis is evaluated at, once

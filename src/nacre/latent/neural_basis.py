@@ -38,11 +38,10 @@ from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.least_absolute import minimize
 from nacre.numerics.mlp import Layer, forward, widths
+from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
-
-Double = npt.NDArray[np.float64]
 
 BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
 PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors

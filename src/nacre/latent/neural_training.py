@@ -7,26 +7,22 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.errors import NacreError, require
-from nacre.latent.descent import descend, finished, free
+from nacre.errors import NacreError
+from nacre.latent.descent import Tensor, descend, finished, free, torch
 from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import GAIN, BasisRecipe, PredictorRecipe
 from nacre.neural.inputs import ENHANCED
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import RELU, dense
-from nacre.numerics.pca import largest_first
+from nacre.numerics.pca import Double, largest_first
 from nacre.runtime.progress import Progress
-
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Matrix = npt.NDArray[np.float64]
 
 _CODE_RATE = 4.0  # learning rate of the codes, as a multiple of that of the network
 _PRIOR = 1e-4  # weight of the mean squared length of a code in the loss
@@ -142,7 +138,7 @@ class _Training:
         return NeuralBasis(hidden, output, count, codes, metadata)
 
 
-def _deviations(values: Matrix) -> Matrix:
+def _deviations(values: Double) -> Double:
     """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
     squares, vectors = largest_first(values.T @ values / len(values))
     return np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T

@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors
@@ -28,9 +29,6 @@ from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.numerics.least_absolute import minimize
-
-Floats = npt.NDArray[np.floating]
-Mask = npt.NDArray[np.bool_]
 
 EPSILON = 1e-3  # added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.latent.directions import isotropic_values, shared_directions
@@ -20,8 +21,6 @@ _DARK = 1e-4  # added to what views see: of black, the gamma curve has no deriva
 _VIEWS, _PER_VIEW, _LIGHTS = 16, 128, 4
 _SHARPNESS = 3.0, 60.0  # of the lamps: from a third of the sky to a bulb near by
 _SPREAD = 0.4  # of the lamps about the mirror direction
-
-Floats = npt.NDArray[np.floating]
 
 
 class PictureErrors:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.latent.basis import Vector
 from nacre.latent.neural_basis import NeuralBasis, decoded
 from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
@@ -22,8 +22,6 @@ _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one."""
 _CLOSE = 1e-2  # change of the values by which the last step is known
-
-Vector = npt.NDArray[np.float64]
 
 
 def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import NacreError, require
-from nacre.latent.descent import finished, free_layer
+from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.latent.descent import Tensor, finished, free_layer, torch
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
@@ -29,10 +29,6 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.moment import Pairs, propose, view_pairs
 from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization
-
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Codes: TypeAlias = npt.NDArray[np.floating]
 
 _STRETCH = -1.0, 2.0  # where between, or beyond, two materials a mixture of theirs lies
 _SCALES = 0.5, 2.5  # standard deviations of random codes
@@ -69,7 +65,7 @@ def with_predictors(
 
 def train_predictors(
     basis: NeuralBasis,
-    codes: Codes,
+    codes: Floats,
     recipe: PredictorRecipe | None = None,
     progress: Progress | None = None,
 ) -> dict[str, LobePredictor]:
@@ -111,10 +107,10 @@ def train_predictors(
 
 
 class _TrainingSet:
-    """Codes, and what they reflect in some directions."""
+    """Floats, and what they reflect in some directions."""
 
     def __init__(
-        self, basis: NeuralBasis, known: Codes, recipe: PredictorRecipe, index: int
+        self, basis: NeuralBasis, known: Floats, recipe: PredictorRecipe, index: int
     ) -> None:
         random = np.random.default_rng((recipe.seed, 5, index))
         codes = draw_codes(basis, known, -(-recipe.codes // recipe.sets), random)
@@ -179,15 +175,15 @@ class _Training:
 
 
 def draw_codes(
-    basis: NeuralBasis, codes: Codes, count: int, random: np.random.Generator
+    basis: NeuralBasis, codes: Floats, count: int, random: np.random.Generator
 ) -> npt.NDArray[np.float32]:
-    """Codes to train on, shape (count, k).
+    """Floats to train on, shape (count, k).
 
     Two fifths are those of materials, two fifths are mixtures of two, the others are normally
     distributed. Channels of materials change places.
     """
 
-    def materials() -> Codes:
+    def materials() -> Floats:
         chosen = codes[random.integers(len(codes), size=count)]
         return basis.permuted(chosen, random.integers(len(PERMUTATIONS), size=count))
 

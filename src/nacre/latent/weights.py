@@ -18,13 +18,14 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
 from nacre.latent.basis import CodedBrdf, LatentBasis, Vector
-from nacre.latent.directions import isotropic_inputs
+from nacre.latent.directions import Floats, isotropic_inputs
 from nacre.latent.neural_basis import PRIOR
 from nacre.latent.picture_errors import PictureErrors
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.least_absolute import minimize
 from nacre.numerics.mlp import Layer, forward
+from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import LobeSampledBrdf
 
@@ -38,8 +39,6 @@ _DIFFERENCE = 1e-4  # change of a value by which its effect on the weights is fo
 _LARGEST = 30.0  # bound of ln(f_r + 1) while a code is sought
 _LARGEST_TRAINED = 15.0  # the same in training: no material comes near e^15
 
-Matrix = npt.NDArray[np.float64]
-Floats = npt.NDArray[np.float32]
 Tensor: TypeAlias = Any
 
 
@@ -77,7 +76,7 @@ class WeightBasis(LatentBasis):
                 raise ValueError(f"layer {name} is {found}, expected {shape}")
 
     @abc.abstractmethod
-    def weights(self, codes: npt.ArrayLike) -> Matrix:
+    def weights(self, codes: npt.ArrayLike) -> Double:
         """Weights of codes of shape (n, k), shape (n, 675), however long the codes are."""
 
     @abc.abstractmethod
@@ -111,14 +110,14 @@ class WeightBasis(LatentBasis):
         inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
         pull = prior * np.eye(self.code_dim)
 
-        def weights(code: Matrix) -> Floats:
+        def weights(code: Double) -> Floats:
             return np.asarray(self.weights(clipped(code)[None])[0], np.float32)
 
-        def residuals(code: Matrix) -> Matrix:
+        def residuals(code: Double) -> Double:
             y = forward(inputs, network_layers(weights(code)))
             return np.concatenate([errors.errors(np.expm1(np.minimum(y, _LARGEST))), prior * code])
 
-        def jacobian(code: Matrix, _: Matrix) -> Matrix:
+        def jacobian(code: Double, _: Double) -> Double:
             tangents = weight_tangents(self, code).astype(np.float32)
             y, rates = _with_tangents(network_layers(weights(code)), inputs, tangents)
             decoded = np.exp(np.minimum(y, _LARGEST))
@@ -162,7 +161,7 @@ class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
         super().__init__(layers, name=name)
 
 
-def clipped(code: npt.ArrayLike) -> Matrix:
+def clipped(code: npt.ArrayLike) -> Double:
     """A code, clipped to a root mean square of 5."""
     values = np.asarray(code, np.float64)
     length = math.sqrt(np.square(values).mean())
@@ -198,7 +197,7 @@ def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
     return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
-def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Matrix:
+def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
     """Derivatives of the weights of a code by its values, by differences, shape (k, 675)."""
     values = np.asarray(code, np.float64)
     offsets = _DIFFERENCE * np.eye(len(values))

@@ -136,16 +136,8 @@ class NeuralBrdf(NetworkBrdf):
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
-        return NeuralBrdf(
-            layers,
-            isotropic=self.isotropic,
-            name=self.name,
-            source=self.source,
-            sampler=self.sampler,
-            metadata=self.metadata,
-            inputs=self.inputs,
-            precision=self.precision,
-        )
+        kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
+        return NeuralBrdf(layers, **{name: getattr(self, name) for name in kept})
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.floating]
+from nacre.array import Floats
+
 Vector = npt.NDArray[np.float64]
 
 _SOFTENING = 0.05  # residuals below this share of the mean count as squares

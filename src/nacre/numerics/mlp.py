@@ -121,7 +121,7 @@ def _library(values: Any) -> tuple[Callable[[Any, Any, Any], Any], _Functions]:
     if isinstance(values, list | tuple):
         return _components, {RELU: _relu_components}
     if type(values).__module__.partition(".")[0] == "torch":
-        return _tensors, {RELU: _relu_in_place, TANH: _tanh_tensor, SILU: _silu_tensor}
+        return _tensors, _TORCH
     return _cooperative, {RELU: _relu_cooperative, SILU: _silu_cooperative}
 
 
@@ -163,18 +163,17 @@ def _tensors(values: Any, weights: Any, biases: Any) -> Any:
     return torch.addmm(biases, values, weights) if values.ndim == 2 else values @ weights + biases
 
 
-def _relu_in_place(values: Any) -> Any:
-    return values.relu_()
-
-
-def _tanh_tensor(values: Any) -> Any:
-    return values.tanh()
-
-
 def _silu_tensor(values: Any) -> Any:
     import torch
 
     return torch.nn.functional.silu(values)
+
+
+_TORCH: _Functions = {
+    RELU: lambda x: x.relu_(),
+    TANH: lambda x: x.tanh(),
+    SILU: _silu_tensor,
+}
 
 
 def _cooperative(values: Any, weights: Any, biases: Any) -> Any:
