@@ -25,9 +25,7 @@ _PLACES = {
 }
 
 MODELS: Registry[type[AnalyticBrdf]] = Registry(
-    "nacre.models",
-    "model",
-    {name: f"nacre.analytic.{place}" for name, place in _PLACES.items()},
+    "nacre.models", "model", {name: f"nacre.analytic.{place}" for name, place in _PLACES.items()}
 )
 """Classes of models by their `model`; packages add theirs by an entry point of the group
 `nacre.models`.

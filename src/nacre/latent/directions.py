@@ -9,13 +9,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
-from nacre.geometry import (
-    cosine_hemisphere,
-    join,
-    split,
-    uniform_hemisphere,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.runtime.progress import Progress
 from nacre.sampling import BlinnPhongMixture

@@ -25,13 +25,7 @@ from nacre.latent.basis import Vector
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import HypernetworkRecipe
-from nacre.latent.weights import (
-    COUNT,
-    SIZES,
-    WeightBasis,
-    named_layers,
-    named_tensors,
-)
+from nacre.latent.weights import COUNT, SIZES, WeightBasis, named_layers, named_tensors
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples

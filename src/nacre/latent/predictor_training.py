@@ -38,9 +38,7 @@ _AT_ONCE = 32  # codes that are decoded together
 
 
 def with_predictors(
-    basis: NeuralBasis,
-    recipe: PredictorRecipe | None = None,
-    progress: Progress | None = None,
+    basis: NeuralBasis, recipe: PredictorRecipe | None = None, progress: Progress | None = None
 ) -> NeuralBasis:
     """A basis together with predictors of lobes, trained on its examples.
 

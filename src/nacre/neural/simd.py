@@ -91,9 +91,7 @@ class _Emitter:
 
     def multiply_add(self, a: Any, b: Any, accumulator: Any) -> None:
         function = cgutils.get_or_insert_function(
-            self.builder.module,
-            ir.FunctionType(_vector, [_vector] * 3),
-            f"llvm.fma.v{LANES}f32",
+            self.builder.module, ir.FunctionType(_vector, [_vector] * 3), f"llvm.fma.v{LANES}f32"
         )
         total = self.builder.call(function, [a, b, self.builder.load(accumulator)])
         self.builder.store(total, accumulator)

@@ -169,11 +169,7 @@ def _silu_tensor(values: Any) -> Any:
     return torch.nn.functional.silu(values)
 
 
-_TORCH: _Functions = {
-    RELU: lambda x: x.relu_(),
-    TANH: lambda x: x.tanh(),
-    SILU: _silu_tensor,
-}
+_TORCH: _Functions = {RELU: lambda x: x.relu_(), TANH: lambda x: x.tanh(), SILU: _silu_tensor}
 
 
 def _cooperative(values: Any, weights: Any, biases: Any) -> Any:

@@ -10,14 +10,7 @@ import numpy as np
 
 from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
-from nacre.geometry import (
-    cosine_hemisphere,
-    half_vector,
-    join,
-    reflect,
-    split,
-    uniform_hemisphere,
-)
+from nacre.geometry import cosine_hemisphere, half_vector, join, reflect, split, uniform_hemisphere
 from nacre.sampling.mixture import in_frame, lobe_frame
 from nacre.sampling.sequence import even_points
 from nacre.sampling.visible_normals import sample_visible, visible_density
