@@ -42,19 +42,7 @@ class Factors(NamedTuple):
 
 
 class Channel:
-    """What the tables of one channel are fitted to.
-
-    Parameters
-    ----------
-    samples
-        Pairs of directions, n of them, and f_r.
-    channel
-        Which of its channels.
-    weights
-        Of each sample, shape (n,).
-    gain
-        k.
-    """
+    """What the tables of one channel are fitted to: samples, their weights (n,), and the gain k."""
 
     def __init__(
         self, samples: DirectionSamples, channel: int, weights: Vector, gain: float
@@ -145,23 +133,8 @@ class Channel:
 def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSamples, Vector]:
     """Samples uniform in the Rusinkiewicz angles and as many dense near the mirror direction.
 
-    These have theta_h = u^2 pi / 2, like the nodes of D, which the uniform ones hardly reach.
-
-    Parameters
-    ----------
-    brdf
-        Where the dense ones come from.
-    samples
-        The uniform ones.
-    seed
-        Of the dense ones.
-
-    Returns
-    -------
-    samples
-        All of them.
-    weights
-        By which they count as if all were uniform, shape (n,).
+    The latter are drawn of `brdf` with theta_h = u^2 pi / 2, like the nodes of D, which the uniform
+    ones hardly reach. Weights (n,) make all of them count as if all were uniform.
     """
     u = np.random.default_rng((seed, 3)).random((4, 2 * len(samples)))
     u[0] **= 2
@@ -199,18 +172,9 @@ def _solve(
 ) -> Vector:
     """The step of the numbers with the least weighted squares of what error it leaves, (size,).
 
-    Parameters
-    ----------
-    terms
-        Which number each sample depends on, and its derivative: each of shape (n,).
-    size
-        How many numbers there are.
-    error
-        Model less data of every sample.
-    weights
-        Of its square.
-    damping
-        Pull of the step to 0, relative to the curvature of each number and a little of their mean.
+    Terms are which number each sample depends on, and its derivative, each of shape (n,). Damping
+    is the pull of the step to 0, relative to the curvature of each number and a little of their
+    mean.
     """
     products, slope = np.zeros(size * size), np.zeros(size)
     for k, (column, value) in enumerate(terms):

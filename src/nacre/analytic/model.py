@@ -99,18 +99,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class TableParameter:
-    """A function of one angle that a model has as numbers at nodes.
+    """A function of one angle that a model has as numbers at nodes, in [0, `high`].
 
-    Parameters
-    ----------
-    name
-        As in the model's files.
-    rows
-        1, or 3 where each color channel has its own.
-    nodes
-        Numbers in a row.
-    high
-        Bound; the lower one is 0.
+    It has one row, or three where each color channel has its own; its name is that in the model's
+    files.
     """
 
     name: str

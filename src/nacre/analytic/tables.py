@@ -50,10 +50,7 @@ _MODELS: dict[str, tuple[str, dict[str, str]]] = {
 def materials(path: Path) -> dict[str, str]:
     """The formula of every material in a table, by name.
 
-    Raises
-    ------
-    FormatError
-        If the file is not text, or a line is no material.
+    Raises FormatError if the file is not text, or a line is no material.
     """
     try:
         text = read_bytes(path, _LIMIT).decode("utf-8")
@@ -73,10 +70,7 @@ def materials(path: Path) -> dict[str, str]:
 def load(path: Path, material: str | None = None) -> AnalyticBrdf:
     """Read one material of a table.
 
-    Raises
-    ------
-    FormatError
-        If there is no such material, or it is of no model that we know.
+    Raises FormatError if there is no such material, or it is of no model that we know.
     """
     known = materials(path)
     if material is None and len(known) == 1:

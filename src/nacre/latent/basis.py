@@ -273,13 +273,7 @@ class LatentBasis(Described):
 
 
 def integer(header: Mapping[str, Any], name: str) -> int:
-    """A whole number of a file's header.
-
-    Raises
-    ------
-    KeyError, ValueError
-        If it is missing or something else.
-    """
+    """A whole number of a header; KeyError or ValueError if it is missing or something else."""
     value = header[name]
     if type(value) is not int:
         raise ValueError(f"{name} is not a whole number")
@@ -295,7 +289,11 @@ def integers(header: Mapping[str, Any], name: str) -> list[int]:
 
 
 class CodedBrdf(Brdf):
-    """A reflectance that a code stands for."""
+    """A reflectance that a code stands for.
+
+    Subclasses take the basis, a code of shape (k,), kept as float32, and the name of the material;
+    they raise ValueError if the code has another length, or a value is a million or more.
+    """
 
     basis: LatentBasis
     """What the code belongs to."""

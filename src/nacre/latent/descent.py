@@ -35,28 +35,11 @@ def descend(
 ) -> float:
     """Take all steps that are left; gives the last loss.
 
-    Parameters
-    ----------
-    groups
-        Parameters by the factor of their learning rate.
-    loss
-        Gives the loss of a step. It must depend on the parameters and the number of the step only,
-        so that training goes on as if it never stopped.
-    recipe
-        How many steps, and the peak of the schedule of their learning rates.
-    same
-        What else must be the same for a training to go on.
-    checkpoint
-        File for the state; begins there if it exists.
-    report
-        Called as it goes on.
-    stage
-        What that says.
-
-    Raises
-    ------
-    NacreError
-        If training diverges, or the checkpoint is of another training or damaged.
+    The learning rate of a group of parameters is its key times that of the schedule. `loss` gives
+    the loss of a step and must depend on the parameters and the number of the step only, so that
+    training goes on as if it never stopped. The state is kept in the file `checkpoint`, for
+    trainings of the same recipe and of what else must be the `same`; `stage` is what progress says.
+    Raises NacreError if training diverges, or the checkpoint is of another training or damaged.
     """
     last = math.inf
     options = [{"params": group, "factor": factor} for factor, group in groups.items()]

@@ -94,13 +94,7 @@ def sampled(
 
 
 def check_isotropic(brdf: Brdf) -> None:
-    """Refuse a material that has no code.
-
-    Raises
-    ------
-    FormatError
-        If it is anisotropic.
-    """
+    """Raise FormatError for an anisotropic material, which has no code."""
     if not brdf.isotropic:
         name = brdf.name or "reflectance"
         raise FormatError(f"{name}: is anisotropic; codes are for isotropic materials")

@@ -32,10 +32,7 @@ _MIN = 1e-4  # of f_r, where geometric means are taken
 class Distillation:
     """Fits of networks to materials that are known at the same directions.
 
-    Parameters
-    ----------
-    seed
-        Of the directions and of the network that the first fit begins at.
+    The seed is that of the directions and of the network that the first fit begins at.
     """
 
     def __init__(self, seed: int) -> None:
@@ -46,12 +43,8 @@ class Distillation:
     def common(self, f_r: Sequence[Floats]) -> Floats:
         """Weights of a network of what is common to materials, shape (675,), the same by channel.
 
-        That is the mean of ln(f_r + 1) over materials and channels.
-
-        Parameters
-        ----------
-        f_r
-            Of each material in 1/sr, shape (directions, 3); negative where not known.
+        That is the mean of ln(f_r + 1) over materials and channels, of which `f_r` is in 1/sr,
+        shape (directions, 3) each, and negative where not known.
         """
         logs = np.mean([np.log1p(np.maximum(f, 0.0)).mean(axis=1) for f in f_r], axis=0)
         luma = np.repeat(np.expm1(logs)[:, None], 3, axis=1).astype(np.float32)
@@ -68,19 +61,7 @@ class Distillation:
     def networks(
         self, common: Floats, f_r: Sequence[Floats], mixtures: int, report: Progress
     ) -> Floats:
-        """Weights of networks of materials, then of geometric means of two, shape (n, 675).
-
-        Parameters
-        ----------
-        common
-            Weights that all begin at.
-        f_r
-            Of each material, as in :meth:`common`; two or more.
-        mixtures
-            Number of geometric means.
-        report
-            Called as it goes on.
-        """
+        """Weights (n, 675) of networks of two or more materials, then of geometric means of two."""
         total, found = len(f_r) + mixtures, []
 
         def fitted(index: int) -> Floats:

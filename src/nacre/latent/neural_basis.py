@@ -128,14 +128,8 @@ class NeuralBasis(LatentBasis):
         return np.asarray(forward(inputs, [*self.hidden, last]))
 
     def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Weights, Weights]:
-        """Of ln f_r at directions of shape (n, 3), what is linear in a code.
-
-        Returns
-        -------
-        common
-            ln f_r of the code 0, shape (n, 1).
-        rows
-            Derivatives by the values of a code, shape (k, n, 3).
+        """Of ln f_r at directions (n, 3), what is linear in a code: ln f_r of the code 0, shape (n,
+        1), and derivatives by the values of a code, shape (k, n, 3).
         """
         values = self.values(isotropic_inputs(wi, wo, ENHANCED))
         common, luma, pairs = np.split(values, [1, 1 + self.luma], axis=1)
@@ -150,15 +144,8 @@ class NeuralBasis(LatentBasis):
         return np.concatenate([np.ones((1, OUTPUTS)), luma, chroma])
 
     def permuted(self, codes: Floats, permutation: int | npt.NDArray[np.int64]) -> Floats:
-        """Codes (n, k) of the materials whose channels are those of `codes` in another order.
-
-        Parameters
-        ----------
-        codes
-            Shape (n, k).
-        permutation
-            Which of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or for all codes
-            alike.
+        """Codes (n, k) of the materials whose channels are those of `codes` in another order: which
+        of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
         """
         pairs = codes[:, self.luma :].reshape(len(codes), -1, 2) @ CHROMA_PERMUTATIONS[permutation]
         return np.concatenate([codes[:, : self.luma], pairs.reshape(len(codes), -1)], axis=1)
@@ -225,22 +212,7 @@ class NeuralBasis(LatentBasis):
 
 
 class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
-    """A code and the network that it stands for.
-
-    Parameters
-    ----------
-    basis
-        What the code belongs to.
-    code
-        Shape (k,); kept as float32.
-    name
-        Of the material.
-
-    Raises
-    ------
-    ValueError
-        If the code has another length, or a value is a million or more.
-    """
+    """A code and the network that it stands for; see :class:`CodedBrdf`."""
 
     isotropy_known = True
 
@@ -282,13 +254,7 @@ def decoded(common: Floats, rows: Floats, code: Floats) -> Floats:
 
 
 def check_tensors(tensors: Tensors) -> None:
-    """Refuse tensors that are not float32, or whose products could overflow.
-
-    Raises
-    ------
-    ValueError
-        With the name of the tensor.
-    """
+    """Refuse, by name, tensors that are not float32 or whose products could overflow."""
     for name, array in tensors.items():
         if array.dtype != np.float32:
             raise ValueError(f"{name} is {array.dtype}, expected float32")

@@ -157,12 +157,7 @@ class PcaBasis(LatentBasis):
     def values(self, brdf: Brdf) -> tuple[Floats, Mask]:
         """f_r in 1/sr at the nodes that take part, shape (nodes, 3), and where it is known.
 
-        Raises
-        ------
-        FormatError
-            If `brdf` is anisotropic.
-        NacreError
-            If it is known at none of the nodes.
+        Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the nodes.
         """
         table = on_grid(brdf, self.resolution)
         known = table.mask[self.mask]
@@ -223,22 +218,7 @@ class PcaBasis(LatentBasis):
 
 
 class PcaBrdf(CodedBrdf, MerlBrdf):
-    """A code and what it stands for, tabulated on the grid of its basis.
-
-    Parameters
-    ----------
-    basis
-        What the code belongs to.
-    code
-        Shape (k,); kept as float32.
-    name
-        Of the material.
-
-    Raises
-    ------
-    ValueError
-        If the code has another length, or a value is a million or more.
-    """
+    """A code and what it stands for, tabulated on the grid of its basis; see :class:`CodedBrdf`."""
 
     def __init__(self, basis: PcaBasis, code: npt.ArrayLike, name: str = "") -> None:
         self.basis, self.code = basis, basis.checked(code)
@@ -257,10 +237,7 @@ class PcaBrdf(CodedBrdf, MerlBrdf):
 def on_grid(brdf: Brdf, resolution: Resolution) -> MerlBrdf:
     """A reflectance on a grid: a table that is on it already as it is, anything else tabulated.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
+    Raises FormatError if it is anisotropic.
     """
     if isinstance(brdf, MerlBrdf) and brdf.dimensions == resolution.dimensions:
         return brdf

@@ -24,26 +24,14 @@ _SPREAD = 0.4  # of the lamps about the mirror direction
 
 
 class PictureErrors:
-    """Errors of two kinds, by which the code of a material is found.
+    """Errors of two kinds, by which the code of an isotropic material is found.
 
-    Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power
-    1 / 2.2 at views that see more of the material than one direction, under an even sky and under
-    lamps (:func:`lit_views`). The first alone leaves errors of one sign, which add up
-    in such light.
+    Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power 1 /
+    2.2 at views that see more of the material than one direction, under an even sky and under lamps
+    (:func:`lit_views`). The first alone leaves errors of one sign, which add up in such light.
 
-    Parameters
-    ----------
-    brdf
-        What others are compared with; isotropic.
-    seed
-        Of the directions.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it is known at none of the directions.
+    Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the
+    directions, which the seed chooses.
     """
 
     def __init__(self, brdf: Brdf, seed: int = 0) -> None:
@@ -103,14 +91,9 @@ class PictureErrors:
 class LitViews:
     """Views, each under some lights, and directions for the integrals over these.
 
-    Parameters
-    ----------
-    wi, wo
-        Directions to the light and to the viewer, shapes (v, n, 3), float32; `wo` is the same
-        along n.
-    weights
-        Of f_r in the integrals: radiance times cos(theta_i) over the density of the directions,
-        shape (v, lights, n).
+    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n; weights
+    of f_r, shape (v, lights, n), are radiance times cos(theta_i) over the density of the
+    directions.
     """
 
     wi: npt.NDArray[np.float32]
@@ -126,12 +109,8 @@ def lit_views(seed: int) -> LitViews:
     """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
 
     The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes of the
-    irradiance that it has, half of them near the mirror direction.
-
-    Parameters
-    ----------
-    seed
-        The same seed gives the same lamps.
+    irradiance that it has, half of them near the mirror direction; the same seed gives the same
+    ones.
     """
     squared_sines = (np.arange(_VIEWS) + 0.5) / _VIEWS  # a sphere shows all of them alike
     wo, wi, density = propose_lights(squared_sines, _PER_VIEW, seed)

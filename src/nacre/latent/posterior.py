@@ -25,7 +25,7 @@ _CLOSE = 1e-2  # change of the values by which the last step is known
 
 
 def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
-    """The code that is to be expected of a material with these samples, however few.
+    """The code (k,) that is to be expected of a material with these samples, however few.
 
     Before the samples are known, a code is held to be near that of a training material or of one
     with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
@@ -33,22 +33,7 @@ def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     one, and give how likely it was; the result is the mean over all of them, found again where it
     is linearized until it stays.
 
-    Parameters
-    ----------
-    basis
-        What the code is for.
-    samples
-        Of the material, one or more; of more than :data:`MAX_SAMPLES`, so many, the same each time.
-
-    Returns
-    -------
-    array of shape (k,)
-        In standard deviations of the training materials.
-
-    Raises
-    ------
-    ValueError
-        If there is no sample.
+    Only :data:`MAX_SAMPLES` count, the same each time. Raises ValueError if there are none.
     """
     if not len(samples):
         raise ValueError("a code needs one sample or more")

@@ -63,13 +63,7 @@ class WeightBasis(LatentBasis):
         return sum(layer.nbytes for layer in self.layers.values())
 
     def check_layers(self, **shapes: tuple[int, int]) -> None:
-        """Refuse layers whose weights have other shapes than those of their names.
-
-        Raises
-        ------
-        ValueError
-            With the name of the layer.
-        """
+        """Raise ValueError for a layer whose weights have another shape than that of its name."""
         for name, shape in shapes.items():
             found = self.layers[name].weights.shape
             if found != shape:
@@ -89,23 +83,10 @@ class WeightBasis(LatentBasis):
             return self.refined(errors, self._start(brdf, errors))
 
     def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Vector:
-        """The code whose network comes closest to a material, near a start.
+        """The code (k,) whose network comes closest to a material, near a start.
 
-        The sum of the absolute errors and of the absolute values of the code is brought to a
-        minimum.
-
-        Parameters
-        ----------
-        errors
-            From the material.
-        start
-            Code to begin at, shape (k,).
-        prior
-            Weight of the absolute values of the code.
-
-        Returns
-        -------
-        array of shape (k,)
+        The sum of the absolute errors and of the absolute values of the code, times `prior`, is
+        brought to a minimum.
         """
         inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
         pull = prior * np.eye(self.code_dim)
@@ -137,22 +118,7 @@ class WeightBasis(LatentBasis):
 
 
 class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
-    """A network and the code that stands for it.
-
-    Parameters
-    ----------
-    basis
-        What the code belongs to.
-    code
-        Shape (k,); kept as float32.
-    name
-        Of the material.
-
-    Raises
-    ------
-    ValueError
-        If the code has another length, or a value is a million or more.
-    """
+    """A network and the code that stands for it; see :class:`CodedBrdf`."""
 
     def __init__(self, basis: WeightBasis, code: npt.ArrayLike, name: str = "") -> None:
         self.basis, self.code = basis, basis.checked(code)
@@ -230,19 +196,10 @@ def _with_tangents(
 
 
 def tensor_reflectance(weights: Tensor, inputs: Tensor) -> Tensor:
-    """f_r of many networks in PyTorch as training sees it: bounded, not clamped at 0.
+    """f_r in 1/sr of many networks in PyTorch as training sees it: bounded, not clamped at 0.
 
-    Parameters
-    ----------
-    weights
-        Shape (networks, 675), laid out as in :class:`WeightBasis`.
-    inputs
-        Shape (n, 6).
-
-    Returns
-    -------
-    tensor of shape (networks, n, 3)
-        In 1/sr.
+    `weights` are of shape (networks, 675), laid out as in :class:`WeightBasis`, `inputs` (n, 6),
+    what is given (networks, n, 3).
     """
     sizes = [part for rows, columns in SHAPES for part in (rows * columns, columns)]
     parts = weights.split(sizes, dim=1)

@@ -33,18 +33,8 @@ def augmentation(
 
     A fifth lies near samples of the scan, three tenths near mirror directions at any angle of
     incidence, a fifth is uniform in the polar angles of both directions, the rest uniform in the
-    Rusinkiewicz angles.
-
-    Parameters
-    ----------
-    scan
-        Samples to interpolate.
-    count
-        Number of samples.
-    seed
-        The same seed gives the same samples.
-    progress
-        Called with the number of samples drawn and `count`.
+    Rusinkiewicz angles. The same seed gives the same ones; `progress` is called with the number of
+    samples drawn and `count`.
     """
     report = progress or (lambda done, total: None)
     random = np.random.default_rng((seed, 5))

@@ -77,24 +77,12 @@ def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
 
 
 def save(network: NeuralBrdf, path: PathLike) -> None:
-    """Write a neural material.
-
-    Raises
-    ------
-    FormatError
-        As :func:`encode` has it, or if the path cannot be written.
-    """
+    """Write a neural material; raises FormatError as :func:`encode` does, or for a bad path."""
     write_encoded(path, encode, network)
 
 
 def load(path: PathLike) -> NeuralBrdf:
-    """Read a neural material.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole neural material of a version we know.
-    """
+    """Read a neural material; FormatError if it is not a whole one of a version we know."""
     header, tensors = from_file(path, _KEY, _LIMIT, "a nacre material")
     with format_errors(path):
         return _from_header(header, tensors)

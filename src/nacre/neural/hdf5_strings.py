@@ -16,19 +16,10 @@ _MOST = 4096  # strings that a file may list; networks have two a layer
 
 
 def count_strings(data: bytes, name: str) -> int:
-    """How many strings of variable length the attributes of a name list, all of them sound.
+    """How many strings of variable length the attributes of a name list in the content of a file.
 
-    Parameters
-    ----------
-    data
-        Content of an HDF5 file.
-    name
-        Of the attributes.
-
-    Raises
-    ------
-    ValueError
-        If an attribute, a string or a heap is not whole, or there are more than 4096 strings.
+    Raises ValueError if an attribute, a string or a heap is not whole, or there are more than 4096
+    strings.
     """
     found = 0
     heaps: dict[int, dict[int, int]] = {}

@@ -320,12 +320,7 @@ def _round_up(n: int, multiple: int) -> int:
 class KernelTrainer:
     """Weights and optimizer state of one network on the CPU kernel.
 
-    Parameters
-    ----------
-    layers
-        Initial layers, of any widths; copied.
-    batch
-        Samples a step, a multiple of 16.
+    Initial layers, of any widths, are copied; a step takes `batch` samples, a multiple of 16.
     """
 
     def __init__(self, layers: Sequence[Layer], batch: int) -> None:

@@ -34,13 +34,7 @@ def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
 
 
 def check_weights(layers: Sequence[Layer]) -> None:
-    """Refuse weights with which a network could give something that is not a number.
-
-    Raises
-    ------
-    ValueError
-        If a weight is not finite, or sums of products could overflow float32.
-    """
+    """Raise ValueError for weights that are not finite, or whose sums could overflow float32."""
     bound = np.full(len(layers[0].weights), LARGEST_INPUT) if layers else np.ones(1)
     with np.errstate(over="ignore", invalid="ignore"):
         for layer in layers:

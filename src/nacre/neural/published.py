@@ -30,13 +30,7 @@ _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
 
 
 def load_h5(path: PathLike) -> NeuralBrdf:
-    """Read the weights that Keras saved of a sequential network.
-
-    Raises
-    ------
-    FormatError
-        If the file is not such a network.
-    """
+    """Read the weights that Keras saved of a sequential network; FormatError if it is no such."""
     import h5py
 
     data = read_bytes(path, _LIMIT)
@@ -62,10 +56,8 @@ def load_h5(path: PathLike) -> NeuralBrdf:
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     """Write an isotropic network as Keras weights that the authors' tools load.
 
-    Raises
-    ------
-    FormatError
-        If `network` is not an isotropic neural material or the path cannot be written.
+    Raises FormatError if `network` is not an isotropic neural material or the path cannot be
+    written.
     """
     import h5py
 
@@ -93,10 +85,7 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 def load_npy(path: PathLike) -> NeuralBrdf:
     """Read a set `X_fc1.npy, X_b1.npy, X_fc2.npy, ...`; `path` names any one of them.
 
-    Raises
-    ------
-    FormatError
-        If a file of the set is missing or they are not a network.
+    Raises FormatError if a file of the set is missing or they are not a network.
     """
     path = Path(path)
     match = _NPY_NAME.fullmatch(path.stem)

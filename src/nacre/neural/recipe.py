@@ -135,12 +135,8 @@ class Recipe:
         return HALF if self.inputs == ENHANCED else SINGLE
 
     def widths(self, inputs: int) -> tuple[int, ...]:
-        """Widths of the hidden layers of a network of so many inputs.
-
-        Raises
-        ------
-        ValueError
-            If `size` is too small for any network.
+        """Widths of the hidden layers of a network of so many inputs; ValueError if `size` is too
+        small.
         """
         if self.size is None:
             return self.hidden
@@ -155,13 +151,7 @@ class Recipe:
 
 
 def check_positive(recipe: object, *names: str) -> None:
-    """Refuse settings below 1, of widths each; one that is None has its default.
-
-    Raises
-    ------
-    ValueError
-        With the name of the setting.
-    """
+    """Raise ValueError for settings below 1, of widths each; one that is None has its default."""
     for name in names:
         setting = getattr(recipe, name)
         for value in setting if isinstance(setting, Sequence) else [setting]:

@@ -84,14 +84,9 @@ def draw(
 ) -> Samples:
     """Samples at random directions, ready to train on.
 
-    Parameters
-    ----------
-    brdf, count, seed, progress, distribution
-        As for :func:`nacre.sampling.draw_samples`, which also has the errors.
-    inputs
-        Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`.
-    gain
-        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|.
+    See :func:`nacre.sampling.draw_samples`, which also has the errors, and
+    :func:`nacre.neural.inputs.network_inputs`. `gain` is k of the loss |log(1 + k f cos) - log(1 +
+    k f' cos)|.
     """
     samples = draw_samples(brdf, count, seed, progress, distribution)
     values = np.empty((count, input_count(inputs, brdf.isotropic)), np.float32)

@@ -43,15 +43,7 @@ def stack_bytes(device: str) -> int:
 
 
 class SampleStack:
-    """Samples of several materials on a device.
-
-    Parameters
-    ----------
-    samples
-        Of each material; all have the same inputs.
-    device
-        PyTorch device.
-    """
+    """Samples of several materials of the same inputs on a device."""
 
     def __init__(self, samples: Sequence[Samples], device: str) -> None:
         counts = [part.block_count for part in samples]
@@ -68,23 +60,11 @@ class SampleStack:
 
 
 class TorchTrainer:
-    """Weights and optimizer state of a stack of networks on a PyTorch device.
+    """Weights and optimizer state of a stack of networks on a PyTorch device: "cpu", "cuda",
+    "cuda:1".
 
-    Parameters
-    ----------
-    layers
-        Initial layers of each network; copied.
-    batch
-        Samples of each material a step, a multiple of 16.
-    device
-        PyTorch device: "cpu", "cuda", "cuda:1".
-    materials
-        Number of networks.
-
-    Raises
-    ------
-    NacreError
-        If PyTorch has no such device here.
+    Initial layers of each network are copied; a step takes `batch` samples of each material, a
+    multiple of 16. Raises NacreError if PyTorch has no such device here.
     """
 
     def __init__(
@@ -134,16 +114,8 @@ class TorchTrainer:
     def epoch(
         self, samples: SampleStack, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
     ) -> None:
-        """One step per learning rate over the blocks in `order`.
-
-        Parameters
-        ----------
-        samples
-            Of as many materials as there are networks.
-        order
-            Indices of blocks, shape (blocks,), or (materials, blocks) for orders of their own.
-        rates
-            Learning rates, one for each batch of the order.
+        """One step per learning rate over the blocks in `order`: indices of shape (blocks,), or
+        (materials, blocks) for orders of their own. There is a rate for each batch of the order.
         """
         if self._stream:
             self._stream.wait_stream(torch.cuda.current_stream(self._device))

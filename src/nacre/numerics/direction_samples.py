@@ -13,15 +13,9 @@ from nacre.array import ColorList, Colors, Scalars, VectorList
 
 @dataclass(frozen=True)
 class DirectionSamples:
-    """Values of a reflectance at pairs of directions.
+    """Values of a reflectance at pairs of unit directions above the horizon, shapes (n, 3).
 
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, above the horizon, shapes (n, 3).
-    rgb
-        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a color outside the
-        gamut.
+    f_r is in 1/sr, linear Rec. 709 RGB; a negative channel is a color outside the gamut.
     """
 
     wi: VectorList

@@ -26,31 +26,15 @@ def minimize(
     iterations: int,
     limit: float = math.inf,
 ) -> tuple[Vector, float]:
-    """Parameters at which the mean absolute residual is least, near where it starts.
+    """Parameters (p,) at which the mean absolute residual is least near a start, and that mean.
 
     Each step solves weighted least squares in which a residual r weighs 1 / sqrt(r^2 + e^2), so
     that the weighted squares bound the absolute values from above (iteratively reweighted least
     squares), damped after Levenberg and Marquardt.
 
-    Parameters
-    ----------
-    residuals
-        Residuals of any shape for parameters (p,), float32 or float64.
-    jacobian
-        Their derivatives, shape (p, *residuals), for parameters and the residuals there.
-    start
-        Shape (p,).
-    iterations
-        Steps at most.
-    limit
-        Parameters stay within this distance of 0.
-
-    Returns
-    -------
-    parameters
-        Shape (p,).
-    loss
-        Mean absolute residual there; infinite where the start already is not finite.
+    Residuals are float32 or float64 of any shape; the Jacobian, of shape (p, *residuals), is called
+    with parameters and the residuals there. Parameters stay within `limit` of 0. The mean is
+    infinite where it is not finite at the start.
     """
     free, damping = start, 1e-2
     current = residuals(free)

@@ -28,18 +28,8 @@ _SMALL = -2.0  # logarithm of a fraction that starts small, relative to that of 
 class MixtureMoment:
     """The second moment as a function of parameters that may have any value.
 
-    :mod:`nacre.sampling.mixture_parameters` says what they are; a row for each of `cosines`.
-
-    Parameters
-    ----------
-    moment
-        Of the material.
-    cosines
-        See :class:`GgxMixture`.
-    lobes
-        Number of GGX lobes.
-    angle
-        See :class:`GgxMixture`.
+    :mod:`nacre.sampling.mixture_parameters` says what they are: a row for each of `cosines`, of so
+    many GGX lobes. For cosines and angle see :class:`GgxMixture`.
     """
 
     def __init__(self, moment: Moment, cosines: Values, lobes: int, angle: float | None) -> None:

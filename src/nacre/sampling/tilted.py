@@ -32,16 +32,9 @@ _DARK = 1e-12  # of squared products with the cosine, so that a black texel has 
 class TiltedMixture(Sampler):
     """Density fraction * (visible normals, mirrored) + (1 - fraction) * cos(theta_i) / pi.
 
-    What falls below the horizon has density 0: the density integrates to at most one.
-
-    Parameters
-    ----------
-    fraction
-        Probability of the lobe of normals, in [0, 1).
-    roughness
-        Of its GGX normals, the same in all directions.
-    slope
-        x / z and y / z of the mean normal.
+    What falls below the horizon has density 0: the density integrates to at most one. The fraction
+    lies in [0, 1); GGX normals have the same roughness in all directions, and the slope is x / z
+    and y / z of the mean normal.
     """
 
     fraction: Array
@@ -78,22 +71,12 @@ class TiltedMixture(Sampler):
 
 
 def fit_tilted(values: Floats, wi: Floats, wo: Floats, areas: Floats) -> Floats:
-    """The mixture, among some hundreds, whose sample weights vary least, for each texel.
+    """The mixture, among some hundreds, whose sample weights vary least, for each texel: shape (t,
+    4).
 
-    Parameters
-    ----------
-    values
-        One value a texel and pair of directions, proportional to f_r, shape (t, n).
-    wi, wo
-        Unit directions, shape (n, 3); each view with the same number of lights, one view after the
-        other.
-    areas
-        Solid angle that each light stands for, shape (n,).
-
-    Returns
-    -------
-    array of shape (t, 4)
-        :data:`PARAMETERS`. All views count alike, however bright they are.
+    Values are proportional to f_r, one a texel and pair of unit directions, shape (t, n);
+    directions (n, 3) are one view after the other, each with the same number of lights, which stand
+    for solid angles `areas` (n,). All views count alike, however bright they are.
     """
     views = len(np.unique(wo, axis=0))
     mixtures = _mixtures()
