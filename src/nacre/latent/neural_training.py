@@ -93,14 +93,12 @@ class _Training:
         network = [*self._weights, *self._biases, self._functions]
         groups = {1.0: network, _CODE_RATE: [self._luma, self._pairs]}
         same = f"{tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
-        return descend(groups, self._step, self._recipe, same, checkpoint, report)
+        return descend(groups, self._loss, self._recipe, same, checkpoint, report)
 
-    def _step(self, step: int) -> Tensor:
+    def _loss(self, step: int) -> Tensor:
         random = np.random.default_rng((self._recipe.seed, 4, step))
-        chosen = random.integers(len(self._inputs), size=self._recipe.batch)
-        return self._loss(torch.from_numpy(chosen))
-
-    def _loss(self, chosen: Tensor) -> Tensor:
+        batch = random.integers(len(self._inputs), size=self._recipe.batch)
+        chosen = torch.from_numpy(batch)
         values = self._inputs[chosen]
         for layer in zip(self._weights, self._biases, strict=True):
             values = dense(values, layer, RELU)

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.io.tensors import Tensors
+from nacre.io.tensors import Tensors, check_numbers
 from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integers
 from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
@@ -205,8 +205,7 @@ class PcaBasis(LatentBasis):
         for name, (array, shape) in shapes.items():
             if array.dtype != np.float32 or array.shape != shape:
                 raise ValueError(f"{name} is {array.dtype} {array.shape}, expected float32 {shape}")
-            if not (np.abs(array) < LARGEST).all():
-                raise ValueError(f"{name} holds numbers that are not finite or too large")
+            check_numbers({name: array}, LARGEST)
         known = (uses >= 0) & (uses < len(components))
         if uses.dtype != np.int32 or not known.all() or not values:
             raise ValueError("uses does not name components")

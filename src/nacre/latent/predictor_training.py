@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.latent.descent import Tensor, finished, free_layer, torch
+from nacre.latent.descent import finished, free_layer, torch
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
@@ -126,7 +126,8 @@ class _TrainingSet:
                 weights[part] = proposal.weights(f_r)
         self.codes, self.weights = torch.from_numpy(codes), torch.from_numpy(weights)
         half, view, cosine = view_pairs(proposal.wo, proposal.wi)
-        tensors = [_tensor(x, shape) for x in (*half, *view, cosine)]
+        parts = (np.broadcast_to(x, shape) for x in (*half, *view, cosine))
+        tensors = [torch.from_numpy(np.array(part, np.float32)) for part in parts]
         self.pairs = Pairs((*tensors[:3],), (*tensors[3:6],), tensors[6])
 
 
@@ -193,7 +194,3 @@ def draw_codes(
     mixed = fraction * one + (1.0 - fraction) * other
     chosen = np.select([kind == 0, kind == 1], [one, mixed], normal)
     return (chosen + _JITTER * random.normal(size=shape)).astype(np.float32)
-
-
-def _tensor(values: npt.ArrayLike, shape: tuple[int, ...]) -> Tensor:
-    return torch.from_numpy(np.array(np.broadcast_to(values, shape), np.float32))

@@ -46,19 +46,15 @@ class Scattered(Protocol):
     @property
     def samples(self) -> DirectionSamples:
         """Every sample."""
-        ...
 
     def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
         """The same kind of reflectance from the samples at an array of indices only."""
-        ...
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
-        ...
 
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """See :meth:`nacre.Brdf.eval`."""
-        ...
 
 
 def loss_scale(gain: object) -> str:

@@ -87,7 +87,7 @@ class NormalGrid:
         shadowed as models have it that correlate heights and not directions (Heitz 2014, equation
         99), 2 sigma(o) - cos(o) standing for sigma(o); else what the viewer sees is lit.
         """
-        back = self._straight_back(brdf)
+        back = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
         shadowed = self._views[..., 2] if correlated else 0.0
         density = self.normalized(np.zeros(self.shape))
         for _ in range(_ITERATIONS):
@@ -130,10 +130,6 @@ class NormalGrid:
         counts = known.sum(axis=-1)
         mean = value.sum(axis=-1) / np.maximum(counts, 1)
         return self.normalized(np.broadcast_to(_mended(mean, counts > 0), self.shape))
-
-    def _straight_back(self, brdf: Brdf) -> Floats:
-        """f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""
-        return _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
 
 
 def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
