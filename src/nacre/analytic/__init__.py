@@ -1,4 +1,4 @@
-"""Analytic reflectance: one module a model, their fit, and their files."""
+"""Analytic reflectance: models, their fit, and their files."""
 
 from nacre.analytic.catalog import MODELS
 from nacre.analytic.fitting import fit

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.cook_torrance import cosine_product, grooves
 from nacre.analytic.fresnel import fresnel
+from nacre.analytic.gaussian import cosine_product, grooves
 from nacre.analytic.model import DIFFUSE, INDEX, AnalyticBrdf, Parameter, Values, coated
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.cook_torrance import cosine_product
 from nacre.analytic.fresnel import schlick
+from nacre.analytic.gaussian import cosine_product
 from nacre.analytic.model import DIFFUSE, SCALE, AnalyticBrdf, Parameter, Values, lambertian
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, to_spherical

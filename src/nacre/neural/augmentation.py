@@ -57,7 +57,7 @@ def augmentation(
 
 def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
     """Pairs of every kind, mixed; some lie below the horizon."""
-    own, mirror, polar, _ = random.multinomial(count, [*_FRACTIONS, 1.0 - sum(_FRACTIONS)])
+    own, mirror, polar, rest = random.multinomial(count, [*_FRACTIONS, 1.0 - sum(_FRACTIONS)])
 
     def light(n: int) -> Floats:
         theta, phi = random.random((2, n)) * [[0.5 * math.pi], [2.0 * math.pi]]
@@ -72,9 +72,7 @@ def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tup
         (_around(near.wi, _DEVIATION, random), _around(near.wo, _DEVIATION, random)),
         (towards, _around(reflected, deviation, random)),
         (light(polar), light(polar)),
-        tuple(
-            join(w) for w in uniform_rusinkiewicz(random.random((4, count - own - mirror - polar)))
-        ),
+        tuple(map(join, uniform_rusinkiewicz(random.random((4, rest))))),
     ]
     order = random.permutation(count)
     wi, wo = (np.concatenate(w)[order] for w in zip(*pairs, strict=True))
