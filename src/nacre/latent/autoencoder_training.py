@@ -96,8 +96,7 @@ class _Training:
         pixels = torch.from_numpy(random.integers(len(self._inputs), size=recipe.pixels))
         with torch.no_grad():
             goal = self._pictures(networks, pixels)
-        decoded = forward(self._codes(networks), self._layers[2:], SILU)
-        return (self._pictures(decoded, pixels) - goal).square().mean()
+        return (self._pictures(self._decoded(self._codes(networks)), pixels) - goal).square().mean()
 
     def _pictures(self, networks: Tensor, pixels: Tensor) -> Tensor:
         """Values of display of networks at some pixels, shape (networks, n, 3)."""
@@ -107,6 +106,9 @@ class _Training:
 
     def _codes(self, networks: Tensor) -> Tensor:
         return forward(networks, self._layers[:2], SILU)
+
+    def _decoded(self, codes: Tensor) -> Tensor:
+        return forward(codes, self._layers[2:], SILU)
 
     def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
