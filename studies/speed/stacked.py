@@ -16,12 +16,11 @@ import numpy as np
 
 from nacre import load
 from nacre.errors import require
-from nacre.neural.device import SampleStack
 from nacre.neural.fit_data import SAMPLES
 from nacre.neural.kernel import KernelTrainer
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
-from nacre.neural.torch import TorchTrainer
+from nacre.neural.torch import SampleStack, TorchTrainer
 from nacre.neural.training import initial_layers, schedule
 from nacre.runtime.parallel import core_count
 from studies.study import Study, log, rgl_tables

@@ -109,7 +109,7 @@ def test_bad_materials_fail_alone():
 
 
 def test_materials_are_taken_one_by_one_and_trained_when_there_is_no_more_room(monkeypatch):
-    monkeypatch.setattr("nacre.neural.device.stack_bytes", lambda device: 1_000_000)
+    monkeypatch.setattr("nacre.neural.torch.stack_bytes", lambda device: 1_000_000)
     taken: list[int] = []
 
     def materials():

@@ -17,8 +17,7 @@ from tests.neural.test_trainers import autograd, flat, random_layers, random_sam
 from tests.reflectances import Brushed, Glossy
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
-from nacre.neural.device import SampleStack  # noqa: E402  (needs the optional dependency)
-from nacre.neural.torch import TorchTrainer  # noqa: E402
+from nacre.neural.torch import SampleStack, TorchTrainer  # noqa: E402  (needs PyTorch)
 
 SHAPES = [(6, 21, 21, 3), (7, 12, 12, 3), (6, 32, 16, 8, 3)]
 BLOCKS = 100

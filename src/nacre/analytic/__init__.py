@@ -1,10 +1,8 @@
-"""Analytic reflectance: one module a model, their fit, and their files."""
+"""Analytic reflectance: models, their fit, and their files."""
 
 from nacre.analytic.catalog import MODELS
 from nacre.analytic.fitting import fit
 from nacre.analytic.ggx import AnisotropicGgx, Ggx
 from nacre.analytic.model import AnalyticBrdf, Parameter
-
-"""Every format of analytic reflectance."""
 
 __all__ = ["MODELS", "AnalyticBrdf", "AnisotropicGgx", "Ggx", "Parameter", "fit"]

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.cook_torrance import cosine_product, grooves
-from nacre.analytic.fresnel import dielectric
+from nacre.analytic.fresnel import fresnel
+from nacre.analytic.gaussian import cosine_product, grooves
 from nacre.analytic.model import DIFFUSE, INDEX, AnalyticBrdf, Parameter, Values, coated
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector
@@ -32,12 +32,12 @@ class AbcMicrofacet(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         h = half_vector(wi, wo)
         # 1 - cos without the cancellation.
         height = (h[0] * h[0] + h[1] * h[1]) / (1.0 + namespace(*h).maximum(h[2], 0.0))
-        fresnel = dielectric(dot(wi, h), values["index"])
-        facets = fresnel * grooves(h, wi, wo) / (math.pi * cosine_product(wi, wo))
+        facets = (
+            fresnel(values, dot(wi, h)) * grooves(h, wi, wo) / (math.pi * cosine_product(wi, wo))
+        )
         return coated(values, facets * _lobe(values, height))
 
 
@@ -51,12 +51,11 @@ class AbcSmooth(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         xp = namespace(*wi, *wo)
         x, y = wi[0] + wo[0], wi[1] + wo[1]
         across, along = wi[0] - wo[0], wi[1] - wo[1]
         cosine = xp.sqrt(xp.maximum(1.0 - 0.25 * (across * across + along * along), 1e-12))
-        return coated(values, dielectric(cosine, values["index"]) * _lobe(values, x * x + y * y))
+        return coated(values, fresnel(values, cosine) * _lobe(values, x * x + y * y))
 
 
 def _lobe(values: Values, x: Array) -> Array:

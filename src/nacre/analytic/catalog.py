@@ -9,12 +9,12 @@ _PLACES = {
     "lambert": "lambert:Lambert",
     "blinn-phong": "phong:BlinnPhong",
     "lafortune": "phong:Lafortune",
-    "ward": "ward:Ward",
-    "ward-duer": "ward:WardDuer",
-    "ashikhmin-shirley": "ashikhmin_shirley:AshikhminShirley",
-    "ashikhmin-shirley-dielectric": "ashikhmin_shirley:DielectricAshikhminShirley",
-    "cook-torrance": "cook_torrance:CookTorrance",
-    "cook-torrance-schlick": "cook_torrance:SchlickCookTorrance",
+    "ward": "gaussian:Ward",
+    "ward-duer": "gaussian:WardDuer",
+    "ashikhmin-shirley": "phong:AshikhminShirley",
+    "ashikhmin-shirley-dielectric": "phong:DielectricAshikhminShirley",
+    "cook-torrance": "gaussian:CookTorrance",
+    "cook-torrance-schlick": "gaussian:SchlickCookTorrance",
     "ggx": "ggx:Ggx",
     "ggx-anisotropic": "ggx:AnisotropicGgx",
     "abc-microfacet": "abc:AbcMicrofacet",
@@ -25,9 +25,7 @@ _PLACES = {
 }
 
 MODELS: Registry[type[AnalyticBrdf]] = Registry(
-    "nacre.models",
-    "model",
-    {name: f"nacre.analytic.{place}" for name, place in _PLACES.items()},
+    "nacre.models", "model", {name: f"nacre.analytic.{place}" for name, place in _PLACES.items()}
 )
 """Classes of models by their `model`; packages add theirs by an entry point of the group
 `nacre.models`.

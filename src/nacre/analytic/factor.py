@@ -15,8 +15,7 @@ from nacre.geometry import dot, half_vector, to_spherical
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.progress import Progress
 
-NODES = 90
-"""Nodes of every table, as both papers have it."""
+NODES = 90  # nodes of every table, as both papers have it
 
 
 _QUARTER = 0.5 * math.pi
@@ -50,23 +49,17 @@ class FactoredBrdf(AnalyticBrdf):
 class Cell(NamedTuple):
     """Where an angle lies between the nodes of a table."""
 
-    node: Array
-    """The node before it."""
-    part: Array
-    """Its position from there to the next, in [0, 1]."""
+    node: Array  # the node before it
+    part: Array  # its position from there to the next, in [0, 1]
 
 
 class Cells(NamedTuple):
     """Where a pair of directions lies in tables of three angles."""
 
-    half: Cell
-    """theta_h; nodes stand evenly in its square root, densely about the mirror direction."""
-    difference: Cell
-    """theta_d; nodes stand evenly."""
-    light: Cell
-    """theta_i; nodes stand evenly."""
-    view: Cell
-    """theta_o; likewise."""
+    half: Cell  # theta_h; nodes stand evenly in its square root, densely about the mirror direction
+    difference: Cell  # theta_d; nodes stand evenly
+    light: Cell  # theta_i; nodes stand evenly
+    view: Cell  # theta_o; likewise
 
 
 def locate(wi: Components, wo: Components) -> Cells:
@@ -86,8 +79,7 @@ def locate(wi: Components, wo: Components) -> Cells:
 
 def half_angles() -> Floats:
     """theta_h of the nodes, radians, shape (nodes,)."""
-    angles: Floats = np.linspace(0.0, 1.0, NODES) ** 2 * _QUARTER
-    return angles
+    return np.linspace(0.0, 1.0, NODES) ** 2 * _QUARTER
 
 
 def even_angles() -> Floats:

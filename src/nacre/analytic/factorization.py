@@ -19,25 +19,17 @@ from nacre.analytic.factor import NODES, Cell, locate
 from nacre.brdf import Brdf
 from nacre.geometry import join, split, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
-
-Vector = npt.NDArray[np.float64]
+from nacre.numerics.least_absolute import Vector
 
 TABLES = ("distribution", "fresnel", "masking")
-SWEEPS = 8
-"""How often every table is solved for alone."""
-STEPS = 40
-"""How often all are solved for together."""
+SWEEPS = 8  # how often every table is solved for alone
+STEPS = 40  # how often all are solved for together
 
-_SOFTENING = 0.05
-"""Residuals below this fraction of the mean count as squares."""
-_DAMPING = 1e-4
-"""Of the first steps."""
-_CLOSE = 1e-6
-"""Relative difference below which the slope of the logarithm stands for its secant."""
-_SHORTEST, _LONGEST = 0.3, 3.0
-"""Factors by which a number changes in one step."""
-_LEAST = 1e-9
-"""Added to numbers before their logarithm is taken."""
+_SOFTENING = 0.05  # residuals below this fraction of the mean count as squares
+_DAMPING = 1e-4  # of the first steps
+_CLOSE = 1e-6  # relative difference below which the slope of the logarithm stands for its secant
+_SHORTEST, _LONGEST = 0.3, 3.0  # factors by which a number changes in one step
+_LEAST = 1e-9  # added to numbers before their logarithm is taken
 
 
 class Factors(NamedTuple):
@@ -50,19 +42,7 @@ class Factors(NamedTuple):
 
 
 class Channel:
-    """What the tables of one channel are fitted to.
-
-    Parameters
-    ----------
-    samples
-        Pairs of directions, n of them, and f_r.
-    channel
-        Which of its channels.
-    weights
-        Of each sample, shape (n,).
-    gain
-        k.
-    """
+    """What the tables of one channel are fitted to: samples, their weights (n,), and the gain k."""
 
     def __init__(
         self, samples: DirectionSamples, channel: int, weights: Vector, gain: float
@@ -134,8 +114,7 @@ class Channel:
         half, difference, light, view = self._cells
         masking = _at(found.masking, light) * _at(found.masking, view)
         facets = _at(found.distribution, half) * _at(found.fresnel, difference) * masking
-        error: Vector = found.base + self._scale * facets - self._values
-        return error
+        return np.asarray(found.base + self._scale * facets - self._values)
 
     def _loss(self, found: Factors) -> float:
         logs = np.log1p(self._cosine * (self._values + self._error(found))) - self._logs
@@ -148,30 +127,14 @@ class Channel:
         near = np.abs(error) < _CLOSE * (1.0 + self._values)
         secant = np.where(near, slope, logs / np.where(near, 1.0, error))
         softening = _SOFTENING * np.average(np.abs(logs), weights=self._weights) + 1e-12
-        weights: Vector = self._weights * secant**2 / np.sqrt(logs**2 + softening**2)
-        return weights
+        return np.asarray(self._weights * secant**2 / np.sqrt(logs**2 + softening**2))
 
 
 def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSamples, Vector]:
     """Samples uniform in the Rusinkiewicz angles and as many dense near the mirror direction.
 
-    These have theta_h = u^2 pi / 2, like the nodes of D, which the uniform ones hardly reach.
-
-    Parameters
-    ----------
-    brdf
-        Where the dense ones come from.
-    samples
-        The uniform ones.
-    seed
-        Of the dense ones.
-
-    Returns
-    -------
-    samples
-        All of them.
-    weights
-        By which they count as if all were uniform, shape (n,).
+    The latter are drawn of `brdf` with theta_h = u^2 pi / 2, like the nodes of D, which the uniform
+    ones hardly reach. Weights (n,) make all of them count as if all were uniform.
     """
     u = np.random.default_rng((seed, 3)).random((4, 2 * len(samples)))
     u[0] **= 2
@@ -197,8 +160,7 @@ def draw(brdf: Brdf, samples: DirectionSamples, seed: int) -> tuple[DirectionSam
 
 
 def _at(table: Vector, cell: Cell) -> Vector:
-    values: Vector = table[cell.node] + cell.part * (table[cell.node + 1] - table[cell.node])
-    return values
+    return np.asarray(table[cell.node] + cell.part * (table[cell.node + 1] - table[cell.node]))
 
 
 def _solve(
@@ -210,18 +172,9 @@ def _solve(
 ) -> Vector:
     """The step of the numbers with the least weighted squares of what error it leaves, (size,).
 
-    Parameters
-    ----------
-    terms
-        Which number each sample depends on, and its derivative: each of shape (n,).
-    size
-        How many numbers there are.
-    error
-        Model less data of every sample.
-    weights
-        Of its square.
-    damping
-        Pull of the step to 0, relative to the curvature of each number and a little of their mean.
+    Terms are which number each sample depends on, and its derivative, each of shape (n,). Damping
+    is the pull of the step to 0, relative to the curvature of each number and a little of their
+    mean.
     """
     products, slope = np.zeros(size * size), np.zeros(size)
     for k, (column, value) in enumerate(terms):

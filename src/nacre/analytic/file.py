@@ -48,24 +48,12 @@ def encode(brdf: AnalyticBrdf) -> bytes:
 
 
 def save(brdf: AnalyticBrdf, path: Path) -> None:
-    """Write an analytic material.
-
-    Raises
-    ------
-    FormatError
-        As :func:`encode` has it, or if the path cannot be written.
-    """
+    """Write an analytic material; raises FormatError as :func:`encode` does, or for a bad path."""
     write_encoded(path, encode, brdf)
 
 
 def load(path: Path) -> AnalyticBrdf:
-    """Read an analytic material.
-
-    Raises
-    ------
-    FormatError
-        If the file is not one of a model and version we know.
-    """
+    """Read an analytic material; FormatError if its model or version is not known."""
     try:
         content = json.loads(read_bytes(path, _LIMIT).decode("utf-8"))
     except (ValueError, RecursionError) as error:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.analytic.factor import FactoredBrdf
 from nacre.analytic.model import AnalyticBrdf, Values
@@ -15,23 +15,19 @@ from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.geometry import join, rotate, split
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.least_absolute import minimize
+from nacre.numerics.least_absolute import Vector, minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples
 
 Model = TypeVar("Model", bound=AnalyticBrdf)
-Vector = npt.NDArray[np.float64]
 
-SAMPLES = 40_000
-"""Samples drawn of a reflectance: a model has a dozen parameters, not hundreds."""
+SAMPLES = 40_000  # samples drawn of a reflectance: a model has a dozen parameters, not hundreds
 STARTS = 16
 
-_LIMIT = 30.0
-"""Of parameters on the whole line: beyond it they are at their bounds."""
+_LIMIT = 30.0  # of parameters on the whole line: beyond it they are at their bounds
 
-_ROUNDS = ((2_000, 15), (5_000, 20), (None, 40))
-"""Samples and iterations of each round; a quarter of the starts go on to the next."""
+_ROUNDS = ((2_000, 15), (5_000, 20), (None, 40))  # samples and iterations; a quarter goes on
 
 
 def fit(
@@ -103,7 +99,7 @@ def fit(
             loss = _loss(model(**values), drawn, gain)
             settings |= facts
         else:
-            values, loss = _search(_Problem(model, drawn, gain), starts, seed, report)
+            values, loss = _search(partial(_Problem, model, drawn, gain), starts, seed, report)
             settings["starts"] = starts
     if not math.isfinite(loss):
         raise NacreError(f"{brdf.name or 'reflectance'}: {model.model} cannot be fitted to it")
@@ -126,20 +122,13 @@ def _rotated(samples: DirectionSamples, seed: int) -> DirectionSamples:
 class _Problem:
     """Residuals of a model at samples, as functions of its parameters on the whole line."""
 
-    def __init__(self, model: type[AnalyticBrdf], samples: DirectionSamples, gain: float) -> None:
+    def __init__(
+        self, model: type[AnalyticBrdf], samples: DirectionSamples, gain: float, count: int | None
+    ) -> None:
         self.parameters, self.formula, self.gain = model.parameters, model.formula, gain
-        light, view = (np.asarray(w, np.float64) for w in (samples.wi, samples.wo))
-        self.wi = tuple(np.ascontiguousarray(c) for c in split(light))
-        self.wo = tuple(np.ascontiguousarray(c) for c in split(view))
-        self.targets = np.log1p(gain * np.maximum(samples.rgb.T, 0.0) * self.wi[2])
-
-    def first(self, count: int | None) -> _Problem:
-        """The same with the first samples only."""
-        part = object.__new__(_Problem)
-        part.parameters, part.formula, part.gain = self.parameters, self.formula, self.gain
-        part.wi, part.wo = (tuple(c[:count] for c in w) for w in (self.wi, self.wo))
-        part.targets = self.targets[:, :count]
-        return part
+        pairs = (np.asarray(w[:count], np.float64) for w in (samples.wi, samples.wo))
+        self.wi, self.wo = (tuple(np.ascontiguousarray(c) for c in split(w)) for w in pairs)
+        self.targets = np.log1p(gain * np.maximum(samples.rgb[:count].T, 0.0) * self.wi[2])
 
     def values(self, free: Vector) -> Values:
         """Parameters by name."""
@@ -176,8 +165,8 @@ class _Problem:
             moved[start : start + p.size] += step
             change = (self.residuals(moved) - residuals) / step
             if p.color:
-                for channel in range(p.size):
-                    rows[start + channel, channel] = change[channel]
+                channels = np.arange(p.size)
+                rows[start + channels, channels] = change
             else:
                 rows[start] = change
             start += p.size
@@ -200,16 +189,18 @@ def _minimum(problem: _Problem, iterations: int, free: Vector) -> tuple[Vector, 
         return minimize(problem.residuals, problem.jacobian, free, iterations, _LIMIT)
 
 
-def _search(problem: _Problem, starts: int, seed: int, report: Progress) -> tuple[Values, float]:
+def _search(
+    problem_of: Callable[[int | None], _Problem], starts: int, seed: int, report: Progress
+) -> tuple[Values, float]:
     """The best parameters found, and their mean loss over all samples."""
+    problem = problem_of(None)
     candidates = [problem.start(np.random.default_rng((seed, 2, k))) for k in range(starts)]
     counts = [max(1, starts // 4**k) for k in range(len(_ROUNDS))]
     done, total = 0, sum(counts)
     best: list[tuple[float, int, Vector]] = []
     for (size, iterations), going in zip(_ROUNDS, counts, strict=True):
-        part = problem.first(size)
         best = []
-        work = partial(_minimum, part, iterations)
+        work = partial(_minimum, problem_of(size), iterations)
         for k, (found, loss) in enumerate(thread_map(work, candidates[:going])):
             best.append((loss if math.isfinite(loss) else math.inf, k, found))
             done += 1

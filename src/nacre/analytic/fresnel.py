@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from nacre.analytic.model import INDEX, NORMAL_REFLECTANCE, Values
 from nacre.array import Array, Components, namespace
 
 
 def schlick(cosine: Array, normal: tuple[Array, Array, Array]) -> Components:
     """Schlick's approximation (1994): F0 + (1 - F0) (1 - cos)^5 a channel.
 
-    Parameters
-    ----------
-    cosine
-        Between the microfacet's normal and either direction.
-    normal
-        F0 of each channel.
+    `cosine` is between the microfacet's normal and either direction, `normal` is F0.
     """
     xp = namespace(cosine)
     grazing = xp.maximum(1.0 - cosine, 0.0)
@@ -23,21 +19,16 @@ def schlick(cosine: Array, normal: tuple[Array, Array, Array]) -> Components:
     return red, green, blue
 
 
-def schlick_one(cosine: Array, normal: Array) -> Array:
-    """:func:`schlick` of one F0 for all channels."""
-    return schlick(cosine, (normal, normal, normal))[0]
+def fresnel(values: Values, cosine: Array) -> Array:
+    """The term of a model that has `index`, or one `normal_reflectance` for all channels."""
+    if INDEX.name in values:
+        return dielectric(cosine, values[INDEX.name])
+    return schlick(cosine, (values[NORMAL_REFLECTANCE.name],) * 3)[0]
 
 
 def dielectric(cosine: Array, index: Array) -> Array:
     """Unpolarized reflectance of a dielectric surface (Cook and Torrance 1982, section "Spectral
-    Composition").
-
-    Parameters
-    ----------
-    cosine
-        As in :func:`schlick`.
-    index
-        Refractive index relative to the outside, at least 1.
+    Composition"), whose refractive index relative to the outside is at least 1.
     """
     xp = namespace(cosine)
     g = xp.sqrt(xp.maximum(index * index - 1.0 + cosine * cosine, 1e-12))

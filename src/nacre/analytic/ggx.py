@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import ClassVar
 
 from nacre.analytic.fresnel import schlick
 from nacre.analytic.model import DIFFUSE, AnalyticBrdf, Parameter, Values, lambertian
@@ -35,21 +36,32 @@ class Ggx(AnalyticBrdf):
     """Isotropic GGX: `diffuse` and `specular` colors and `roughness`, which is alpha."""
 
     model = "ggx"
-    parameters = (DIFFUSE, SPECULAR, _roughness("roughness"))
+    parameters: ClassVar[tuple[Parameter, ...]] = (DIFFUSE, SPECULAR, _roughness("roughness"))
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
-        return _ggx(values, (values["roughness"], values["roughness"]), wi, wo)
+        alpha, angle = _axes(values)
+        if angle is not None:
+            wi, wo = rotate(wi, -1.0 * angle), rotate(wo, -1.0 * angle)
+        h = half_vector(wi, wo)
+        lengths = wi[2] * stretched_length(wo, alpha) + wo[2] * stretched_length(wi, alpha)
+        facets = distribution(h, alpha) / (2.0 * lengths)
+        fresnel = schlick(dot(wi, h), values["specular"])
+        base = lambertian(values)
+        red, green, blue = (d + f * facets for d, f in zip(base, fresnel, strict=True))
+        return red, green, blue
 
     @cached_property
     def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
-        """Visible normals."""
-        roughness = self.values["roughness"]
-        return _sampler(self.values, (roughness, roughness), None)  # type: ignore[arg-type]
+        """Visible normals, about as often as the facets add to the albedo, else the cosine."""
+        (x, y), angle = _axes(self.values)
+        specular, diffuse = (luminance(self.operands[name]) for name in ("specular", "diffuse"))
+        specular += 0.05  # what Schlick adds off normal incidence
+        fraction = float(min(max(specular / (specular + diffuse), 0.1), 0.95))
+        return GgxMixture((GgxLobe((fraction,), (x,), (y,), (0.0,)),), angle=angle)
 
 
-class AnisotropicGgx(AnalyticBrdf):
+class AnisotropicGgx(Ggx):
     """GGX with two roughnesses: `roughness_x` along an axis rotated by `angle` (radians) from +x
     toward +y, `roughness_y` across it.
     """
@@ -64,33 +76,9 @@ class AnisotropicGgx(AnalyticBrdf):
         Parameter("angle", -0.5 * math.pi, 0.5 * math.pi, (-0.4 * math.pi, 0.4 * math.pi)),
     )
 
-    @staticmethod
-    def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
-        angle, alpha = values["angle"], (values["roughness_x"], values["roughness_y"])
-        return _ggx(values, alpha, rotate(wi, -1.0 * angle), rotate(wo, -1.0 * angle))
 
-    @cached_property
-    def sampler(self) -> Sampler:  # type: ignore[override]  # a cached property can be replaced
-        """Visible normals."""
-        x, y, angle = (self.values[k] for k in ("roughness_x", "roughness_y", "angle"))
-        return _sampler(self.values, (x, y), angle)  # type: ignore[arg-type]
-
-
-def _ggx(values: Values, alpha: tuple[Array, Array], wi: Components, wo: Components) -> Components:
-    """f_r for directions in the frame of the roughnesses."""
-    h = half_vector(wi, wo)
-    shadowing = 2.0 * (wi[2] * stretched_length(wo, alpha) + wo[2] * stretched_length(wi, alpha))
-    facets = distribution(h, alpha) / shadowing
-    fresnel = schlick(dot(wi, h), values["specular"])
-    base = lambertian(values)
-    red, green, blue = (d + f * facets for d, f in zip(base, fresnel, strict=True))
-    return red, green, blue
-
-
-def _sampler(values: Values, alpha: tuple[float, float], angle: float | None) -> GgxMixture:
-    """Visible normals, drawn about as often as the facets add to the albedo, else the cosine."""
-    specular, diffuse = luminance(values["specular"]), luminance(values["diffuse"])
-    specular += 0.05  # what Schlick adds off normal incidence
-    fraction = float(min(max(specular / (specular + diffuse), 0.1), 0.95))
-    return GgxMixture((GgxLobe((fraction,), (alpha[0],), (alpha[1],), (0.0,)),), angle=angle)
+def _axes(values: Values) -> tuple[tuple[Array, Array], Array | None]:
+    """Roughnesses along two axes, and the angle of the first from +x; None where they are equal."""
+    if "angle" not in values:
+        return (values["roughness"], values["roughness"]), None
+    return (values["roughness_x"], values["roughness_y"]), values["angle"]

@@ -16,7 +16,6 @@ class Lambert(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         everywhere = 0.0 * (wi[2] + wo[2])
         red, green, blue = (f + everywhere for f in lambertian(values))
         return red, green, blue

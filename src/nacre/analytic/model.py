@@ -94,24 +94,15 @@ class Parameter:
             raise ValueError(
                 f"{self.name} must lie in [{self.low:g}, {self.high:g}], got {reprlib.repr(value)}"
             )
-        checked: Value = tuple(numbers.tolist()) if self.color else float(numbers)
-        return checked
+        return tuple(numbers.tolist()) if self.color else float(numbers)
 
 
 @dataclass(frozen=True)
 class TableParameter:
-    """A function of one angle that a model has as numbers at nodes.
+    """A function of one angle that a model has as numbers at nodes, in [0, `high`].
 
-    Parameters
-    ----------
-    name
-        As in the model's files.
-    rows
-        1, or 3 where each color channel has its own.
-    nodes
-        Numbers in a row.
-    high
-        Bound; the lower one is 0.
+    It has one row, or three where each color channel has its own; its name is that in the model's
+    files.
     """
 
     name: str
@@ -243,7 +234,6 @@ class AnalyticBrdf(LobeSampledBrdf):
         return {k: tables.get(k) or _rounded(v) for k, v in self.values.items()}
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         values = self._shown()
         source = self.metadata.get("source", {})
         facts = {
@@ -276,8 +266,7 @@ SCALE = Parameter("specular", 0.0, 1e3, (0.01, 1.0), color=True)
 NORMAL_REFLECTANCE = Parameter("normal_reflectance", 0.0, 1.0, (0.05, 0.9))
 """F0 of Schlick's Fresnel term."""
 
-INDEX = Parameter("index", 1.0, 1e3, (1.2, 3.0))
-"""Refractive index of a dielectric's Fresnel term."""
+INDEX = Parameter("index", 1.0, 1e3, (1.2, 3.0))  # refractive index of a dielectric's Fresnel term
 
 
 def coated(values: Values, lobe: Array) -> Components:

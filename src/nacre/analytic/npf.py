@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from nacre.analytic.cook_torrance import cosine_product
 from nacre.analytic.factor import NODES, FactoredBrdf, half_angles, locate, lookup
 from nacre.analytic.factorization import Channel, Factors, draw
+from nacre.analytic.gaussian import cosine_product
 from nacre.analytic.model import DIFFUSE, Parameter, TableParameter, Values, lambertian
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
@@ -42,7 +42,6 @@ class Npf(FactoredBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         cells = locate(wi, wo)
         scale = 1.0 / cosine_product(wi, wo)
         base, masking = lambertian(values), values["masking"]

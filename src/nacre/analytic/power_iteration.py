@@ -26,12 +26,9 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.progress import Progress
 from nacre.sampling.microfacets import GRAZING, NormalGrid, polar_nodes
 
-_AZIMUTHS = 32
-"""Nodes of the half vector's azimuth, over which D is averaged."""
-_LARGEST = 1e3
-"""Bound of F."""
-_DARK = 1e-4
-"""f_r in 1/sr of facets that reflect everything, below which they tell nothing of F."""
+_AZIMUTHS = 32  # nodes of the half vector's azimuth, over which D is averaged
+_LARGEST = 1e3  # bound of F
+_DARK = 1e-4  # f_r in 1/sr of facets that reflect everything, below which they tell nothing of F
 
 
 class TabulatedMicrofacets(FactoredBrdf):
@@ -52,12 +49,10 @@ class TabulatedMicrofacets(FactoredBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         cells = locate(wi, wo)
         facets = lookup(values["distribution"], 0, cells.half) / _shadowing(values, wi, wo, cells)
-        red, green, blue = (
-            facets * lookup(values["fresnel"], k, cells.difference) for k in range(3)
-        )
+        fresnel = (lookup(values["fresnel"], k, cells.difference) for k in range(3))
+        red, green, blue = (facets * f for f in fresnel)
         return red, green, blue
 
     @classmethod
@@ -80,20 +75,14 @@ class TabulatedMicrofacets(FactoredBrdf):
         grid = NormalGrid(_AZIMUTHS, NODES, brdf.isotropic)
         found = grid.density(brdf, correlated=True).mean(axis=0)
         density = np.broadcast_to(found, grid.shape)
-        area = np.interp(
-            even_angles(), polar_nodes(NODES), grid.projected_area(density).mean(axis=0)
-        )
-        values: dict[str, Any] = {
-            "distribution": [found],
-            "area": [area],
-            "fresnel": np.ones((3, NODES)),
-        }
-        values["fresnel"] = _fresnel(brdf, cls(**values))
-        facts = {
+        seen = grid.projected_area(density).mean(axis=0)
+        area = np.interp(even_angles(), polar_nodes(NODES), seen)
+        tables: dict[str, Any] = {"distribution": [found], "area": [area]}
+        fresnel = _fresnel(brdf, cls(**tables, fresnel=np.ones((3, NODES))))
+        return tables | {"fresnel": fresnel}, {
             "ggx roughness": grid.ggx_roughness(density),
             "beckmann roughness": grid.beckmann_roughness(density),
         }
-        return values, facts
 
 
 def _shadowing(values: Values, wi: Components, wo: Components, cells: Cells) -> Array:

@@ -6,15 +6,14 @@ from __future__ import annotations
 
 import math
 
-from nacre.analytic.cook_torrance import cosine_product
 from nacre.analytic.fresnel import schlick
+from nacre.analytic.gaussian import cosine_product
 from nacre.analytic.model import DIFFUSE, SCALE, AnalyticBrdf, Parameter, Values, lambertian
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, to_spherical
 from nacre.sampling.lobes import expm1
 
-_LARGEST_EXPONENT = 40.0
-"""Of the density of normals, so that it stays a number of float32; published ones end at 5.4."""
+_LARGEST_EXPONENT = 40.0  # of the density, to stay a number of float32; published ones end at 5.4
 
 
 def _color(name: str, low: float, high: float, start: tuple[float, float]) -> Parameter:
@@ -51,7 +50,6 @@ class Sgd(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         xp = namespace(*wi, *wo)
         h = half_vector(wi, wo)
         cosine = dot(wi, h)

@@ -24,6 +24,7 @@ _LIMIT = 1 << 22
 _LONGEST = 1 << 14
 _LINE = re.compile(r"^([\w.()+-]+) *= *(.+)$")
 
+_FRESNEL = "fresnelReflectance"
 _LOBE = {"albedo": "specular"}
 _ROUGH = _LOBE | {"roughness": "roughness"}
 _SHARP = _LOBE | {"sharpness": "exponent"}
@@ -35,15 +36,9 @@ _MODELS: dict[str, tuple[str, dict[str, str]]] = {
     "NganWard": ("ward", _ROUGH),
     "NganWardDuer": ("ward-duer", _ROUGH),
     "NganLafortune": ("lafortune", _SHARP | {"Cxy": "c_xy", "Cz": "c_z"}),
-    "NganAshikhminShirley": (
-        "ashikhmin-shirley",
-        _SHARP | {"fresnelReflectance": "normal_reflectance"},
-    ),
+    "NganAshikhminShirley": ("ashikhmin-shirley", _SHARP | {_FRESNEL: "normal_reflectance"}),
     "NganCookTorrance": ("cook-torrance-schlick", _ROUGH | {"eta": "normal_reflectance"}),
-    "LowAshikhminShirley": (
-        "ashikhmin-shirley-dielectric",
-        _SHARP | {"fresnelReflectance": "index"},
-    ),
+    "LowAshikhminShirley": ("ashikhmin-shirley-dielectric", _SHARP | {_FRESNEL: "index"}),
     "LowCookTorrance": ("cook-torrance", _ROUGH | {"eta": "index"}),
     "LowMicrofacetFit": ("abc-microfacet", _ABC),
     "LowSmooth": ("abc-smooth", _ABC),
@@ -55,10 +50,7 @@ _MODELS: dict[str, tuple[str, dict[str, str]]] = {
 def materials(path: Path) -> dict[str, str]:
     """The formula of every material in a table, by name.
 
-    Raises
-    ------
-    FormatError
-        If the file is not text, or a line is no material.
+    Raises FormatError if the file is not text, or a line is no material.
     """
     try:
         text = read_bytes(path, _LIMIT).decode("utf-8")
@@ -78,10 +70,7 @@ def materials(path: Path) -> dict[str, str]:
 def load(path: Path, material: str | None = None) -> AnalyticBrdf:
     """Read one material of a table.
 
-    Raises
-    ------
-    FormatError
-        If there is no such material, or it is of no model that we know.
+    Raises FormatError if there is no such material, or it is of no model that we know.
     """
     known = materials(path)
     if material is None and len(known) == 1:

@@ -5,9 +5,8 @@ NBRDF paper, section 3.2 and Figure 3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,15 +14,15 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import LatentBasis, Vector, integer
+from nacre.latent.basis import Vector, integer
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation
 from nacre.latent.neural_basis import check_tensors
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weights import COUNT, Matrix, WeightBasis, named_layers, named_tensors
+from nacre.latent.weights import COUNT, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
-from nacre.runtime.progress import Progress
+from nacre.numerics.pca import Double
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +51,7 @@ class Autoencoder(WeightBasis):
 
     kind: ClassVar[str] = "autoencoder"
     Recipe: ClassVar[type] = AutoencoderRecipe
+    trainer: ClassVar[str] = "nacre.latent.autoencoder_training:train_autoencoder"
     projects: ClassVar[bool] = True
     LAYERS: ClassVar[tuple[str, ...]] = "contract", "code", "expand", "network"
 
@@ -77,20 +77,17 @@ class Autoencoder(WeightBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return len(self.code.biases)
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.common.nbytes + super().nbytes
 
-    def weights(self, codes: npt.ArrayLike) -> Matrix:
-        """See :class:`nacre.latent.weights.WeightBasis`."""
+    def weights(self, codes: npt.ArrayLike) -> Double:
         values = np.asarray(codes, np.float64)
         return np.asarray(forward(values, [self.expand, self.network], SILU_BY_TANH))
 
-    def codes(self, weights: npt.ArrayLike) -> Matrix:
+    def codes(self, weights: npt.ArrayLike) -> Double:
         """Codes of networks fitted from the common one, shape (n, k), for (n, 675)."""
         values = np.asarray(weights, np.float64)
         return np.asarray(forward(values, [self.contract, self.code], SILU_BY_TANH))
@@ -102,36 +99,18 @@ class Autoencoder(WeightBasis):
         """
         distillation = Distillation(self.seed)
         f_r = isotropic_values(brdf, distillation.wi, distillation.wo)
-        code: Vector = self.codes(distillation.weights(self.common, f_r)[None])[0]
-        return code
+        return np.asarray(self.codes(distillation.weights(self.common, f_r)[None])[0])
 
     def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
         return self._projected(brdf)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         tensors: Tensors = {"common": np.ascontiguousarray(self.common)}
         return {"seed": self.seed}, tensors | named_tensors(self.layers)
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Autoencoder:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         check_tensors(tensors)
         layers = named_layers(tensors, cls.LAYERS)
         seed, metadata = integer(header, "seed"), header["metadata"]
         return cls(tensors["common"], **layers, seed=seed, metadata=metadata)
-
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: AutoencoderRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> Autoencoder:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
-        from nacre.latent.autoencoder_training import train_autoencoder
-
-        return train_autoencoder(materials, recipe, checkpoint=checkpoint, progress=progress)

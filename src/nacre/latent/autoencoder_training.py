@@ -13,50 +13,39 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.errors import NacreError, require
+from nacre.errors import NacreError
 from nacre.latent.autoencoder import Autoencoder
-from nacre.latent.descent import descend
-from nacre.latent.directions import isotropic_inputs, sampled
+from nacre.latent.descent import Tensor, descend, free_layer, torch
+from nacre.latent.directions import Floats, isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, SHAPES, tensor_reflectance
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
-from nacre.neural.training import schedule
 from nacre.numerics.mlp import SILU, Layer, forward
-from nacre.runtime.progress import Progress, silent
+from nacre.runtime.progress import Progress
 
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Floats = npt.NDArray[np.float32]
-
-_GAMMA, _DARKEST = 2.2, 1e-12
-"""Of the tone curve, and the value below which it is clamped."""
+_GAMMA, _DARKEST = 2.2, 1e-12  # of the tone curve, and the value below which it is clamped
 _EDGE, _ANGLES = 64, (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)
 """Pixels along an edge of a picture, and degrees off the view of the lights (NBRDF paper, 3.2): one
 light alone would show one angle theta_d only."""
-_MAX_NORM = 0.3
-"""Bound of the norm of a gradient: the curve is all but vertical where it is dark."""
+_MAX_NORM = 0.3  # bound of the norm of a gradient: the curve is all but vertical where it is dark
 
 
 def train_autoencoder(
     materials: Sequence[Callable[[], Brdf]],
-    recipe: AutoencoderRecipe | None = None,
-    *,
-    checkpoint: Path | None = None,
-    progress: Progress | None = None,
+    recipe: AutoencoderRecipe,
+    checkpoint: Path | None,
+    report: Progress,
 ) -> Autoencoder:
     """An autoencoder of materials; see :meth:`nacre.latent.basis.LatentBasis.train`."""
-    recipe = recipe or AutoencoderRecipe()
     if len(materials) < 2:
         raise NacreError("an autoencoder needs two materials or more")
-    report = progress or silent
     distillation = Distillation(recipe.seed)
     values, names = sampled(materials, distillation.wi, distillation.wo, report)
     common = distillation.common(values)
@@ -83,29 +72,22 @@ class _Training:
         self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
         self._cosine = torch.from_numpy(math.pi * wi[:, 2:])
         random = np.random.default_rng((recipe.seed, 2))
-
-        def layer(rows: int, columns: int, scale: float) -> tuple[Tensor, Tensor]:
-            matrix = random.normal(0.0, scale / math.sqrt(rows), (rows, columns))
-            parts = (matrix.astype(np.float32), np.zeros(columns, np.float32))
-            matrix, biases = (torch.from_numpy(p).requires_grad_() for p in parts)
-            return matrix, biases
-
-        self._contract = layer(COUNT, recipe.width, 1.0)
-        self._code = layer(recipe.width, recipe.code_dim, 1.0)
-        self._expand = layer(recipe.code_dim, recipe.width, math.sqrt(2.0))
-        self._network = layer(recipe.width, COUNT, 0.3)
-        self._parameters = [*self._contract, *self._code, *self._expand, *self._network]
-        group = {"params": self._parameters, "factor": 1.0}
-        self._adam = torch.optim.Adam([group], betas=(0.9, 0.99))
+        sizes = itertools.pairwise((COUNT, recipe.width, recipe.code_dim, recipe.width, COUNT))
+        scales = 1.0, 1.0, math.sqrt(2.0), 0.3
+        self._layers = [
+            free_layer(random, rows, columns, scale / math.sqrt(rows))
+            for (rows, columns), scale in zip(sizes, scales, strict=True)
+        ]
+        self._parameters = [parameter for layer in self._layers for parameter in layer]
         for parameter in self._parameters:
             parameter.register_hook(_bounded)
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
         """All steps that are left; gives the last loss."""
-        rates = schedule(self._recipe.steps, self._recipe.learning_rate)
         sums = self._networks.double().sum().item(), self._inputs.double().sum().item()
-        fingerprint = f"{self._recipe} {tuple(self._networks.shape)} {sums}"
-        return descend(self._adam, self._loss, rates, fingerprint, checkpoint, report)
+        same = f"{tuple(self._networks.shape)} {sums}"
+        groups = {1.0: self._parameters}
+        return descend(groups, self._loss, self._recipe, same, checkpoint, report)
 
     def _loss(self, step: int) -> Tensor:
         recipe, random = self._recipe, np.random.default_rng((self._recipe.seed, 4, step))
@@ -123,10 +105,10 @@ class _Training:
         return radiance.clamp(min=_DARKEST).pow(1.0 / _GAMMA)
 
     def _codes(self, networks: Tensor) -> Tensor:
-        return forward(networks, [self._contract, self._code], SILU)
+        return forward(networks, self._layers[:2], SILU)
 
     def _decoded(self, codes: Tensor) -> Tensor:
-        return forward(codes, [self._expand, self._network], SILU)
+        return forward(codes, self._layers[2:], SILU)
 
     def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
@@ -134,8 +116,7 @@ class _Training:
             codes = self._codes(self._networks.reshape(-1, COUNT)).double().numpy()
         mean, deviation = codes.mean(axis=0), np.maximum(codes.std(axis=0), 1e-6)
         contract, code, expand, network = (
-            [p.detach().double().numpy() for p in layer]
-            for layer in (self._contract, self._code, self._expand, self._network)
+            [p.detach().double().numpy() for p in layer] for layer in self._layers
         )
         center, scale = (a.astype(np.float64) for a in (self._center, self._scale))
         first = contract[0] / scale[:, None]

@@ -8,6 +8,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -21,13 +22,12 @@ from nacre.io.tensors import Tensors
 from nacre.latent.directions import check_isotropic
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.described import Described, readable_size
-from nacre.runtime.progress import Progress
+from nacre.runtime.progress import Progress, silent
 
 if TYPE_CHECKING:
     from nacre.latent.lobe_predictor import LobePredictor
 
-LARGEST = 1e6
-"""Bound of the values of a code and of the numbers of a basis: products of them stay finite."""
+LARGEST = 1e6  # bound of values of codes and of numbers of bases: products of them stay finite
 
 Vector = npt.NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class LatentBasis(Described):
     """A space of isotropic reflectances: it finds the code of one, and decodes any code.
 
     A subclass has a :attr:`kind` and a :attr:`Recipe`, gives :meth:`decode`, :meth:`pack`,
-    :meth:`unpack` and :meth:`train`, and either :meth:`encode` or the steps that it takes. Its
+    :meth:`unpack`, :meth:`train` or a :attr:`trainer`, and :meth:`encode` or its steps. Its
     entry in :data:`nacre.latent.BASES`, or an entry point `nacre.bases`, makes it known to the
     commands and to :func:`nacre.latent.load_basis`.
     """
@@ -45,6 +45,9 @@ class LatentBasis(Described):
     """Its name in the registry, which files have too."""
     Recipe: ClassVar[type]
     """Settings of the training: a dataclass, one of whose fields is `code_dim`."""
+    trainer: ClassVar[str]
+    """What :meth:`train` runs, as "module:function" since most of it takes PyTorch: a function of
+    materials, recipe, checkpoint and progress, and of the base by name where the basis has one."""
     builds_on: ClassVar[str | None] = None
     """Kind of the basis that :meth:`train` takes as its `base`; None where it needs none."""
 
@@ -105,7 +108,6 @@ class LatentBasis(Described):
         """
 
     @classmethod
-    @abc.abstractmethod
     def train(
         cls,
         materials: Sequence[Callable[[], Brdf]],
@@ -141,6 +143,9 @@ class LatentBasis(Described):
             If there are fewer than two materials, one is known at none of the directions, training
             diverges, or the checkpoint is of another training or damaged.
         """
+        given = {} if cls.builds_on is None else {"base": base}
+        run: Callable[..., Self] = resolve_name(cls.trainer)
+        return run(materials, recipe or cls.Recipe(), checkpoint, progress or silent, **given)
 
     @classmethod
     def recipe(cls, options: Mapping[str, Any]) -> Any:
@@ -268,13 +273,7 @@ class LatentBasis(Described):
 
 
 def integer(header: Mapping[str, Any], name: str) -> int:
-    """A whole number of a file's header.
-
-    Raises
-    ------
-    KeyError, ValueError
-        If it is missing or something else.
-    """
+    """A whole number of a header; KeyError or ValueError if it is missing or something else."""
     value = header[name]
     if type(value) is not int:
         raise ValueError(f"{name} is not a whole number")
@@ -290,7 +289,11 @@ def integers(header: Mapping[str, Any], name: str) -> list[int]:
 
 
 class CodedBrdf(Brdf):
-    """A reflectance that a code stands for."""
+    """A reflectance that a code stands for.
+
+    Subclasses take the basis, a code of shape (k,), kept as float32, and the name of the material;
+    they raise ValueError if the code has another length, or a value is a million or more.
+    """
 
     basis: LatentBasis
     """What the code belongs to."""
@@ -298,7 +301,6 @@ class CodedBrdf(Brdf):
     """Shape (code_dim,), float32."""
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         return super().describe() | {
             "code dim": len(self.code),
             "code bytes": self.code.nbytes,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -11,6 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import NacreError, require
+from nacre.latent.recipes import AutoencoderRecipe, BasisRecipe, HypernetworkRecipe
+from nacre.neural.training import schedule
+from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
@@ -18,58 +21,45 @@ from nacre.runtime.store import Store
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
 
-_SAVE_SECONDS = 45.0
-"""Between states that are kept."""
+_SAVE_SECONDS = 45.0  # between states that are kept
 
 
 def descend(
-    adam: Any,
+    groups: Mapping[float, Sequence[Tensor]],
     loss: Callable[[int], Tensor],
-    rates: npt.NDArray[np.float32],
-    fingerprint: str,
+    recipe: BasisRecipe | HypernetworkRecipe | AutoencoderRecipe,
+    same: str,
     checkpoint: Path | None,
     report: Progress,
     stage: str = "training",
 ) -> float:
     """Take all steps that are left; gives the last loss.
 
-    Parameters
-    ----------
-    adam
-        The optimizer. The learning rate of a group of parameters is its "factor" times the rate.
-    loss
-        Gives the loss of a step. It must depend on the parameters and the number of the step only,
-        so that training goes on as if it never stopped.
-    rates
-        Learning rate of every step.
-    fingerprint
-        What must be the same for a training to go on.
-    checkpoint
-        File for the state; begins there if it exists.
-    report
-        Called as it goes on.
-    stage
-        What that says.
-
-    Raises
-    ------
-    NacreError
-        If training diverges, or the checkpoint is of another training or damaged.
+    The learning rate of a group of parameters is its key times that of the schedule. `loss` gives
+    the loss of a step and must depend on the parameters and the number of the step only, so that
+    training goes on as if it never stopped. The state is kept in the file `checkpoint`, for
+    trainings of the same recipe and of what else must be the `same`; `stage` is what progress says.
+    Raises NacreError if training diverges, or the checkpoint is of another training or damaged.
     """
     last = math.inf
+    options = [{"params": group, "factor": factor} for factor, group in groups.items()]
+    adam = torch.optim.Adam(options, betas=(0.9, 0.99))
+    parameters = [p for group in groups.values() for p in group]
+    rates = schedule(recipe.steps, recipe.learning_rate)
 
     def state() -> dict[str, Any]:
-        parameters = [p.data for p in _parameters(adam)]
-        return {"loss": last, "adam": adam.state_dict(), "parameters": parameters}
+        values = [p.data for p in parameters]
+        return {"loss": last, "adam": adam.state_dict(), "parameters": values}
 
     def restore(state: dict[str, Any]) -> None:
         nonlocal last
         adam.load_state_dict(state["adam"])
-        for mine, saved in zip(_parameters(adam), state["parameters"], strict=True):
+        for mine, saved in zip(parameters, state["parameters"], strict=True):
             mine.data.copy_(saved)
         last = float(state["loss"])
 
-    steps = Store(checkpoint, fingerprint).steps(len(rates), state, restore, seconds=_SAVE_SECONDS)
+    store = Store(checkpoint, f"{recipe} {same}")
+    steps = store.steps(len(rates), state, restore, seconds=_SAVE_SECONDS)
     with one_thread():
         for index in steps:
             for group in adam.param_groups:
@@ -86,5 +76,18 @@ def descend(
     return last
 
 
-def _parameters(adam: Any) -> list[Tensor]:
-    return [p for group in adam.param_groups for p in group["params"]]
+def free(values: npt.ArrayLike) -> Tensor:
+    """Parameters of float32 that begin at some values."""
+    return torch.from_numpy(np.array(values, np.float32)).requires_grad_()
+
+
+def free_layer(
+    random: np.random.Generator, rows: int, columns: int, deviation: float
+) -> tuple[Tensor, Tensor]:
+    """A layer that begins with normal weights and zero biases."""
+    return free(random.normal(0.0, deviation, (rows, columns))), free(np.zeros(columns))
+
+
+def finished(layer: Sequence[Tensor]) -> Layer:
+    """A layer as it is now."""
+    return Layer(*(part.detach().numpy() for part in layer))

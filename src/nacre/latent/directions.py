@@ -9,13 +9,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
-from nacre.geometry import (
-    cosine_hemisphere,
-    join,
-    split,
-    uniform_hemisphere,
-    uniform_rusinkiewicz,
-)
+from nacre.geometry import cosine_hemisphere, join, split, uniform_hemisphere, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.runtime.progress import Progress
 from nacre.sampling import BlinnPhongMixture
@@ -23,8 +17,7 @@ from nacre.sampling import BlinnPhongMixture
 Floats = npt.NDArray[np.float32]
 
 _EXPONENTS = np.geomspace(1.0, 1e5, 12)
-_HORIZON = 1e-3
-"""Least cosine: closer to the horizon, tables and networks hold anything."""
+_HORIZON = 1e-3  # least cosine: closer to the horizon, tables and networks hold anything
 
 
 def shared_directions(count: int, seed: int) -> tuple[Floats, Floats]:
@@ -101,13 +94,7 @@ def sampled(
 
 
 def check_isotropic(brdf: Brdf) -> None:
-    """Refuse a material that has no code.
-
-    Raises
-    ------
-    FormatError
-        If it is anisotropic.
-    """
+    """Raise FormatError for an anisotropic material, which has no code."""
     if not brdf.isotropic:
         name = brdf.name or "reflectance"
         raise FormatError(f"{name}: is anisotropic; codes are for isotropic materials")

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.latent.directions import isotropic_inputs, shared_directions
+from nacre.latent.directions import Floats, isotropic_inputs, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.latent.weights import flat_weights, network_layers
 from nacre.neural.inputs import PAPER
@@ -23,24 +22,17 @@ from nacre.numerics.mlp import Layer
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
-DIRECTIONS = 1 << 15
-"""Pairs of directions at which materials are seen."""
+DIRECTIONS = 1 << 15  # pairs of directions at which materials are seen
 _BEGINNING = Recipe(epochs=100)
 _SHORT = Recipe(epochs=40, learning_rate=1e-3)
 _HELD_OUT = 0.05
-_MIN = 1e-4
-"""Of f_r, where geometric means are taken."""
-
-Floats = npt.NDArray[np.float32]
+_MIN = 1e-4  # of f_r, where geometric means are taken
 
 
 class Distillation:
     """Fits of networks to materials that are known at the same directions.
 
-    Parameters
-    ----------
-    seed
-        Of the directions and of the network that the first fit begins at.
+    The seed is that of the directions and of the network that the first fit begins at.
     """
 
     def __init__(self, seed: int) -> None:
@@ -51,12 +43,8 @@ class Distillation:
     def common(self, f_r: Sequence[Floats]) -> Floats:
         """Weights of a network of what is common to materials, shape (675,), the same by channel.
 
-        That is the mean of ln(f_r + 1) over materials and channels.
-
-        Parameters
-        ----------
-        f_r
-            Of each material in 1/sr, shape (directions, 3); negative where not known.
+        That is the mean of ln(f_r + 1) over materials and channels, of which `f_r` is in 1/sr,
+        shape (directions, 3) each, and negative where not known.
         """
         logs = np.mean([np.log1p(np.maximum(f, 0.0)).mean(axis=1) for f in f_r], axis=0)
         luma = np.repeat(np.expm1(logs)[:, None], 3, axis=1).astype(np.float32)
@@ -73,19 +61,7 @@ class Distillation:
     def networks(
         self, common: Floats, f_r: Sequence[Floats], mixtures: int, report: Progress
     ) -> Floats:
-        """Weights of networks of materials, then of geometric means of two, shape (n, 675).
-
-        Parameters
-        ----------
-        common
-            Weights that all begin at.
-        f_r
-            Of each material, as in :meth:`common`; two or more.
-        mixtures
-            Number of geometric means.
-        report
-            Called as it goes on.
-        """
+        """Weights (n, 675) of networks of two or more materials, then of geometric means of two."""
         total, found = len(f_r) + mixtures, []
 
         def fitted(index: int) -> Floats:

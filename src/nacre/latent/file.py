@@ -35,10 +35,8 @@ PRETRAINED = "neural", "hypernetwork"
 """Names of the bases that are included."""
 
 KEY = "nacre basis"
-_IN_FILES = {"pca": "log-relative PCA"}
-"""Kinds whose files have another name for them."""
-_FIELDS = "code of", "version", "name", "basis", "values"
-"""Of a code."""
+_IN_FILES = {"pca": "log-relative PCA"}  # kinds whose files have another name for them
+_FIELDS = "code of", "version", "name", "basis", "values"  # of a code
 _BASIS_LIMIT, _CODE_LIMIT = 1 << 30, 1 << 20
 
 

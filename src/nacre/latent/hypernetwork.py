@@ -12,9 +12,8 @@ three. So a permutation of the channels of a material is one of its code here to
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,29 +21,19 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
-from nacre.latent.basis import LatentBasis, Vector
+from nacre.latent.basis import Vector
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
-from nacre.latent.recipes import BasisRecipe, HypernetworkRecipe
-from nacre.latent.weights import (
-    COUNT,
-    SIZES,
-    Matrix,
-    WeightBasis,
-    named_layers,
-    named_tensors,
-)
+from nacre.latent.recipes import HypernetworkRecipe
+from nacre.latent.weights import COUNT, SIZES, WeightBasis, named_layers, named_tensors
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
+from nacre.numerics.pca import Double
 
-COLUMN = SIZES[-2] + 1
-"""Weights and bias of one output."""
-HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN
-"""Weights and biases of the hidden layers."""
+COLUMN = SIZES[-2] + 1  # weights and bias of one output
+HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,6 +63,7 @@ class Hypernetwork(WeightBasis):
 
     kind: ClassVar[str] = "hypernetwork"
     Recipe: ClassVar[type] = HypernetworkRecipe
+    trainer: ClassVar[str] = "nacre.latent.hypernetwork_training:train_hypernetwork"
     builds_on: ClassVar[str | None] = "neural"
     takes_samples: ClassVar[bool] = True
     LAYERS: ClassVar[tuple[str, ...]] = "trunk", "shared", "channel", "output"
@@ -97,16 +87,13 @@ class Hypernetwork(WeightBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.basis.code_dim
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return self.basis.nbytes + super().nbytes
 
-    def weights(self, codes: npt.ArrayLike) -> Matrix:
-        """See :class:`nacre.latent.weights.WeightBasis`."""
+    def weights(self, codes: npt.ArrayLike) -> Double:
         values = np.asarray(codes, np.float64)
         luma, pairs = np.split(values, [self.basis.luma], axis=1)
         pairs = pairs.reshape(len(values), self.basis.chroma, 2)
@@ -127,34 +114,10 @@ class Hypernetwork(WeightBasis):
         return self.basis.encode(samples)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         header, tensors = self.basis.pack()
         return header, tensors | named_tensors(self.layers)
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Hypernetwork:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         basis = NeuralBasis.unpack(header, tensors)
         return cls(basis, **named_layers(tensors, cls.LAYERS), metadata=header["metadata"])
-
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: HypernetworkRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> Hypernetwork:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
-        from nacre.latent.hypernetwork_training import train_hypernetwork
-
-        recipe = recipe or HypernetworkRecipe()
-        if base is None:
-            steps = min(recipe.steps, BasisRecipe.steps)
-            settings = BasisRecipe(code_dim=recipe.code_dim, steps=steps, seed=recipe.seed)
-            state = Store(checkpoint).file("neural") if checkpoint else None
-            base = NeuralBasis.train(materials, settings, checkpoint=state, progress=progress)
-        assert isinstance(base, NeuralBasis)
-        return train_hypernetwork(base, recipe, checkpoint=checkpoint, progress=progress)

@@ -7,61 +7,59 @@ draws codes of its own, most of them about those of known materials.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from nacre.errors import NacreError, require
-from nacre.latent.descent import descend
+from nacre.brdf import Brdf
+from nacre.errors import NacreError
+from nacre.latent.descent import Tensor, descend, finished, free_layer, torch
 from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.hypernetwork import COLUMN, HIDDEN_COUNT, Hypernetwork
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
-from nacre.latent.recipes import GAIN, HypernetworkRecipe
+from nacre.latent.neural_training import train_neural
+from nacre.latent.recipes import GAIN, BasisRecipe, HypernetworkRecipe
 from nacre.latent.weights import flat_weights, tensor_reflectance
 from nacre.neural.inputs import ENHANCED, PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS
-from nacre.neural.training import initial_layers, schedule
+from nacre.neural.training import initial_layers
 from nacre.numerics.channels import CHROMA
 from nacre.numerics.mlp import SILU, Layer, dense
-from nacre.runtime.progress import Progress, silent
+from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
 
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Floats = npt.NDArray[np.float32]
-
-_REACH = 0.4
-"""How much of the weights' own scale, about, an output of the hypernetwork is."""
-_DIRECTIONS = 1 << 16
-"""Pairs of directions that the basis is evaluated at, once."""
-_KNOWN = 0.7
-"""Fraction of the codes that are drawn about those of known materials; others are about 0."""
-_SPREAD = 1.5
-"""Largest standard deviation of codes about these: new materials are not just as those known."""
+_REACH = 0.4  # how much of the weights' own scale, about, an output of the hypernetwork is
+_DIRECTIONS = 1 << 16  # pairs of directions that the basis is evaluated at, once
+_KNOWN = 0.7  # fraction of codes drawn about those of known materials; others are about 0
+_SPREAD = 1.5  # largest standard deviation about these: new materials are not just as those known
 
 
 def train_hypernetwork(
-    basis: NeuralBasis,
+    materials: Sequence[Callable[[], Brdf]],
     recipe: HypernetworkRecipe,
-    *,
-    checkpoint: Path | None = None,
-    progress: Progress | None = None,
+    checkpoint: Path | None,
+    report: Progress,
+    base: NeuralBasis | None,
 ) -> Hypernetwork:
-    """The hypernetwork of a neural basis, which has examples.
+    """The hypernetwork of a neural basis that has examples; of materials, where there is none.
 
     The mean absolute difference of log(1 + 30 f cos theta_i) between the networks that it gives and
     what the basis has for the same codes is brought to a minimum. For the parameters and errors see
     :meth:`nacre.latent.basis.LatentBasis.train`.
     """
-    if not len(basis.examples):
+    if base is None:
+        steps = min(recipe.steps, BasisRecipe.steps)
+        settings = BasisRecipe(code_dim=recipe.code_dim, steps=steps, seed=recipe.seed)
+        state = Store(checkpoint).file("neural") if checkpoint else None
+        base = train_neural(materials, settings, state, report)
+    if not len(base.examples):
         raise NacreError("a hypernetwork needs a basis with examples")
-    report = progress or silent
-    training = _Training(basis, recipe)
+    training = _Training(base, recipe)
     loss = training.run(checkpoint, report)
-    metadata = {**basis.metadata, "hypernetwork": asdict(recipe) | {"loss": loss}}
-    return Hypernetwork(basis, **training.layers(), metadata=metadata)
+    metadata = {**base.metadata, "hypernetwork": asdict(recipe) | {"loss": loss}}
+    return Hypernetwork(base, **training.layers(), metadata=metadata)
 
 
 class _Training:
@@ -79,15 +77,16 @@ class _Training:
         self._chroma = torch.from_numpy(CHROMA)
         random = np.random.default_rng((recipe.seed, 2))
 
-        def layer(rows: int, columns: int) -> tuple[Tensor, Tensor]:
-            matrix = random.normal(0.0, 1.0 / math.sqrt(rows), (rows, columns))
-            return _free(matrix), _free(np.zeros(columns))
-
         seen_of_code, width = self._luma + self._pairs, recipe.width
-        self._trunk = layer(seen_of_code, width)
-        self._channel = layer(width + self._pairs, width)
-        self._shared = layer(self._luma + width, HIDDEN_COUNT)
-        self._output = layer(seen_of_code + width, COLUMN)
+        self._trunk, self._channel, self._shared, self._output = (
+            free_layer(random, rows, columns, 1.0 / math.sqrt(rows))
+            for rows, columns in (
+                (seen_of_code, width),
+                (width + self._pairs, width),
+                (self._luma + width, HIDDEN_COUNT),
+                (seen_of_code + width, COLUMN),
+            )
+        )
         # Training begins at one network for all codes, the same in all channels, or nearly.
         start = flat_weights(initial_layers(HIDDEN, recipe.seed))
         self._shared[1].data.copy_(torch.from_numpy(start[:HIDDEN_COUNT]))
@@ -95,15 +94,14 @@ class _Training:
         self._output[1].data.copy_(torch.from_numpy(column))
         for matrix in (self._shared[0], self._output[0]):
             matrix.data.mul_(0.1)
-        parameters = [*self._trunk, *self._shared, *self._channel, *self._output]
-        self._adam = torch.optim.Adam([{"params": parameters, "factor": 1.0}], betas=(0.9, 0.99))
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
         """All steps that are left; gives the last loss."""
-        rates = schedule(self._recipe.steps, self._recipe.learning_rate)
         sums = self._functions.double().sum().item(), self._known.sum()
-        same = f"{self._recipe} {tuple(self._functions.shape)} {len(self._known)} {sums}"
-        return descend(self._adam, self._loss, rates, same, checkpoint, report, "hypernetwork")
+        same = f"{tuple(self._functions.shape)} {len(self._known)} {sums}"
+        groups = {1.0: [*self._trunk, *self._shared, *self._channel, *self._output]}
+        stage = "hypernetwork"
+        return descend(groups, self._loss, self._recipe, same, checkpoint, report, stage)
 
     def _loss(self, step: int) -> Tensor:
         random = np.random.default_rng((self._recipe.seed, 4, step))
@@ -142,21 +140,12 @@ class _Training:
 
     def layers(self) -> dict[str, Layer]:
         """The layers as they are now, by name."""
-
-        def layer(parts: tuple[Tensor, Tensor], scale: float = 1.0) -> Layer:
-            matrix, biases = (p.detach().numpy() for p in parts)
-            return Layer(scale * matrix, biases.copy())
-
         return {
-            "trunk": layer(self._trunk),
-            "shared": layer(self._shared, _REACH),
-            "channel": layer(self._channel),
-            "output": layer(self._output, _REACH),
+            "trunk": finished(self._trunk),
+            "shared": finished((_REACH * self._shared[0], self._shared[1])),
+            "channel": finished(self._channel),
+            "output": finished((_REACH * self._output[0], self._output[1])),
         }
-
-
-def _free(values: npt.ArrayLike) -> Tensor:
-    return torch.from_numpy(np.asarray(values, np.float32)).requires_grad_()
 
 
 def _scaled(values: Tensor, layer: tuple[Tensor, Tensor]) -> Tensor:

@@ -47,5 +47,4 @@ class LobePredictor:
 
     def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
         """Its free parameters, of the family's size."""
-        free: npt.NDArray[np.floating] = forward(np.asarray(code, np.float32), self.layers, TANH)
-        return free
+        return np.asarray(forward(np.asarray(code, np.float32), self.layers, TANH))

@@ -7,34 +7,16 @@ import numpy.typing as npt
 
 from nacre.errors import NacreError, require
 
-MIN_CODES = 5
-"""Minimum number of materials, or texels, on a map."""
+MIN_CODES = 5  # minimum number of materials, or texels, on a map
 
 _PERPLEXITY = 30.0
 
 
 def embed(codes: npt.ArrayLike, seed: int = 0, what: str = "materials") -> npt.NDArray[np.float64]:
-    """Places of codes in the plane by t-SNE (van der Maaten and Hinton 2008).
+    """Places of codes (n, k) in the plane by t-SNE (van der Maaten and Hinton 2008), shape (n, 2).
 
-    Parameters
-    ----------
-    codes
-        Shape (n, k), n at least :data:`MIN_CODES`.
-    seed
-        The same seed gives the same map.
-    what
-        Codes are of, for the message of an error.
-
-    Returns
-    -------
-    array of shape (n, 2)
-
-    Raises
-    ------
-    NacreError
-        If there are fewer codes.
-    MissingExtraError
-        If openTSNE is not installed.
+    The same seed gives the same map. Raises NacreError, which says `what` the codes are of, if
+    there are fewer than :data:`MIN_CODES`, and MissingExtraError if openTSNE is not installed.
     """
     values = np.asarray(codes, np.float64)
     if len(values) < MIN_CODES:
@@ -54,23 +36,8 @@ def embed_into(
 ) -> npt.NDArray[np.float64]:
     """Places of new codes on a map of others, which stay where they are (Poličar et al. 2024).
 
-    Parameters
-    ----------
-    codes, places
-        Of the map: what :func:`embed` was given, shape (n, k), and what it gave.
-    new
-        Shape (m, k).
-    seed
-        The same seed gives the same places.
-
-    Returns
-    -------
-    array of shape (m, 2)
-
-    Raises
-    ------
-    MissingExtraError
-        If openTSNE is not installed.
+    `codes` (n, k) are what :func:`embed` was given and `places` what it gave; `new` codes (m, k)
+    get places (m, 2), the same for the same seed.
     """
     library = require("openTSNE", "latent")
     values = np.asarray(codes, np.float64)

@@ -14,10 +14,9 @@ material is one of its code, and no permuted material has to be trained on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -31,6 +30,7 @@ from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import BasisRecipe
+from nacre.neural.file import numbered_tensors
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.neural.network import NetworkBrdf
@@ -38,20 +38,15 @@ from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.least_absolute import minimize
 from nacre.numerics.mlp import Layer, forward, widths
+from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
-from nacre.runtime.progress import Progress
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
 
-Double = npt.NDArray[np.float64]
-
-BRIGHTEST = math.log(1e6)
-"""Bound of ln f_r: whatever a code holds, what it stands for is finite."""
-PRIOR = 0.05
-"""What a standard deviation of a value costs, beside the sum of errors of single directions."""
+BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
+PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors
 _STEPS = 15
-_FARTHEST = 100.0
-"""Bound of the values that are found."""
+_FARTHEST = 100.0  # bound of the values that are found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,6 +81,7 @@ class NeuralBasis(LatentBasis):
 
     kind: ClassVar[str] = "neural"
     Recipe: ClassVar[type] = BasisRecipe
+    trainer: ClassVar[str] = "nacre.latent.neural_training:train_neural"
     takes_samples: ClassVar[bool] = True
     linear_in_log: ClassVar[bool] = True
 
@@ -112,7 +108,6 @@ class NeuralBasis(LatentBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`LatentBasis`."""
         return self.luma + 2 * self.chroma
 
     @property
@@ -133,14 +128,8 @@ class NeuralBasis(LatentBasis):
         return np.asarray(forward(inputs, [*self.hidden, last]))
 
     def logarithms(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> tuple[Weights, Weights]:
-        """Of ln f_r at directions of shape (n, 3), what is linear in a code.
-
-        Returns
-        -------
-        common
-            ln f_r of the code 0, shape (n, 1).
-        rows
-            Derivatives by the values of a code, shape (k, n, 3).
+        """Of ln f_r at directions (n, 3), what is linear in a code: ln f_r of the code 0, shape (n,
+        1), and derivatives by the values of a code, shape (k, n, 3).
         """
         values = self.values(isotropic_inputs(wi, wo, ENHANCED))
         common, luma, pairs = np.split(values, [1, 1 + self.luma], axis=1)
@@ -155,15 +144,8 @@ class NeuralBasis(LatentBasis):
         return np.concatenate([np.ones((1, OUTPUTS)), luma, chroma])
 
     def permuted(self, codes: Floats, permutation: int | npt.NDArray[np.int64]) -> Floats:
-        """Codes (n, k) of the materials whose channels are those of `codes` in another order.
-
-        Parameters
-        ----------
-        codes
-            Shape (n, k).
-        permutation
-            Which of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or for all codes
-            alike.
+        """Codes (n, k) of the materials whose channels are those of `codes` in another order: which
+        of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
         """
         pairs = codes[:, self.luma :].reshape(len(codes), -1, 2) @ CHROMA_PERMUTATIONS[permutation]
         return np.concatenate([codes[:, : self.luma], pairs.reshape(len(codes), -1)], axis=1)
@@ -193,14 +175,12 @@ class NeuralBasis(LatentBasis):
         return expected_code(self, samples)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
-        """See :class:`LatentBasis`."""
         return NeuralBasisBrdf(self, code, name)
 
     def _without_predictors(self) -> NeuralBasis:
         return self.replaced(predictors={})
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`LatentBasis`."""
         tensors: Tensors = {
             name: np.ascontiguousarray(getattr(self, name)) for name in ("functions", "examples")
         }
@@ -214,56 +194,25 @@ class NeuralBasis(LatentBasis):
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> NeuralBasis:
-        """See :class:`LatentBasis`."""
         sizes = integers(header, "hidden")
         check_tensors(tensors)
-        hidden = numbered_layers(tensors, len(sizes))
+        hidden = _numbered_layers(tensors, len(sizes))
         if [len(layer.biases) for layer in hidden] != sizes:
             raise ValueError(f"layers are not as wide as {sizes}")
         counts = header.get("predictors", {})
         if not isinstance(counts, dict):
             raise ValueError("predictors is not an object")
         predictors = {
-            n: LobePredictor(n, numbered_layers(tensors, integer(counts, n), _prefix(n)))
+            n: LobePredictor(n, _numbered_layers(tensors, integer(counts, n), _prefix(n)))
             for n in counts
         }
         functions, examples = tensors["functions"], tensors["examples"]
         luma, metadata = integer(header, "greys"), header["metadata"]
         return cls(hidden, functions, luma, examples, metadata, predictors)
 
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: BasisRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> NeuralBasis:
-        """See :class:`LatentBasis`."""
-        from nacre.latent.neural_training import train_neural
-
-        return train_neural(materials, recipe, checkpoint=checkpoint, progress=progress)
-
 
 class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
-    """A code and the network that it stands for.
-
-    Parameters
-    ----------
-    basis
-        What the code belongs to.
-    code
-        Shape (k,); kept as float32.
-    name
-        Of the material.
-
-    Raises
-    ------
-    ValueError
-        If the code has another length, or a value is a million or more.
-    """
+    """A code and the network that it stands for; see :class:`CodedBrdf`."""
 
     isotropy_known = True
 
@@ -287,13 +236,11 @@ class NeuralBasisBrdf(CodedBrdf, NetworkBrdf):
         return predict(self.code) if predict else fit_lobes(self)
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
-        """See :class:`nacre.neural.network.NetworkBrdf`."""
         xp = namespace(*values)
         red, green, blue = (xp.exp(xp.minimum(v, BRIGHTEST)) for v in values)
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         facts = super().describe()
         if BEST in self.basis.predictors:
             facts["sampler"] = f"predicted: {self.sampler}"
@@ -307,31 +254,11 @@ def decoded(common: Floats, rows: Floats, code: Floats) -> Floats:
 
 
 def check_tensors(tensors: Tensors) -> None:
-    """Refuse tensors that are not float32, or whose products could overflow.
-
-    Raises
-    ------
-    ValueError
-        With the name of the tensor.
-    """
+    """Refuse, by name, tensors that are not float32 or whose products could overflow."""
     for name, array in tensors.items():
         if array.dtype != np.float32:
             raise ValueError(f"{name} is {array.dtype}, expected float32")
     check_numbers(tensors, LARGEST)
-
-
-def named_tensors(layers: Mapping[str, Layer]) -> Tensors:
-    """Weights and biases of layers by the layers' names."""
-    return {
-        f"{name}_{kind}": array
-        for name, layer in layers.items()
-        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
-    }
-
-
-def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
-    """The inverse of :func:`named_tensors`."""
-    return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
 def _prefix(name: str) -> str:
@@ -339,17 +266,8 @@ def _prefix(name: str) -> str:
     return f"predictor {name} "
 
 
-def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
-    """Weights and biases of layers, numbered from 1."""
-    return {
-        f"{prefix}{kind}_{index}": np.ascontiguousarray(array)
-        for index, layer in enumerate(layers, 1)
-        for kind, array in (("weights", layer.weights), ("biases", layer.biases))
-    }
-
-
-def numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
-    """The inverse of :func:`numbered_tensors`."""
+def _numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
+    """The inverse of :func:`nacre.neural.file.numbered_tensors`."""
     return [
         Layer(tensors[f"{prefix}weights_{index}"], tensors[f"{prefix}biases_{index}"])
         for index in range(1, count + 1)

@@ -7,42 +7,33 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.errors import NacreError, require
-from nacre.latent.descent import descend
+from nacre.errors import NacreError
+from nacre.latent.descent import Tensor, descend, finished, free, torch
 from nacre.latent.directions import isotropic_inputs, sampled, shared_directions
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
 from nacre.latent.recipes import GAIN, BasisRecipe, PredictorRecipe
 from nacre.neural.inputs import ENHANCED
-from nacre.neural.training import schedule
 from nacre.numerics.channels import CHROMA
-from nacre.numerics.mlp import RELU, Layer, dense
-from nacre.numerics.pca import largest_first
-from nacre.runtime.progress import Progress, silent
+from nacre.numerics.mlp import RELU, dense
+from nacre.numerics.pca import Double, largest_first
+from nacre.runtime.progress import Progress
 
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Matrix = npt.NDArray[np.float64]
-
-_CODE_RATE = 4.0
-"""Learning rate of the codes, as a multiple of that of the network."""
-_PRIOR = 1e-4
-"""Weight of the mean squared length of a code in the loss."""
-_MEAN_LOGARITHM = -2.0
-"""ln f_r where training begins."""
+_CODE_RATE = 4.0  # learning rate of the codes, as a multiple of that of the network
+_PRIOR = 1e-4  # weight of the mean squared length of a code in the loss
+_MEAN_LOGARITHM = -2.0  # ln f_r where training begins
 
 
 def train_neural(
     materials: Sequence[Callable[[], Brdf]],
-    recipe: BasisRecipe | None = None,
-    *,
-    checkpoint: Path | None = None,
-    progress: Progress | None = None,
+    recipe: BasisRecipe,
+    checkpoint: Path | None,
+    report: Progress,
 ) -> NeuralBasis:
     """A neural basis of materials.
 
@@ -52,10 +43,8 @@ def train_neural(
     For the parameters and errors see :meth:`nacre.latent.basis.LatentBasis.train`. Memory is 12
     bytes a direction and material.
     """
-    recipe = recipe or BasisRecipe()
     if len(materials) < 2:
         raise NacreError("a neural basis needs two materials or more")
-    report = progress or silent
     wi, wo = shared_directions(recipe.directions, recipe.seed)
     values, names = sampled(materials, wi, wo, report)
     training = _Training(isotropic_inputs(wi, wo, ENHANCED), wi[:, 2], np.stack(values), recipe)
@@ -67,7 +56,7 @@ def train_neural(
     from nacre.latent.predictor_training import with_predictors
 
     steps = min(recipe.steps, PredictorRecipe.steps)
-    return with_predictors(basis, PredictorRecipe(steps=steps, seed=recipe.seed), progress)
+    return with_predictors(basis, PredictorRecipe(steps=steps, seed=recipe.seed), report)
 
 
 class _Training:
@@ -87,8 +76,7 @@ class _Training:
         luma, materials = recipe.code_dim - 2 * recipe.pairs, len(f_r)
 
         def normal(deviation: float, *shape: int) -> Tensor:
-            values = random.normal(0.0, deviation, shape).astype(np.float32)
-            return torch.from_numpy(values).requires_grad_()
+            return free(random.normal(0.0, deviation, shape))
 
         widths = list(itertools.pairwise((inputs.shape[1], *recipe.hidden)))
         self._weights = [normal(math.sqrt(2.0 / n), n, width) for n, width in widths]
@@ -99,24 +87,18 @@ class _Training:
         self._functions.data[-1, 0] = _MEAN_LOGARITHM
         self._luma = normal(0.5, materials, luma)
         self._pairs = normal(0.5, materials, recipe.pairs, 2)
-        network = [*self._weights, *self._biases, self._functions]
-        codes = [self._luma, self._pairs]
-        groups = [{"params": network, "factor": 1.0}, {"params": codes, "factor": _CODE_RATE}]
-        self._adam = torch.optim.Adam(groups, betas=(0.9, 0.99))
 
     def run(self, checkpoint: Path | None, report: Progress) -> float:
         """All steps that are left; gives the last loss."""
-        recipe = self._recipe
-        rates = schedule(recipe.steps, recipe.learning_rate)
-        fingerprint = f"{recipe} {tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
-        return descend(self._adam, self._step, rates, fingerprint, checkpoint, report)
+        network = [*self._weights, *self._biases, self._functions]
+        groups = {1.0: network, _CODE_RATE: [self._luma, self._pairs]}
+        same = f"{tuple(self._f_r.shape)} {self._f_r.double().sum().item()!r}"
+        return descend(groups, self._loss, self._recipe, same, checkpoint, report)
 
-    def _step(self, step: int) -> Tensor:
+    def _loss(self, step: int) -> Tensor:
         random = np.random.default_rng((self._recipe.seed, 4, step))
-        chosen = random.integers(len(self._inputs), size=self._recipe.batch)
-        return self._loss(torch.from_numpy(chosen))
-
-    def _loss(self, chosen: Tensor) -> Tensor:
+        batch = random.integers(len(self._inputs), size=self._recipe.batch)
+        chosen = torch.from_numpy(batch)
         values = self._inputs[chosen]
         for layer in zip(self._weights, self._biases, strict=True):
             values = dense(values, layer, RELU)
@@ -149,16 +131,12 @@ class _Training:
             np.linalg.solve(luma_deviations.T, (luma - mean).T).T,
             np.linalg.solve(pair_deviations.T, pairs).reshape(len(pairs), -1),
         ]
-        hidden = [
-            Layer(weights.detach().numpy(), biases.detach().numpy())
-            for weights, biases in zip(self._weights, self._biases, strict=True)
-        ]
+        hidden = [finished(layer) for layer in zip(self._weights, self._biases, strict=True)]
         output, codes = (np.hstack(parts).astype(np.float32) for parts in (whitened, examples))
         return NeuralBasis(hidden, output, count, codes, metadata)
 
 
-def _deviations(values: Matrix) -> Matrix:
+def _deviations(values: Double) -> Double:
     """A square matrix by which rows of covariance 1 become rows of that of `values`, (n, k)."""
     squares, vectors = largest_first(values.T @ values / len(values))
-    rows: Matrix = np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T
-    return rows
+    return np.sqrt(np.maximum(squares, 1e-12))[:, None] * vectors.T

@@ -13,39 +13,30 @@ a basis keeps is its logarithm and the mean in one, which is the mean of ln(f w 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field, fields
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.io.tensors import Tensors
+from nacre.io.tensors import Tensors, check_numbers
 from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integers
 from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
 from nacre.numerics.least_absolute import minimize
-from nacre.runtime.progress import Progress
 
-Floats = npt.NDArray[np.floating]
-Mask = npt.NDArray[np.bool_]
+EPSILON = 1e-3  # added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)
 
-EPSILON = 1e-3
-"""Added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)."""
-
-_BRIGHTEST = math.log(1e6)
-"""Bound of ln(f w + e): whatever a code holds, what it stands for is finite."""
-_RIDGE = 1e-9
-"""Pull of the code to zero, relative to the weight of all nodes: settles what no node tells."""
-_NODES = 10_000
-"""Nodes that a code is refined at: it has a few dozen values."""
+_BRIGHTEST = math.log(1e6)  # bound of ln(f w + e): whatever a code holds, the result is finite
+_RIDGE = 1e-9  # pull of the code to zero, relative to the weight of all nodes
+_NODES = 10_000  # nodes that a code is refined at: it has a few dozen values
 _STEPS = 50
-_TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")
-"""Of a file."""
+_TENSORS = ("mask", "centre", "components", "uses", "colours", "deviations")  # of a file
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,6 +70,7 @@ class PcaBasis(LatentBasis):
 
     kind: ClassVar[str] = "pca"
     Recipe: ClassVar[type] = PcaRecipe
+    trainer: ClassVar[str] = "nacre.latent.pca_training:train_components"
     projects: ClassVar[bool] = True
     linear_in_log: ClassVar[bool] = True
 
@@ -93,12 +85,10 @@ class PcaBasis(LatentBasis):
 
     @property
     def code_dim(self) -> int:
-        """See :class:`LatentBasis`."""
         return len(self.uses)
 
     @property
     def nbytes(self) -> int:
-        """See :class:`LatentBasis`."""
         arrays = self.center, self.components, self.colors, self.deviations
         return sum(a.nbytes for a in arrays) + 8 * self.code_dim + math.ceil(self.mask.size / 8)
 
@@ -153,14 +143,13 @@ class PcaBasis(LatentBasis):
 
         def residuals(code: Vector) -> Vector:
             above = np.maximum(scaled(code) - EPSILON * slope[:, None], 0.0)
-            difference: Vector = np.log1p(above) - target
-            return difference
+            return np.log1p(above) - target
 
         def jacobian(code: Vector, _: Vector) -> Vector:
             decoded = scaled(code)
             rate = decoded / (1.0 + np.maximum(decoded - EPSILON * slope[:, None], 0.0))
-            rows: Vector = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)
-            return rows
+            rows = np.einsum("nk,nc,ck->knc", directions, rate, colors, optimize=True)
+            return np.asarray(rows)
 
         with np.errstate(over="ignore", invalid="ignore"):
             return minimize(residuals, jacobian, start, _STEPS)[0]
@@ -168,12 +157,7 @@ class PcaBasis(LatentBasis):
     def values(self, brdf: Brdf) -> tuple[Floats, Mask]:
         """f_r in 1/sr at the nodes that take part, shape (nodes, 3), and where it is known.
 
-        Raises
-        ------
-        FormatError
-            If `brdf` is anisotropic.
-        NacreError
-            If it is known at none of the nodes.
+        Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the nodes.
         """
         table = on_grid(brdf, self.resolution)
         known = table.mask[self.mask]
@@ -186,11 +170,9 @@ class PcaBasis(LatentBasis):
         return node_weights(self.resolution)[self.mask]
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> PcaBrdf:
-        """See :class:`LatentBasis`."""
         return PcaBrdf(self, code, name)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
-        """See :class:`LatentBasis`."""
         arrays = self.center, self.components, self.colors, self.deviations
         names = "centre", "components", "colours", "deviations"
         tensors: Tensors = {
@@ -202,7 +184,6 @@ class PcaBasis(LatentBasis):
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> PcaBasis:
-        """See :class:`LatentBasis`."""
         sizes = integers(header, "resolution")
         if len(sizes) != len(fields(Resolution)):
             raise ValueError(f"resolution has {len(sizes)} numbers, expected 3")
@@ -224,8 +205,7 @@ class PcaBasis(LatentBasis):
         for name, (array, shape) in shapes.items():
             if array.dtype != np.float32 or array.shape != shape:
                 raise ValueError(f"{name} is {array.dtype} {array.shape}, expected float32 {shape}")
-            if not (np.abs(array) < LARGEST).all():
-                raise ValueError(f"{name} holds numbers that are not finite or too large")
+            check_numbers({name: array}, LARGEST)
         known = (uses >= 0) & (uses < len(components))
         if uses.dtype != np.int32 or not known.all() or not values:
             raise ValueError("uses does not name components")
@@ -235,41 +215,9 @@ class PcaBasis(LatentBasis):
         index = uses.astype(np.int64)
         return cls(resolution, mask, center, components, index, colors, deviations, metadata)
 
-    @classmethod
-    def train(
-        cls,
-        materials: Sequence[Callable[[], Brdf]],
-        recipe: PcaRecipe | None = None,
-        *,
-        base: LatentBasis | None = None,
-        checkpoint: Path | None = None,
-        progress: Progress | None = None,
-    ) -> PcaBasis:
-        """See :class:`LatentBasis`; also raises NacreError if no node of the grid is known of all
-        materials, or there are fewer components than values.
-        """
-        from nacre.latent.pca_training import train_components
-
-        return train_components(materials, recipe or PcaRecipe(), progress)
-
 
 class PcaBrdf(CodedBrdf, MerlBrdf):
-    """A code and what it stands for, tabulated on the grid of its basis.
-
-    Parameters
-    ----------
-    basis
-        What the code belongs to.
-    code
-        Shape (k,); kept as float32.
-    name
-        Of the material.
-
-    Raises
-    ------
-    ValueError
-        If the code has another length, or a value is a million or more.
-    """
+    """A code and what it stands for, tabulated on the grid of its basis; see :class:`CodedBrdf`."""
 
     def __init__(self, basis: PcaBasis, code: npt.ArrayLike, name: str = "") -> None:
         self.basis, self.code = basis, basis.checked(code)
@@ -288,10 +236,7 @@ class PcaBrdf(CodedBrdf, MerlBrdf):
 def on_grid(brdf: Brdf, resolution: Resolution) -> MerlBrdf:
     """A reflectance on a grid: a table that is on it already as it is, anything else tabulated.
 
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
+    Raises FormatError if it is anisotropic.
     """
     if isinstance(brdf, MerlBrdf) and brdf.dimensions == resolution.dimensions:
         return brdf
@@ -320,5 +265,4 @@ def node_weights(resolution: Resolution) -> Floats:
 
 def encoded(f_r: Floats, weights: Floats) -> Floats:
     """ln(f w + e) for f_r of shape (n, 3) and w of shape (n,); what is negative counts as 0."""
-    logs: Floats = np.log(np.maximum(f_r, 0.0) * weights[:, None] + np.float32(EPSILON))
-    return logs
+    return np.asarray(np.log(np.maximum(f_r, 0.0) * weights[:, None] + np.float32(EPSILON)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -13,24 +14,23 @@ from nacre.latent.pca import PcaBasis, encoded, node_weights, on_grid, reflectan
 from nacre.latent.recipes import PcaRecipe
 from nacre.measured.merl import Resolution
 from nacre.numerics.pca import BY_CHANNEL, BY_PERMUTATION, snapshots, strongest
-from nacre.runtime.progress import Progress, silent
+from nacre.runtime.progress import Progress
 
-_SLAB = 1 << 14
-"""Nodes at a time."""
+_SLAB = 1 << 14  # nodes at a time
 
 
 def train_components(
-    materials: Sequence[Callable[[], Brdf]], recipe: PcaRecipe, progress: Progress | None = None
+    materials: Sequence[Callable[[], Brdf]], recipe: PcaRecipe, _: Path | None, report: Progress
 ) -> PcaBasis:
     """Principal components of materials, each taken with its six permutations of the channels.
 
     Permuted materials are not made, see :class:`nacre.numerics.pca.ColoredComponents`. For the
-    parameters and errors see :meth:`nacre.latent.PcaBasis.train`. Memory is 12 bytes a node and
-    material.
+    parameters and errors see :meth:`nacre.latent.LatentBasis.train`; also raises NacreError if no
+    node of the grid is known of all materials, or there are fewer components than values. Memory is
+    12 bytes a node and material.
     """
     if len(materials) < 2:
         raise NacreError("principal components need two materials or more")
-    report = progress or silent
     logs, mask, names = _tabulated(materials, recipe.resolution, report)
     center = logs.mean(axis=(0, 1), dtype=np.float64).astype(np.float32)
     logs -= center

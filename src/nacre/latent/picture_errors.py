@@ -7,49 +7,31 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.latent.directions import isotropic_values, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.sampling.moment import propose_lights
 
-_SINGLE = 2048
-"""Directions of the first kind: a code has a few dozen values."""
-_SEEN = 10.0
-"""Weight of the mean error of what views see, beside that of single directions."""
+_SINGLE = 2048  # directions of the first kind: a code has a few dozen values
+_SEEN = 10.0  # weight of the mean error of what views see, beside that of single directions
 _GAMMA = 1.0 / 2.2
-_DARK = 1e-4
-"""Added to what views see: of black, the gamma curve has no derivative."""
+_DARK = 1e-4  # added to what views see: of black, the gamma curve has no derivative
 _VIEWS, _PER_VIEW, _LIGHTS = 16, 128, 4
-_SHARPNESS = 3.0, 60.0
-"""Of the lamps: from a third of the sky to a bulb near by."""
-_SPREAD = 0.4
-"""Of the lamps about the mirror direction."""
-
-Floats = npt.NDArray[np.floating]
+_SHARPNESS = 3.0, 60.0  # of the lamps: from a third of the sky to a bulb near by
+_SPREAD = 0.4  # of the lamps about the mirror direction
 
 
 class PictureErrors:
-    """Errors of two kinds, by which the code of a material is found.
+    """Errors of two kinds, by which the code of an isotropic material is found.
 
-    Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power
-    1 / 2.2 at views that see more of the material than one direction, under an even sky and under
-    lamps (:func:`lit_views`). The first alone leaves errors of one sign, which add up
-    in such light.
+    Those of log(1 + 30 f cos theta_i) at single directions; and those of radiance to the power 1 /
+    2.2 at views that see more of the material than one direction, under an even sky and under lamps
+    (:func:`lit_views`). The first alone leaves errors of one sign, which add up in such light.
 
-    Parameters
-    ----------
-    brdf
-        What others are compared with; isotropic.
-    seed
-        Of the directions.
-
-    Raises
-    ------
-    FormatError
-        If `brdf` is anisotropic.
-    NacreError
-        If it is known at none of the directions.
+    Raises FormatError if `brdf` is anisotropic, NacreError if it is known at none of the
+    directions, which the seed chooses.
     """
 
     def __init__(self, brdf: Brdf, seed: int = 0) -> None:
@@ -60,12 +42,9 @@ class PictureErrors:
         f_r = isotropic_values(brdf, wi, wo)
         known = f_r[:, 0] >= 0.0
         count = int(known[:_SINGLE].sum())
-        self._single, self._lit_known = (
-            slice(count),
-            known[_SINGLE:].reshape(self._lit.wi.shape[:2]),
-        )
-        self.wi, self.wo = wi[known], wo[known]
-        """Directions to compare at, shapes (n, 3)."""
+        self._single = slice(count)
+        self._lit_known = known[_SINGLE:].reshape(self._lit.wi.shape[:2])
+        self.wi, self.wo = wi[known], wo[known]  # directions to compare at, shapes (n, 3)
         f_r = np.maximum(f_r[known], 0.0)
         self._weight = GAIN * self.wi[self._single, 2:]
         self._target = np.log1p(f_r[self._single] * self._weight)
@@ -112,14 +91,9 @@ class PictureErrors:
 class LitViews:
     """Views, each under some lights, and directions for the integrals over these.
 
-    Parameters
-    ----------
-    wi, wo
-        Directions to the light and to the viewer, shapes (v, n, 3), float32; `wo` is the same
-        along n.
-    weights
-        Of f_r in the integrals: radiance times cos(theta_i) over the density of the directions,
-        shape (v, lights, n).
+    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n; weights
+    of f_r, shape (v, lights, n), are radiance times cos(theta_i) over the density of the
+    directions.
     """
 
     wi: npt.NDArray[np.float32]
@@ -135,12 +109,8 @@ def lit_views(seed: int) -> LitViews:
     """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
 
     The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes of the
-    irradiance that it has, half of them near the mirror direction.
-
-    Parameters
-    ----------
-    seed
-        The same seed gives the same lamps.
+    irradiance that it has, half of them near the mirror direction; the same seed gives the same
+    ones.
     """
     squared_sines = (np.arange(_VIEWS) + 0.5) / _VIEWS  # a sphere shows all of them alike
     wo, wi, density = propose_lights(squared_sines, _PER_VIEW, seed)

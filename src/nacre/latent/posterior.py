@@ -5,35 +5,27 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.latent.basis import Vector
 from nacre.latent.neural_basis import NeuralBasis, decoded
 from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import one_blas_thread
 
-MAX_SAMPLES = 2048
-"""Samples that count: of more, a code has nothing to learn."""
-_EPSILON = 1e-3
-"""Added to f cos theta_i before logarithms."""
-_WIDTHS = 0.3, 0.5, 0.8
-"""Of the prior about each training material, in standard deviations of the code."""
-_NOISES = 0.15, 0.3, 0.6
-"""Standard deviations of the logarithm of what is left unexplained."""
-_TRUST = 0.1
-"""Power of the likelihood: neighboring directions and channels err alike."""
+MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
+_EPSILON = 1e-3  # added to f cos theta_i before logarithms
+_WIDTHS = 0.3, 0.5, 0.8  # of the prior about each training material, in standard deviations
+_NOISES = 0.15, 0.3, 0.6  # standard deviations of the logarithm of what is left unexplained
+_TRUST = 0.1  # power of the likelihood: neighboring directions and channels err alike
 _STEPS = 12
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one."""
-_CLOSE = 1e-2
-"""Change of the values by which the last step is known."""
-
-Vector = npt.NDArray[np.float64]
+_CLOSE = 1e-2  # change of the values by which the last step is known
 
 
 def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
-    """The code that is to be expected of a material with these samples, however few.
+    """The code (k,) that is to be expected of a material with these samples, however few.
 
     Before the samples are known, a code is held to be near that of a training material or of one
     with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
@@ -41,22 +33,7 @@ def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
     one, and give how likely it was; the result is the mean over all of them, found again where it
     is linearized until it stays.
 
-    Parameters
-    ----------
-    basis
-        What the code is for.
-    samples
-        Of the material, one or more; of more than :data:`MAX_SAMPLES`, so many, the same each time.
-
-    Returns
-    -------
-    array of shape (k,)
-        In standard deviations of the training materials.
-
-    Raises
-    ------
-    ValueError
-        If there is no sample.
+    Only :data:`MAX_SAMPLES` count, the same each time. Raises ValueError if there are none.
     """
     if not len(samples):
         raise ValueError("a code needs one sample or more")

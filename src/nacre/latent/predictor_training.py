@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import NacreError, require
+from nacre.array import Floats
+from nacre.errors import NacreError
+from nacre.latent.descent import finished, free_layer, torch
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
@@ -22,33 +23,22 @@ from nacre.latent.recipes import PredictorRecipe
 from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
 from nacre.numerics.channels import PERMUTATIONS
-from nacre.numerics.mlp import TANH, Layer, forward
+from nacre.numerics.mlp import TANH, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.moment import Pairs, propose, view_pairs
 from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization
 
-torch: Any = require("torch", "latent")
-Tensor: TypeAlias = Any
-Codes: TypeAlias = npt.NDArray[np.floating]
-
-_STRETCH = -1.0, 2.0
-"""Where between, or beyond, two materials a mixture of theirs lies."""
-_SCALES = 0.5, 2.5
-"""Standard deviations of random codes."""
-_JITTER = 0.2
-"""Standard deviation that is added to every code."""
-_MIN_MOMENT = 1e-3
-"""Of a code that reflects nothing."""
-_AT_ONCE = 32
-"""Codes that are decoded together."""
+_STRETCH = -1.0, 2.0  # where between, or beyond, two materials a mixture of theirs lies
+_SCALES = 0.5, 2.5  # standard deviations of random codes
+_JITTER = 0.2  # standard deviation that is added to every code
+_MIN_MOMENT = 1e-3  # of a code that reflects nothing
+_AT_ONCE = 32  # codes that are decoded together
 
 
 def with_predictors(
-    basis: NeuralBasis,
-    recipe: PredictorRecipe | None = None,
-    progress: Progress | None = None,
+    basis: NeuralBasis, recipe: PredictorRecipe | None = None, progress: Progress | None = None
 ) -> NeuralBasis:
     """A basis together with predictors of lobes, trained on its examples.
 
@@ -73,7 +63,7 @@ def with_predictors(
 
 def train_predictors(
     basis: NeuralBasis,
-    codes: Codes,
+    codes: Floats,
     recipe: PredictorRecipe | None = None,
     progress: Progress | None = None,
 ) -> dict[str, LobePredictor]:
@@ -115,10 +105,10 @@ def train_predictors(
 
 
 class _TrainingSet:
-    """Codes, and what they reflect in some directions."""
+    """Floats, and what they reflect in some directions."""
 
     def __init__(
-        self, basis: NeuralBasis, known: Codes, recipe: PredictorRecipe, index: int
+        self, basis: NeuralBasis, known: Floats, recipe: PredictorRecipe, index: int
     ) -> None:
         random = np.random.default_rng((recipe.seed, 5, index))
         codes = draw_codes(basis, known, -(-recipe.codes // recipe.sets), random)
@@ -136,7 +126,8 @@ class _TrainingSet:
                 weights[part] = proposal.weights(f_r)
         self.codes, self.weights = torch.from_numpy(codes), torch.from_numpy(weights)
         half, view, cosine = view_pairs(proposal.wo, proposal.wi)
-        tensors = [_tensor(x, shape) for x in (*half, *view, cosine)]
+        parts = (np.broadcast_to(x, shape) for x in (*half, *view, cosine))
+        tensors = [torch.from_numpy(np.array(part, np.float32)) for part in parts]
         self.pairs = Pairs((*tensors[:3],), (*tensors[3:6],), tensors[6])
 
 
@@ -146,12 +137,9 @@ class _Training:
     def __init__(self, code_dim: int, family: Parametrization, recipe: PredictorRecipe) -> None:
         self._family, self._recipe = family, recipe
         self._random = np.random.default_rng((recipe.seed, 6))
-        self._layers: list[tuple[Tensor, Tensor]] = [
-            (_free(self._random.normal(0.0, deviation, shape)), _free(np.zeros(shape[1])))
-            for shape, deviation in (
-                ((code_dim, recipe.hidden), code_dim**-0.5),
-                ((recipe.hidden, family.size), 0.1 * recipe.hidden**-0.5),
-            )
+        self._layers = [
+            free_layer(self._random, code_dim, recipe.hidden, code_dim**-0.5),
+            free_layer(self._random, recipe.hidden, family.size, 0.1 * recipe.hidden**-0.5),
         ]
         self._adam = torch.optim.Adam([a for layer in self._layers for a in layer])
 
@@ -182,20 +170,19 @@ class _Training:
 
     def predictor(self, name: str) -> LobePredictor:
         """What came of it."""
-        layers = [Layer(*(a.detach().numpy() for a in layer)) for layer in self._layers]
-        return LobePredictor(name, layers)
+        return LobePredictor(name, [finished(layer) for layer in self._layers])
 
 
 def draw_codes(
-    basis: NeuralBasis, codes: Codes, count: int, random: np.random.Generator
+    basis: NeuralBasis, codes: Floats, count: int, random: np.random.Generator
 ) -> npt.NDArray[np.float32]:
-    """Codes to train on, shape (count, k).
+    """Floats to train on, shape (count, k).
 
     Two fifths are those of materials, two fifths are mixtures of two, the others are normally
     distributed. Channels of materials change places.
     """
 
-    def materials() -> Codes:
+    def materials() -> Floats:
         chosen = codes[random.integers(len(codes), size=count)]
         return basis.permuted(chosen, random.integers(len(PERMUTATIONS), size=count))
 
@@ -207,11 +194,3 @@ def draw_codes(
     mixed = fraction * one + (1.0 - fraction) * other
     chosen = np.select([kind == 0, kind == 1], [one, mixed], normal)
     return (chosen + _JITTER * random.normal(size=shape)).astype(np.float32)
-
-
-def _free(values: npt.NDArray[np.floating]) -> Tensor:
-    return torch.from_numpy(values.astype(np.float32)).requires_grad_()
-
-
-def _tensor(values: npt.ArrayLike, shape: tuple[int, ...]) -> Tensor:
-    return torch.from_numpy(np.array(np.broadcast_to(values, shape), np.float32))

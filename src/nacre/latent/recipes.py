@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from nacre.measured.merl import Resolution
 from nacre.neural.recipe import check_positive
 
-GAIN = 30.0
-"""k of the loss log(1 + k f cos theta_i) of all trainings and codes."""
-RESOLUTION = Resolution(90, 45, 45)
-"""Of the grid of principal components."""
+GAIN = 30.0  # k of the loss log(1 + k f cos theta_i) of all trainings and codes
+RESOLUTION = Resolution(90, 45, 45)  # of the grid of principal components
 
 
 @dataclass(frozen=True)

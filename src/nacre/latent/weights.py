@@ -18,34 +18,27 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
 from nacre.latent.basis import CodedBrdf, LatentBasis, Vector
-from nacre.latent.directions import isotropic_inputs
+from nacre.latent.directions import Floats, isotropic_inputs
 from nacre.latent.neural_basis import PRIOR
 from nacre.latent.picture_errors import PictureErrors
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.least_absolute import minimize
 from nacre.numerics.mlp import Layer, forward
+from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import LobeSampledBrdf
 
 SIZES = (6, *HIDDEN, OUTPUTS)
-SHAPES = tuple(itertools.pairwise(SIZES))
-"""Inputs and outputs of each layer."""
-COUNT = sum((rows + 1) * columns for rows, columns in SHAPES)
-"""Weights and biases: 675."""
-FARTHEST = 5.0
-"""Root mean square of the values of a code beyond which only its direction counts."""
+SHAPES = tuple(itertools.pairwise(SIZES))  # inputs and outputs of each layer
+COUNT = sum((rows + 1) * columns for rows, columns in SHAPES)  # weights and biases: 675
+FARTHEST = 5.0  # root mean square of the values of a code beyond which only its direction counts
 
 _STEPS = 8
-_DIFFERENCE = 1e-4
-"""Change of a value by which its effect on the weights is found."""
-_LARGEST = 30.0
-"""Bound of ln(f_r + 1) while a code is sought."""
-_LARGEST_TRAINED = 15.0
-"""The same in training: no material comes near e^15."""
+_DIFFERENCE = 1e-4  # change of a value by which its effect on the weights is found
+_LARGEST = 30.0  # bound of ln(f_r + 1) while a code is sought
+_LARGEST_TRAINED = 15.0  # the same in training: no material comes near e^15
 
-Matrix = npt.NDArray[np.float64]
-Floats = npt.NDArray[np.float32]
 Tensor: TypeAlias = Any
 
 
@@ -67,24 +60,17 @@ class WeightBasis(LatentBasis):
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.latent.basis.LatentBasis`."""
         return sum(layer.nbytes for layer in self.layers.values())
 
     def check_layers(self, **shapes: tuple[int, int]) -> None:
-        """Refuse layers whose weights have other shapes than those of their names.
-
-        Raises
-        ------
-        ValueError
-            With the name of the layer.
-        """
+        """Raise ValueError for a layer whose weights have another shape than that of its name."""
         for name, shape in shapes.items():
             found = self.layers[name].weights.shape
             if found != shape:
                 raise ValueError(f"layer {name} is {found}, expected {shape}")
 
     @abc.abstractmethod
-    def weights(self, codes: npt.ArrayLike) -> Matrix:
+    def weights(self, codes: npt.ArrayLike) -> Double:
         """Weights of codes of shape (n, k), shape (n, 675), however long the codes are."""
 
     @abc.abstractmethod
@@ -97,36 +83,22 @@ class WeightBasis(LatentBasis):
             return self.refined(errors, self._start(brdf, errors))
 
     def refined(self, errors: PictureErrors, start: npt.ArrayLike, prior: float = PRIOR) -> Vector:
-        """The code whose network comes closest to a material, near a start.
+        """The code (k,) whose network comes closest to a material, near a start.
 
-        The sum of the absolute errors and of the absolute values of the code is brought to a
-        minimum.
-
-        Parameters
-        ----------
-        errors
-            From the material.
-        start
-            Code to begin at, shape (k,).
-        prior
-            Weight of the absolute values of the code.
-
-        Returns
-        -------
-        array of shape (k,)
+        The sum of the absolute errors and of the absolute values of the code, times `prior`, is
+        brought to a minimum.
         """
         inputs = isotropic_inputs(errors.wi, errors.wo, PAPER)
         pull = prior * np.eye(self.code_dim)
 
-        def weights(code: Matrix) -> Floats:
-            found: Floats = self.weights(clipped(code)[None])[0].astype(np.float32)
-            return found
+        def weights(code: Double) -> Floats:
+            return np.asarray(self.weights(clipped(code)[None])[0], np.float32)
 
-        def residuals(code: Matrix) -> Matrix:
+        def residuals(code: Double) -> Double:
             y = forward(inputs, network_layers(weights(code)))
             return np.concatenate([errors.errors(np.expm1(np.minimum(y, _LARGEST))), prior * code])
 
-        def jacobian(code: Matrix, _: Matrix) -> Matrix:
+        def jacobian(code: Double, _: Double) -> Double:
             tangents = weight_tangents(self, code).astype(np.float32)
             y, rates = _with_tangents(network_layers(weights(code)), inputs, tangents)
             decoded = np.exp(np.minimum(y, _LARGEST))
@@ -146,22 +118,7 @@ class WeightBasis(LatentBasis):
 
 
 class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
-    """A network and the code that stands for it.
-
-    Parameters
-    ----------
-    basis
-        What the code belongs to.
-    code
-        Shape (k,); kept as float32.
-    name
-        Of the material.
-
-    Raises
-    ------
-    ValueError
-        If the code has another length, or a value is a million or more.
-    """
+    """A network and the code that stands for it; see :class:`CodedBrdf`."""
 
     def __init__(self, basis: WeightBasis, code: npt.ArrayLike, name: str = "") -> None:
         self.basis, self.code = basis, basis.checked(code)
@@ -170,7 +127,7 @@ class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
         super().__init__(layers, name=name)
 
 
-def clipped(code: npt.ArrayLike) -> Matrix:
+def clipped(code: npt.ArrayLike) -> Double:
     """A code, clipped to a root mean square of 5."""
     values = np.asarray(code, np.float64)
     length = math.sqrt(np.square(values).mean())
@@ -206,14 +163,13 @@ def named_layers(tensors: Tensors, names: Sequence[str]) -> dict[str, Layer]:
     return {name: Layer(tensors[f"{name}_weights"], tensors[f"{name}_biases"]) for name in names}
 
 
-def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Matrix:
+def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
     """Derivatives of the weights of a code by its values, by differences, shape (k, 675)."""
     values = np.asarray(code, np.float64)
     offsets = _DIFFERENCE * np.eye(len(values))
     moved = np.stack([clipped(values + o) for o in (*offsets, *-offsets)])
     above, below = np.split(basis.weights(moved), 2)
-    found: Matrix = (above - below) / (2.0 * _DIFFERENCE)
-    return found
+    return (above - below) / (2.0 * _DIFFERENCE)
 
 
 def _with_tangents(
@@ -240,19 +196,10 @@ def _with_tangents(
 
 
 def tensor_reflectance(weights: Tensor, inputs: Tensor) -> Tensor:
-    """f_r of many networks in PyTorch as training sees it: bounded, not clamped at 0.
+    """f_r in 1/sr of many networks in PyTorch as training sees it: bounded, not clamped at 0.
 
-    Parameters
-    ----------
-    weights
-        Shape (networks, 675), laid out as in :class:`WeightBasis`.
-    inputs
-        Shape (n, 6).
-
-    Returns
-    -------
-    tensor of shape (networks, n, 3)
-        In 1/sr.
+    `weights` are of shape (networks, 675), laid out as in :class:`WeightBasis`, `inputs` (n, 6),
+    what is given (networks, n, 3).
     """
     sizes = [part for rows, columns in SHAPES for part in (rows * columns, columns)]
     parts = weights.split(sizes, dim=1)

@@ -21,10 +21,8 @@ from nacre.runtime.parallel import thread_map
 _FRACTIONS = 0.2, 0.3, 0.2
 """Of directions near the scan's own, near a mirror direction, and over all polar angles; the rest
 is uniform in the Rusinkiewicz angles."""
-_DEVIATION = 0.05
-"""Standard deviation of directions near the scan's own, about an axis, in radians."""
-_MIRROR_DEVIATION = 1e-3, 0.3
-"""Range of the same near mirror directions: highlights are of every width."""
+_DEVIATION = 0.05  # standard deviation of directions near the scan's own, about an axis, in radians
+_MIRROR_DEVIATION = 1e-3, 0.3  # range of it near mirror directions: highlights are of every width
 _CHUNK = 1 << 14
 
 
@@ -35,18 +33,8 @@ def augmentation(
 
     A fifth lies near samples of the scan, three tenths near mirror directions at any angle of
     incidence, a fifth is uniform in the polar angles of both directions, the rest uniform in the
-    Rusinkiewicz angles.
-
-    Parameters
-    ----------
-    scan
-        Samples to interpolate.
-    count
-        Number of samples.
-    seed
-        The same seed gives the same samples.
-    progress
-        Called with the number of samples drawn and `count`.
+    Rusinkiewicz angles. The same seed gives the same ones; `progress` is called with the number of
+    samples drawn and `count`.
     """
     report = progress or (lambda done, total: None)
     random = np.random.default_rng((seed, 5))
@@ -69,7 +57,7 @@ def augmentation(
 
 def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
     """Pairs of every kind, mixed; some lie below the horizon."""
-    own, mirror, polar, _ = random.multinomial(count, [*_FRACTIONS, 1.0 - sum(_FRACTIONS)])
+    own, mirror, polar, rest = random.multinomial(count, [*_FRACTIONS, 1.0 - sum(_FRACTIONS)])
 
     def light(n: int) -> Floats:
         theta, phi = random.random((2, n)) * [[0.5 * math.pi], [2.0 * math.pi]]
@@ -84,9 +72,7 @@ def _directions(scan: Scattered, count: int, random: np.random.Generator) -> tup
         (_around(near.wi, _DEVIATION, random), _around(near.wo, _DEVIATION, random)),
         (towards, _around(reflected, deviation, random)),
         (light(polar), light(polar)),
-        tuple(
-            join(w) for w in uniform_rusinkiewicz(random.random((4, count - own - mirror - polar)))
-        ),
+        tuple(map(join, uniform_rusinkiewicz(random.random((4, rest))))),
     ]
     order = random.permutation(count)
     wi, wo = (np.concatenate(w)[order] for w in zip(*pairs, strict=True))

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from nacre.errors import FormatError, reason
+from nacre.errors import FormatError
 from nacre.io.files import PathLike, check_json, write_encoded
 from nacre.io.format import Format
-from nacre.io.tensors import from_file, header_key, looks_like_tensors, to_bytes
+from nacre.io.tensors import (
+    Tensors,
+    format_errors,
+    from_file,
+    header_key,
+    looks_like_tensors,
+    to_bytes,
+)
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import Layer
@@ -19,16 +25,7 @@ from nacre.sampling import describe_sampler, make_sampler
 VERSION = 1
 _LIMIT = 1 << 26
 _KEY = "nacre"
-_FIXED = {
-    "version",
-    "model",
-    "sizes",
-    "parametrisation",
-    "output",
-    "color_space",
-    "name",
-    "sampler",
-}
+_FIXED = "version", "model", "sizes", "parametrisation", "output", "color_space", "name", "sampler"
 """Fields that this module writes; whatever else the header holds is the material's metadata."""
 _PARAMETRISATIONS = {
     (PAPER, True): "rusinkiewicz vectors, phi_h = 0",
@@ -65,43 +62,33 @@ def encode(network: NeuralBrdf) -> bytes:
         "name": network.name,
         "sampler": sampler,
     }
-    kind = PRECISIONS[network.precision]
-    tensors = {}
-    for index, layer in enumerate(network.layers, 1):
-        tensors[f"weights_{index}"] = layer.weights.astype(kind)
-        tensors[f"biases_{index}"] = layer.biases.astype(kind)
+    numbered = numbered_tensors(network.layers)
+    tensors = {k: v.astype(PRECISIONS[network.precision]) for k, v in numbered.items()}
     return to_bytes(_KEY, header, tensors, _LIMIT)
 
 
-def save(network: NeuralBrdf, path: PathLike) -> None:
-    """Write a neural material.
+def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:
+    """Weights and biases of layers, numbered from 1."""
+    return {
+        f"{prefix}{part}_{index}": array
+        for index, layer in enumerate(layers, 1)
+        for part, array in zip(("weights", "biases"), layer, strict=True)
+    }
 
-    Raises
-    ------
-    FormatError
-        As :func:`encode` has it, or if the path cannot be written.
-    """
+
+def save(network: NeuralBrdf, path: PathLike) -> None:
+    """Write a neural material; raises FormatError as :func:`encode` does, or for a bad path."""
     write_encoded(path, encode, network)
 
 
 def load(path: PathLike) -> NeuralBrdf:
-    """Read a neural material.
-
-    Raises
-    ------
-    FormatError
-        If the file is not a whole neural material of a version we know.
-    """
+    """Read a neural material; FormatError if it is not a whole one of a version we know."""
     header, tensors = from_file(path, _KEY, _LIMIT, "a nacre material")
-    try:
+    with format_errors(path):
         return _from_header(header, tensors)
-    except KeyError as error:
-        raise FormatError(f"{path}: field {reason(error)} is missing") from error
-    except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise FormatError(f"{path}: {reason(error)}") from error
 
 
-def _from_header(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, Any]]) -> NeuralBrdf:
+def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
     if header["version"] != VERSION:
         raise ValueError(f"version {header['version']}; this nacre reads version {VERSION}")
     if header["model"] != "nbrdf":

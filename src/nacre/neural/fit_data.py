@@ -27,8 +27,7 @@ from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import check_isotropic, fit_lobes
 
-SAMPLES = 800_000
-"""Samples of an isotropic material (NBRDF paper, section 3.1)."""
+SAMPLES = 800_000  # samples of an isotropic material (NBRDF paper, section 3.1)
 ANISOTROPIC_FACTOR = 5
 """What a network without h rotated to phi_h = 0 takes more (ibid., of anisotropic materials)."""
 
@@ -37,18 +36,8 @@ ANISOTROPIC_FACTOR = 5
 class FitData:
     """What a fit needs of a reflectance once it is sampled; tables can be let go.
 
-    Parameters
-    ----------
-    name, source
-        Of the reflectance.
-    isotropic
-        Whether h is rotated to phi_h = 0.
-    scan
-        The scattered samples that the others come from; None of other reflectances.
-    recipe
-        Settings, with nothing left open.
-    training, held_out
-        The samples.
+    Isotropic are those whose h is rotated to phi_h = 0. A `scan` is the scattered samples that the
+    others come from. The recipe leaves nothing open.
     """
 
     name: str
@@ -74,13 +63,7 @@ class FitData:
         return initial_layers(self.recipe.hidden, self.recipe.seed, self.training.inputs)
 
     def finish(self, layers: Sequence[Layer], quality: Mapping[str, float]) -> NeuralBrdf:
-        """The network of trained layers.
-
-        Raises
-        ------
-        NacreError
-            If its losses are not finite.
-        """
+        """The network of trained layers; NacreError if its losses are not finite."""
         recipe, scan = self.recipe, self.scan
         if not math.isfinite(sum(quality.values())):
             raise NacreError(
@@ -113,12 +96,8 @@ class FitData:
 def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     """Settle what a recipe leaves open, and draw the samples.
 
-    Raises
-    ------
-    NacreError
-        If hardly any sample is valid, a scan has too few, or `brdf` is not isotropic as it says.
-    TypeError
-        If `brdf` is no reflectance.
+    Raises NacreError if hardly any sample is valid, a scan has too few, or `brdf` is not isotropic
+    as it says, and TypeError if it is no reflectance.
     """
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)

@@ -95,7 +95,7 @@ def fit_many(
         Settings of all; the defaults of :class:`Recipe` where None.
     device
         PyTorch device: "cpu", "cuda", "cuda:1". When the samples that wait reach what
-        :func:`nacre.neural.device.stack_bytes` says of it, the largest batch is trained.
+        :func:`nacre.neural.torch.stack_bytes` says of it, the largest batch is trained.
     progress
         Called as the fits go on, with the median held-out loss of a batch.
 
@@ -112,7 +112,7 @@ def fit_many(
     MissingExtraError
         If PyTorch is not installed.
     """
-    from nacre.neural.device import stack_bytes
+    from nacre.neural.torch import stack_bytes
 
     room = stack_bytes(device)
     return _fit_many(brdfs, recipe or Recipe(), device, room, progress)
@@ -143,8 +143,7 @@ def _fit_stack(
     stack: Mapping[int, FitData], device: str, progress: Progress | None
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
     """Train materials of one shape together."""
-    from nacre.neural.device import SampleStack
-    from nacre.neural.torch import TorchTrainer
+    from nacre.neural.torch import SampleStack, TorchTrainer
     from nacre.runtime.device import memory_errors
 
     materials = list(stack.values())

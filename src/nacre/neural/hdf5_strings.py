@@ -11,26 +11,15 @@ import struct
 from collections.abc import Iterator
 
 _HEAP = b"GCOL"
-_VARIABLE_LENGTH = 9
-"""Class of a datatype."""
-_MOST = 4096
-"""Strings that a file may list; networks have two a layer."""
+_VARIABLE_LENGTH = 9  # class of a datatype
+_MOST = 4096  # strings that a file may list; networks have two a layer
 
 
 def count_strings(data: bytes, name: str) -> int:
-    """How many strings of variable length the attributes of a name list, all of them sound.
+    """How many strings of variable length the attributes of a name list in the content of a file.
 
-    Parameters
-    ----------
-    data
-        Content of an HDF5 file.
-    name
-        Of the attributes.
-
-    Raises
-    ------
-    ValueError
-        If an attribute, a string or a heap is not whole, or there are more than 4096 strings.
+    Raises ValueError if an attribute, a string or a heap is not whole, or there are more than 4096
+    strings.
     """
     found = 0
     heaps: dict[int, dict[int, int]] = {}

@@ -10,23 +10,14 @@ PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
 INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC)
 """Names of the parametrizations of a network's inputs."""
 
-LARGEST_INPUT = 1.01
-"""Bound of the magnitude of every input."""
+LARGEST_INPUT = 1.01  # bound of the magnitude of every input
 
-_HIGHLIGHT = 1e-4
-"""Added to sin^2 theta_h before its logarithm: highlights narrower than .6 degrees look alike."""
-_HORIZON = 0.01
-"""Added to cosines before their logarithm."""
+_HIGHLIGHT = 1e-4  # added to sin^2 theta_h before its logarithm: below .6 degrees all look alike
+_HORIZON = 0.01  # added to cosines before their logarithm
 
 
 def input_count(inputs: str, rotate_half_vector: bool) -> int:
-    """How many numbers :func:`network_inputs` gives.
-
-    Raises
-    ------
-    NacreError
-        If there is no parametrization of this name.
-    """
+    """How many numbers :func:`network_inputs` gives; NacreError where the name is unknown."""
     if inputs not in INPUTS:
         raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
     if inputs == STEREOGRAPHIC:
@@ -45,23 +36,17 @@ def rotates_half_vector(inputs: str, isotropic: bool) -> bool:
 def network_inputs(
     wi: Components, wo: Components, rotate_half_vector: bool, inputs: str = PAPER
 ) -> tuple[Array, ...]:
-    """The inputs of a network at a pair of directions.
+    """The inputs of a network at a pair of directions to the light and to the viewer.
 
     "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h and of d, and
-    stretches what matters: log(sin^2 theta_h + 1e-4) / 9.2 opens up the highlight,
-    log(cos theta + .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic
-    material it takes |d_y|, since mirroring changes nothing. "stereographic" is the projections of
-    both directions, of light and view as they are, as networks for textures see them (Rainer,
-    Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
+    stretches what matters: log(sin^2 theta_h + 1e-4) / 9.2 opens up the highlight, log(cos theta +
+    .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic material it
+    takes |d_y|, since mirroring changes nothing. "stereographic" is the projections of both
+    directions, of light and view as they are, as networks for textures see them (Rainer, Jakob,
+    Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
 
-    Parameters
-    ----------
-    wi, wo
-        Directions to the light and to the viewer.
-    rotate_half_vector
-        Rotate h to phi_h = 0, as isotropic networks see it; nothing to stereographic inputs.
-    inputs
-        Name of the parametrization, one of :data:`INPUTS`.
+    `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; it is nothing to
+    stereographic inputs.
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)

@@ -36,8 +36,7 @@ from nacre.numerics.mlp import Layer
 from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3
-_TARGETS = _OUTPUTS + 1
-"""Rows after the inputs in a block of samples: three targets and the cosine."""
+_TARGETS = _OUTPUTS + 1  # rows after the inputs in a block of samples: three targets and the cosine
 
 Vector = npt.NDArray[np.float32]
 
@@ -245,8 +244,8 @@ def _gradient(
 
 @compiled
 def _epoch(
-    blocks: Any, order: Any, batch: Any, rates: Any, step: Any, widths: Any, starts: Any,
-    weights: Any, mean: Any, square: Any, stride: Any, rows: Any, targets: Any, factors: Any,
+    blocks: Any, order: Any, batch: Any, rates: Any, step: Any, mean: Any, square: Any,
+    widths: Any, starts: Any, weights: Any, stride: Any, rows: Any, targets: Any, factors: Any,
     sums: Any, parts: Any, places: Any, gradient: Any,
 ) -> None:  # fmt: skip
     for k in range(rates.size):
@@ -321,12 +320,7 @@ def _round_up(n: int, multiple: int) -> int:
 class KernelTrainer:
     """Weights and optimizer state of one network on the CPU kernel.
 
-    Parameters
-    ----------
-    layers
-        Initial layers, of any widths; copied.
-    batch
-        Samples a step, a multiple of 16.
+    Initial layers, of any widths, are copied; a step takes `batch` samples, a multiple of 16.
     """
 
     def __init__(self, layers: Sequence[Layer], batch: int) -> None:
@@ -338,34 +332,32 @@ class KernelTrainer:
         sizes = [self._shapes[0][0], *(shape[1] for shape in self._shapes)]
         widths = [sizes[0], *(_round_up(n, DENSE_ROWS) for n in sizes[1:])]
         counts = [(rows + 1) * columns for rows, columns in itertools.pairwise(widths)]
-        self._widths = np.array(widths)
-        self._starts = np.array([0, *itertools.accumulate(counts[:-1])])
-        total = sum(counts)
+        starts = np.array([0, *itertools.accumulate(counts[:-1])])
+        # The extra block keeps rows from falling on the same cache sets.
+        stride = _round_up(batch, PANEL) + BLOCK
         self._weights, self._mean, self._square, self._gradient = (
-            aligned_zeros(total) for _ in range(4)
+            aligned_zeros(sum(counts)) for _ in range(4)
         )
+        self._network = np.array(widths), starts, self._weights, stride
         for (weights, biases), layer in zip(self._views(self._weights), layers, strict=True):
             weights[:], biases[:] = layer.weights, layer.biases
-        # The extra block keeps rows from falling on the same cache sets.
-        self._stride = _round_up(batch, PANEL) + BLOCK
-        rows = _round_up(max(widths), math.lcm(*OUTER_ROWS))
-        shape = (2, len(widths), rows * self._stride)
-        self._rows = aligned_zeros(shape)
-        self._targets = aligned_zeros(_TARGETS * self._stride)
+        shape = 2, len(widths), _round_up(max(widths), math.lcm(*OUTER_ROWS)) * stride
+        factors, places = _weight_tiles(widths, starts, shape, stride)
         bias_count = _round_up(sum(widths[1:]), LANES)
-        self._sums = aligned_zeros(bias_count * LANES)
-        self._factors, self._places = _weight_tiles(widths, self._starts, shape, self._stride)
-        self._parts = aligned_zeros(len(self._factors) * OUTER_SIZE + bias_count)
+        rows, targets = aligned_zeros(shape), aligned_zeros(_TARGETS * stride)
+        sums = aligned_zeros(bias_count * LANES)
+        parts = aligned_zeros(len(factors) * OUTER_SIZE + bias_count)
+        self._scratch = rows, targets, factors, sums, parts, places, self._gradient
         self._step = 0
 
     def _views(self, flat: Vector) -> list[tuple[Vector, Vector]]:
         """Unpadded weights and biases of every layer inside a padded flat vector."""
         views = []
+        padded_widths, starts, *_ = self._network
         for index, (rows, columns) in enumerate(self._shapes):
-            padded_rows, padded_columns = self._widths[index], self._widths[index + 1]
-            start = self._starts[index]
-            middle = start + padded_rows * padded_columns
-            matrix = flat[start:middle].reshape(padded_rows, padded_columns)
+            padded = padded_widths[index], padded_widths[index + 1]
+            start, middle = starts[index], starts[index] + math.prod(padded)
+            matrix = flat[start:middle].reshape(padded)
             views.append((matrix[:rows, :columns], flat[middle : middle + columns]))
         return views
 
@@ -377,21 +369,14 @@ class KernelTrainer:
         """Mean loss over the blocks in `order` (at most one batch) and its gradient, as layers."""
         if len(order) > self._batch:
             raise ValueError(f"{len(order)} blocks are more than one batch of {self._batch}")
-        _gradient(
-            samples.blocks, order, order[:0], self._widths, self._starts, self._weights,
-            self._stride, self._rows, self._targets, self._factors, self._sums, self._parts,
-            self._places, self._gradient,
-        )  # fmt: skip
+        _gradient(samples.blocks, order, order[:0], *self._network, *self._scratch)
         layers = [Layer(w.copy(), b.copy()) for w, b in self._views(self._gradient)]
         return self._mean_loss(samples, order), layers
 
     def epoch(self, samples: Samples, order: npt.NDArray[np.int64], rates: Vector) -> None:
         """One step per learning rate over the blocks in `order`."""
-        _epoch(
-            samples.blocks, order, self._batch, rates, self._step, self._widths, self._starts,
-            self._weights, self._mean, self._square, self._stride, self._rows, self._targets,
-            self._factors, self._sums, self._parts, self._places, self._gradient,
-        )  # fmt: skip
+        steps = order, self._batch, rates, self._step, self._mean, self._square
+        _epoch(samples.blocks, *steps, *self._network, *self._scratch)
         self._step += len(rates)
 
     def loss(self, samples: Samples) -> float:
@@ -399,8 +384,7 @@ class KernelTrainer:
         return self._mean_loss(samples, np.arange(samples.block_count))
 
     def _mean_loss(self, samples: Samples, order: npt.NDArray[np.int64]) -> float:
-        loss = _mean_loss(
-            samples.blocks, order, self._batch, self._widths, self._starts, self._weights,
-            self._stride, self._rows[0], self._targets,
-        )  # fmt: skip
-        return float(loss)
+        rows, targets = self._scratch[:2]
+        return float(
+            _mean_loss(samples.blocks, order, self._batch, *self._network, rows[0], targets)
+        )

@@ -6,26 +6,21 @@ NBRDF paper, section 3.1 and Figure 1.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
-from nacre.neural.inputs import (
-    LARGEST_INPUT,
-    PAPER,
-    input_count,
-    rotates_half_vector,
-)
+from nacre.neural.inputs import LARGEST_INPUT, PAPER, input_count, rotates_half_vector
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.direction_samples import loss_scale
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import Layer, widths
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
-HIDDEN = (21, 21)
-"""Hidden layer sizes of the paper: 675 weights."""
+HIDDEN = (21, 21)  # hidden layer sizes of the paper: 675 weights
 SINGLE, HALF = "single", "half"
 PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
 """How weights are stored, by name; computations are in single precision."""
@@ -35,24 +30,15 @@ def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
     """Layers of the nearest weights that a precision of :data:`PRECISIONS` stores."""
     kind = PRECISIONS[precision]
     largest = np.finfo(kind).max
-    return [
-        Layer(*(np.clip(a, -largest, largest).astype(kind) for a in (layer.weights, layer.biases)))
-        for layer in layers
-    ]
+    return [Layer(*(np.clip(a, -largest, largest).astype(kind) for a in x)) for x in layers]
 
 
 def check_weights(layers: Sequence[Layer]) -> None:
-    """Refuse weights with which a network could give something that is not a number.
-
-    Raises
-    ------
-    ValueError
-        If a weight is not finite, or sums of products could overflow float32.
-    """
+    """Raise ValueError for weights that are not finite, or whose sums could overflow float32."""
     bound = np.full(len(layers[0].weights), LARGEST_INPUT) if layers else np.ones(1)
     with np.errstate(over="ignore", invalid="ignore"):
         for layer in layers:
-            weights, biases = (np.abs(a.astype(np.float64)) for a in (layer.weights, layer.biases))
+            weights, biases = (np.abs(a.astype(np.float64)) for a in layer)
             if not (np.isfinite(weights).all() and np.isfinite(biases).all()):
                 raise ValueError("weights are not finite")
             if len(bound) == len(weights):
@@ -98,48 +84,34 @@ class NeuralBrdf(NetworkBrdf):
         self.layers, self.isotropic = tuple(layers), isotropic
         self.metadata: Mapping[str, Any] = dict(metadata or {})
         self.inputs, self.precision = inputs, precision
-        if not self.layers:
-            raise ValueError("an NBRDF has at least one layer")
         sizes = self.sizes
-        for before, layer in zip(sizes[1:], self.layers[1:], strict=False):
-            if layer.weights.shape[0] != before:
-                raise ValueError(
-                    f"layer sizes do not chain: {[y.weights.shape for y in self.layers]}"
-                )
         if self.precision not in PRECISIONS:
             raise ValueError(f"unknown precision {self.precision!r}")
         rounded = round_layers(self.layers, self.precision)
-        for layer, stored in zip(self.layers, rounded, strict=True):
-            if not all(
-                np.array_equal(a, b, equal_nan=True)
-                for a, b in ((layer.weights, stored.weights), (layer.biases, stored.biases))
-            ):
-                raise ValueError(f"{self.precision} precision does not hold these weights")
+        pairs = zip(chain(*self.layers), chain(*rounded), strict=True)
+        if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
+            raise ValueError(f"{self.precision} precision does not hold these weights")
         if self.isotropic and not rotates_half_vector(self.inputs, True):
             raise ValueError(f"a network with {self.inputs} inputs is not isotropic")
         count = input_count(self.inputs, self.isotropic)
-        if sizes[0] != count or sizes[-1] != OUTPUTS:
-            raise ValueError(
-                f"this NBRDF goes from {count} inputs to {OUTPUTS} outputs, got {sizes}"
-            )
+        if (sizes[0], sizes[-1]) != (count, OUTPUTS):
+            raise ValueError(f"this NBRDF goes from {count} inputs to {OUTPUTS} outputs: {sizes}")
 
     @property
     def sizes(self) -> tuple[int, ...]:
         """Width of every layer, inputs and outputs included: (6, 21, 21, 3)."""
-        return (self.layers[0].weights.shape[0], *(len(layer.biases) for layer in self.layers))
+        return widths(self.layers)
 
     @property
     def weight_count(self) -> int:
         """Number of weights and biases."""
-        return sum(layer.weights.size + layer.biases.size for layer in self.layers)
+        return sum(array.size for array in chain(*self.layers))
 
     @property
     def nbytes(self) -> int:
-        """See :class:`nacre.brdf.Brdf`."""
         return PRECISIONS[self.precision].itemsize * self.weight_count
 
     def summary(self) -> str:
-        """See :class:`nacre.brdf.Brdf`."""
         sizes = "-".join(map(str, self.sizes))
         return f"{sizes}, {self.inputs} inputs, {super().summary()}"
 
@@ -158,25 +130,15 @@ class NeuralBrdf(NetworkBrdf):
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
-        return NeuralBrdf(
-            layers,
-            isotropic=self.isotropic,
-            name=self.name,
-            source=self.source,
-            sampler=self.sampler,
-            metadata=self.metadata,
-            inputs=self.inputs,
-            precision=self.precision,
-        )
+        kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
+        return NeuralBrdf(layers, **{name: getattr(self, name) for name in kept})
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
-        """See :class:`nacre.neural.network.NetworkBrdf`."""
         xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Brdf`."""
         source = self.metadata.get("source", {})
         facts = {
             "inputs": self.inputs,

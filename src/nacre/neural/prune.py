@@ -10,8 +10,7 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer, dense
 
 _PAIRS = 1 << 16
-_MARGIN = 0.02
-"""Fraction of its range by which a unit must stay below zero to count as never active."""
+_MARGIN = 0.02  # part of its range by which a unit must stay below zero to count as never active
 
 
 def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:

@@ -25,19 +25,12 @@ from nacre.numerics.mlp import Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
-_LAYERS, _WEIGHTS = "layer_names", "weight_names"
-"""Attributes that list names."""
+_LAYERS, _WEIGHTS = "layer_names", "weight_names"  # attributes that list names
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
 
 
 def load_h5(path: PathLike) -> NeuralBrdf:
-    """Read the weights that Keras saved of a sequential network.
-
-    Raises
-    ------
-    FormatError
-        If the file is not such a network.
-    """
+    """Read the weights that Keras saved of a sequential network; FormatError if it is no such."""
     import h5py
 
     data = read_bytes(path, _LIMIT)
@@ -63,10 +56,8 @@ def load_h5(path: PathLike) -> NeuralBrdf:
 def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     """Write an isotropic network as Keras weights that the authors' tools load.
 
-    Raises
-    ------
-    FormatError
-        If `network` is not an isotropic neural material or the path cannot be written.
+    Raises FormatError if `network` is not an isotropic neural material or the path cannot be
+    written.
     """
     import h5py
 
@@ -94,10 +85,7 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 def load_npy(path: PathLike) -> NeuralBrdf:
     """Read a set `X_fc1.npy, X_b1.npy, X_fc2.npy, ...`; `path` names any one of them.
 
-    Raises
-    ------
-    FormatError
-        If a file of the set is missing or they are not a network.
+    Raises FormatError if a file of the set is missing or they are not a network.
     """
     path = Path(path)
     match = _NPY_NAME.fullmatch(path.stem)
@@ -127,11 +115,8 @@ def _names(group: Any, key: str, limit: int, sound: set[str]) -> list[str]:
     if 0 in attribute.shape:
         return []
     strings = h5py.check_string_dtype(attribute.dtype)
-    if (
-        strings is None
-        or len(attribute.shape) != 1
-        or (strings.length is None and key not in sound)
-    ):
+    unsound = strings is None or (strings.length is None and key not in sound)
+    if unsound or len(attribute.shape) != 1:
         raise ValueError(f"attribute '{key}' is no list of strings")
     if attribute.shape[0] * attribute.dtype.itemsize > limit:
         raise ValueError(f"attribute '{key}' holds less than its shape says")
@@ -155,9 +140,7 @@ def _read_npy(path: Path) -> npt.NDArray[np.float32]:
 
 
 def _float32(values: npt.ArrayLike) -> npt.NDArray[np.float32]:
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # what is not finite is refused with the rest
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
         return np.ascontiguousarray(values, np.float32)
 
 

@@ -12,8 +12,7 @@ from nacre.neural.nbrdf import HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
 from nacre.neural.samples import BLOCK
 from nacre.sampling import DISTRIBUTIONS
 
-ENHANCED_GAIN = 32.0
-"""Default gain of the loss with enhanced inputs."""
+ENHANCED_GAIN = 32.0  # default gain of the loss with enhanced inputs
 
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {
@@ -84,27 +83,23 @@ class Recipe:
 
     def __post_init__(self) -> None:
         input_count(self.inputs, True)
-        if self.gain is not None and not 0 < self.gain <= 1e6:
-            raise ValueError(f"gain must lie between 0 and a million, got {self.gain}")
         check_positive(self, "epochs", "samples", "hidden")
-        if not 0 < self.sample_share <= 100:
-            raise ValueError(f"sample_share must lie above 0, got {self.sample_share}")
-        if not 0 < self.learning_rate < math.inf:
-            raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
-        if not 0 < self.held_out < 1:
-            raise ValueError(f"held_out must lie between 0 and 1, got {self.held_out}")
-        if self.sampling not in DISTRIBUTIONS:
-            known = ", ".join(DISTRIBUTIONS)
-            raise ValueError(f"sampling must be one of {known}, got {self.sampling!r}")
-        if self.stored_precision not in PRECISIONS:
-            known = ", ".join(PRECISIONS)
-            raise ValueError(f"precision must be one of {known}, got {self.precision!r}")
+        distributions, precisions = ", ".join(DISTRIBUTIONS), ", ".join(PRECISIONS)
+        blocks = self.batch >= BLOCK and self.batch % BLOCK == 0
+        for name, fits, rule in (
+            ("gain", self.gain is None or 0 < self.gain <= 1e6, "lie between 0 and a million"),
+            ("sample_share", 0 < self.sample_share <= 100, "lie above 0"),
+            ("learning_rate", 0 < self.learning_rate < math.inf, "be positive"),
+            ("held_out", 0 < self.held_out < 1, "lie between 0 and 1"),
+            ("sampling", self.sampling in DISTRIBUTIONS, f"be one of {distributions}"),
+            ("precision", self.stored_precision in PRECISIONS, f"be one of {precisions}"),
+            ("seed", self.seed >= 0, "not be negative"),
+            ("batch", blocks, f"be a positive multiple of {BLOCK}"),
+        ):
+            if not fits:
+                raise ValueError(f"{name} must {rule}, got {getattr(self, name)!r}")
         if self.size is not None:
             self.widths(input_count(self.inputs, True))
-        if self.seed < 0:
-            raise ValueError(f"seed must not be negative, got {self.seed}")
-        if self.batch < BLOCK or self.batch % BLOCK:
-            raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {self.batch}")
         if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
             raise ValueError(f"samples must leave some to train on, got {self.samples}")
 
@@ -136,12 +131,8 @@ class Recipe:
         return HALF if self.inputs == ENHANCED else SINGLE
 
     def widths(self, inputs: int) -> tuple[int, ...]:
-        """Widths of the hidden layers of a network of so many inputs.
-
-        Raises
-        ------
-        ValueError
-            If `size` is too small for any network.
+        """Widths of the hidden layers of a network of so many inputs; ValueError if `size` is too
+        small.
         """
         if self.size is None:
             return self.hidden
@@ -156,13 +147,7 @@ class Recipe:
 
 
 def check_positive(recipe: object, *names: str) -> None:
-    """Refuse settings below 1, of widths each; one that is None has its default.
-
-    Raises
-    ------
-    ValueError
-        With the name of the setting.
-    """
+    """Raise ValueError for settings below 1, of widths each; one that is None has its default."""
     for name in names:
         setting = getattr(recipe, name)
         for value in setting if isinstance(setting, Sequence) else [setting]:

@@ -17,8 +17,7 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
 
-BLOCK = 16
-"""Samples that stay together when the order of training is shuffled."""
+BLOCK = 16  # samples that stay together when the order of training is shuffled
 
 _CHUNK = 1 << 15
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
@@ -85,14 +84,9 @@ def draw(
 ) -> Samples:
     """Samples at random directions, ready to train on.
 
-    Parameters
-    ----------
-    brdf, count, seed, progress, distribution
-        As for :func:`nacre.sampling.draw_samples`, which also has the errors.
-    inputs
-        Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`.
-    gain
-        Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|.
+    See :func:`nacre.sampling.draw_samples`, which also has the errors, and
+    :func:`nacre.neural.inputs.network_inputs`. `gain` is k of the loss |log(1 + k f cos) - log(1 +
+    k f' cos)|.
     """
     samples = draw_samples(brdf, count, seed, progress, distribution)
     values = np.empty((count, input_count(inputs, brdf.isotropic)), np.float32)

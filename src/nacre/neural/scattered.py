@@ -27,16 +27,11 @@ from nacre.neural.samples import Samples, direction_inputs
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.numerics.mlp import Layer
 
-SCATTERED_SAMPLES = 320_000
-"""Training samples, augmentation included."""
-OWN_FRACTION = 0.5
-"""Fraction of the training samples that are the scan's own, repeated."""
-WEIGHT = 100.0
-"""k in sr: differences below 1 / k hardly matter."""
-MIN_SAMPLES = 10
-"""Samples that a scan must have."""
-MIN_VALUE = 1e-3
-"""Measured values count as at least this much (1/sr) when errors are relative to them."""
+SCATTERED_SAMPLES = 320_000  # training samples, augmentation included
+OWN_FRACTION = 0.5  # fraction of the training samples that are the scan's own, repeated
+WEIGHT = 100.0  # k in sr: differences below 1 / k hardly matter
+MIN_SAMPLES = 10  # samples that a scan must have
+MIN_VALUE = 1e-3  # the least that measured values (1/sr) count as when errors are relative
 
 
 def scattered_samples(
@@ -49,25 +44,9 @@ def scattered_samples(
 ) -> tuple[Samples, Samples]:
     """Training samples and held-out samples of a scan; the latter with the loss of tables.
 
-    Parameters
-    ----------
-    scan
-        The scan.
-    count
-        Number of training samples, augmentation included.
-    held_out
-        Fraction of the scan's samples to hold out.
-    seed
-        Chooses the held-out samples (see :func:`hold_out`) and the augmentation.
-    progress
-        Called with the number of samples drawn and how many there will be.
-    inputs
-        Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`.
-
-    Raises
-    ------
-    NacreError
-        If the scan has too few samples.
+    `count` is how many to train on, augmentation included, `held_out` the fraction of the scan's
+    samples to hold out. The seed chooses these (:func:`hold_out`) and the augmentation. Raises
+    NacreError if the scan has too few samples.
     """
     if len(scan.samples) < MIN_SAMPLES:
         few = f"{len(scan.samples)} samples are too few to fit a network to"
@@ -94,13 +73,7 @@ def scattered_samples(
 def hold_out(
     count: int, fraction: float, seed: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Indices of the samples of a scan to train on, and of those held out.
-
-    Raises
-    ------
-    NacreError
-        If none would be left to train on.
-    """
+    """Indices of the samples of a scan to train on, and to hold out; NacreError if none is left."""
     held = max(1, round(fraction * count))
     if held >= count:
         raise NacreError(f"{held} of {count} samples are held out, which leaves none to train on")
@@ -115,17 +88,10 @@ def highest(scan: Scattered, held_out: float, seed: int) -> Floats:
 
 
 def clamped(layers: Sequence[Layer], highest: npt.ArrayLike) -> list[Layer]:
-    """Layers of the network min(f_r, highest), exact at all directions.
+    """Layers of the network min(f_r, highest), in 1/sr and shape (3,), exact at all directions.
 
     One more ReLU layer, of three units, does it: min(x, c) = c - max(c - x, 0), with x the output
     before exp(x) - 1 and c = log(1 + highest).
-
-    Parameters
-    ----------
-    layers
-        An NBRDF.
-    highest
-        Maximum of red, green and blue in 1/sr, shape (3,).
     """
     *hidden, last = layers
     cap = np.log1p(np.asarray(highest, np.float32))

@@ -34,14 +34,10 @@ def _machine() -> tuple[int, int]:
 
 
 LANES, _VECTORS = _machine()
-PANEL = LANES * _VECTORS
-"""Samples that one call of a dense tile covers."""
-DENSE_ROWS = 3
-"""Output rows of a dense tile."""
-OUTER_ROWS = (3, 7)
-"""Rows of either factor of an outer-product tile."""
-OUTER_SIZE = -(-math.prod(OUTER_ROWS) // LANES) * LANES
-"""Elements that an outer-product tile writes."""
+PANEL = LANES * _VECTORS  # samples that one call of a dense tile covers
+DENSE_ROWS = 3  # output rows of a dense tile
+OUTER_ROWS = (3, 7)  # rows of either factor of an outer-product tile
+OUTER_SIZE = -(-math.prod(OUTER_ROWS) // LANES) * LANES  # elements that its tile writes
 
 _f32 = ir.FloatType()
 _i64 = ir.IntType(64)
@@ -95,9 +91,7 @@ class _Emitter:
 
     def multiply_add(self, a: Any, b: Any, accumulator: Any) -> None:
         function = cgutils.get_or_insert_function(
-            self.builder.module,
-            ir.FunctionType(_vector, [_vector] * 3),
-            f"llvm.fma.v{LANES}f32",
+            self.builder.module, ir.FunctionType(_vector, [_vector] * 3), f"llvm.fma.v{LANES}f32"
         )
         total = self.builder.call(function, [a, b, self.builder.load(accumulator)])
         self.builder.store(total, accumulator)

@@ -16,9 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import require
-from nacre.neural.device import SampleStack
 from nacre.neural.nbrdf import OUTPUTS
-from nacre.neural.samples import BLOCK
+from nacre.neural.samples import BLOCK, Samples
 from nacre.numerics.mlp import RELU, Layer, dense
 from nacre.runtime.device import open_device
 
@@ -27,36 +26,45 @@ adam: Any = require("torch.optim.adam", "torch").adam
 Tensor: TypeAlias = Any
 Vector = npt.NDArray[np.float32]
 
-_LARGEST = 88.0
-"""Outputs are clamped here, as in the kernel: e^x of more is infinite in single precision."""
-_LOSS_BLOCKS = 4096
-"""Blocks of one material that are evaluated at a time."""
-_WARM_UP = 3
-"""Steps before one is recorded: CUDA libraries set themselves up when they are first called."""
-_gate: Any = torch.ops.aten.threshold_backward
-"""Gradient of a ReLU from its output, in one pass over memory."""
-_recording = threading.Lock()
-"""A process can record one CUDA graph at a time."""
+_LARGEST = 88.0  # bound of outputs, as in the kernel: e^x of more is infinite in single precision
+_LOSS_BLOCKS = 4096  # blocks of one material that are evaluated at a time
+_WARM_UP = 3  # steps before one is recorded: CUDA libraries set themselves up in the first ones
+_gate: Any = torch.ops.aten.threshold_backward  # gradient of a ReLU from its output
+_recording = threading.Lock()  # a process can record one CUDA graph at a time
+
+
+def stack_bytes(device: str) -> int:
+    """Bytes of samples that make a full stack: 1 GiB, of CUDA 4 GiB or half of what is free."""
+    opened = open_device(device)
+    if opened.type != "cuda":
+        return 1 << 30
+    free, _ = torch.cuda.mem_get_info(opened)
+    return min(4 << 30, int(free) // 2)
+
+
+class SampleStack:
+    """Samples of several materials of the same inputs on a device."""
+
+    def __init__(self, samples: Sequence[Samples], device: str) -> None:
+        counts = [part.block_count for part in samples]
+        rows = samples[0].rows
+        # Sample by sample, so that a batch that is gathered is a matrix with a sample a row.
+        self.blocks = torch.empty((sum(counts), BLOCK, rows), device=device)
+        self.parts = self.blocks.split(counts)
+        for target, part in zip(self.parts, samples, strict=True):
+            source = torch.from_numpy(part.blocks).view(-1, rows, BLOCK)
+            target.copy_(source.to(device).transpose(1, 2))
+        starts = np.cumsum([0, *counts[:-1]])[:, None]
+        self.starts = torch.from_numpy(starts).to(device)
+        self.block_count = min(counts)  # blocks that every material has
 
 
 class TorchTrainer:
-    """Weights and optimizer state of a stack of networks on a PyTorch device.
+    """Weights and optimizer state of a stack of networks on a PyTorch device: "cpu", "cuda",
+    "cuda:1".
 
-    Parameters
-    ----------
-    layers
-        Initial layers of each network; copied.
-    batch
-        Samples of each material a step, a multiple of 16.
-    device
-        PyTorch device: "cpu", "cuda", "cuda:1".
-    materials
-        Number of networks.
-
-    Raises
-    ------
-    NacreError
-        If PyTorch has no such device here.
+    Initial layers of each network are copied; a step takes `batch` samples of each material, a
+    multiple of 16. Raises NacreError if PyTorch has no such device here.
     """
 
     def __init__(
@@ -106,16 +114,8 @@ class TorchTrainer:
     def epoch(
         self, samples: SampleStack, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
     ) -> None:
-        """One step per learning rate over the blocks in `order`.
-
-        Parameters
-        ----------
-        samples
-            Of as many materials as there are networks.
-        order
-            Indices of blocks, shape (blocks,), or (materials, blocks) for orders of their own.
-        rates
-            Learning rates, one for each batch of the order.
+        """One step per learning rate over the blocks in `order`: indices of shape (blocks,), or
+        (materials, blocks) for orders of their own. There is a rate for each batch of the order.
         """
         if self._stream:
             self._stream.wait_stream(torch.cuda.current_stream(self._device))

@@ -24,7 +24,6 @@ class Blocks(Protocol):
     @property
     def block_count(self) -> int:
         """Number of blocks of each material."""
-        ...
 
 
 _Samples = TypeVar("_Samples", bound=Blocks)
@@ -40,11 +39,9 @@ class Trainer(Protocol[_SamplesIn, _LossOut]):
         self, samples: _SamplesIn, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
     ) -> None:
         """One Adam step per learning rate over blocks in the given order."""
-        ...
 
     def loss(self, samples: _SamplesIn) -> _LossOut:
         """Mean loss over all samples."""
-        ...
 
 
 def train(

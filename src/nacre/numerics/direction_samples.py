@@ -13,15 +13,9 @@ from nacre.array import ColorList, Colors, Scalars, VectorList
 
 @dataclass(frozen=True)
 class DirectionSamples:
-    """Values of a reflectance at pairs of directions.
+    """Values of a reflectance at pairs of unit directions above the horizon, shapes (n, 3).
 
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, above the horizon, shapes (n, 3).
-    rgb
-        f_r in 1/sr, linear Rec. 709 RGB, shape (n, 3); a negative channel is a color outside the
-        gamut.
+    f_r is in 1/sr, linear Rec. 709 RGB; a negative channel is a color outside the gamut.
     """
 
     wi: VectorList
@@ -52,19 +46,15 @@ class Scattered(Protocol):
     @property
     def samples(self) -> DirectionSamples:
         """Every sample."""
-        ...
 
     def subset(self, chosen: npt.NDArray[Any]) -> Scattered:
         """The same kind of reflectance from the samples at an array of indices only."""
-        ...
 
     def nearest(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Index of the nearest sample to each pair of directions, shape (n,) for (n, 3)."""
-        ...
 
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """See :meth:`nacre.Brdf.eval`."""
-        ...
 
 
 def loss_scale(gain: object) -> str:

@@ -9,17 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.floating]
+from nacre.array import Floats
+
 Vector = npt.NDArray[np.float64]
 
-_SOFTENING = 0.05
-"""Residuals below this share of the mean count as squares."""
-_LONGEST = 2.0
-"""Change of a parameter in one step."""
-_ENOUGH = 1e-5
-"""Relative gain of a step below which it is the last."""
-_HOPELESS = 1e8
-"""Damping at which no step helps any more."""
+_SOFTENING = 0.05  # residuals below this share of the mean count as squares
+_LONGEST = 2.0  # change of a parameter in one step
+_ENOUGH = 1e-5  # relative gain of a step below which it is the last
+_HOPELESS = 1e8  # damping at which no step helps any more
 
 
 def minimize(
@@ -29,31 +26,15 @@ def minimize(
     iterations: int,
     limit: float = math.inf,
 ) -> tuple[Vector, float]:
-    """Parameters at which the mean absolute residual is least, near where it starts.
+    """Parameters (p,) at which the mean absolute residual is least near a start, and that mean.
 
     Each step solves weighted least squares in which a residual r weighs 1 / sqrt(r^2 + e^2), so
     that the weighted squares bound the absolute values from above (iteratively reweighted least
     squares), damped after Levenberg and Marquardt.
 
-    Parameters
-    ----------
-    residuals
-        Residuals of any shape for parameters (p,), float32 or float64.
-    jacobian
-        Their derivatives, shape (p, *residuals), for parameters and the residuals there.
-    start
-        Shape (p,).
-    iterations
-        Steps at most.
-    limit
-        Parameters stay within this distance of 0.
-
-    Returns
-    -------
-    parameters
-        Shape (p,).
-    loss
-        Mean absolute residual there; infinite where the start already is not finite.
+    Residuals are float32 or float64 of any shape; the Jacobian, of shape (p, *residuals), is called
+    with parameters and the residuals there. Parameters stay within `limit` of 0. The mean is
+    infinite where it is not finite at the start.
     """
     free, damping = start, 1e-2
     current = residuals(free)

@@ -18,13 +18,10 @@ import numpy.typing as npt
 from nacre.array import Array, Floats, namespace
 
 RELU, TANH = "relu", "tanh"
-SILU = "silu"
-"""x / (1 + exp(-x)), also known as swish."""
-SILU_BY_TANH = "silu by tanh"
-"""The same function in the form x / 2 (1 + tanh(x / 2)), whose last bits differ."""
+SILU = "silu"  # x / (1 + exp(-x)), also known as swish
+SILU_BY_TANH = "silu by tanh"  # the same as x / 2 (1 + tanh(x / 2)), whose last bits differ
 
-_CLIP = 60.0
-"""Bound of the exponent of :data:`SILU`: exp does not overflow float32."""
+_CLIP = 60.0  # bound of the exponent of SILU: exp does not overflow float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,13 +121,12 @@ def _library(values: Any) -> tuple[Callable[[Any, Any, Any], Any], _Functions]:
     if isinstance(values, list | tuple):
         return _components, {RELU: _relu_components}
     if type(values).__module__.partition(".")[0] == "torch":
-        return _tensors, {RELU: _relu_in_place, TANH: _tanh_tensor, SILU: _silu_tensor}
+        return _tensors, _TORCH
     return _cooperative, {RELU: _relu_cooperative, SILU: _silu_cooperative}
 
 
 def _rows(values: Floats, weights: Floats, biases: Floats) -> Floats:
-    product: Floats = values @ weights.astype(values.dtype, copy=False) + biases
-    return product
+    return values @ weights.astype(values.dtype, copy=False) + biases
 
 
 def silu(x: Floats) -> Floats:
@@ -139,8 +135,7 @@ def silu(x: Floats) -> Floats:
 
 
 def _silu_by_tanh(x: Floats) -> Floats:
-    result: Floats = 0.5 * x * (1.0 + np.tanh(0.5 * x))
-    return result
+    return np.asarray(0.5 * x * (1.0 + np.tanh(0.5 * x)))
 
 
 _NUMPY: _Functions = {
@@ -168,18 +163,13 @@ def _tensors(values: Any, weights: Any, biases: Any) -> Any:
     return torch.addmm(biases, values, weights) if values.ndim == 2 else values @ weights + biases
 
 
-def _relu_in_place(values: Any) -> Any:
-    return values.relu_()
-
-
-def _tanh_tensor(values: Any) -> Any:
-    return values.tanh()
-
-
 def _silu_tensor(values: Any) -> Any:
     import torch
 
     return torch.nn.functional.silu(values)
+
+
+_TORCH: _Functions = {RELU: lambda x: x.relu_(), TANH: lambda x: x.tanh(), SILU: _silu_tensor}
 
 
 def _cooperative(values: Any, weights: Any, biases: Any) -> Any:

@@ -12,30 +12,17 @@ from nacre.array import Floats
 Terms: TypeAlias = tuple[float, Floats, Floats]
 """Value, gradient (p,) and Hessian (p, p) of a function."""
 
-_LONGEST = 2.0
-"""Change of a parameter in one step."""
-_HOPELESS = 1e8
-"""Damping at which no step helps any more."""
+_LONGEST = 2.0  # change of a parameter in one step
+_HOPELESS = 1e8  # damping at which no step helps any more
 
 
 def minimize(
     function: Callable[[Floats], Terms], start: Floats, iterations: int, enough: float = 1e-5
 ) -> tuple[float, Floats]:
-    """Least value of a function near where it starts, and its parameters.
+    """Least value of a function of parameters (p,) near where it starts, and its parameters.
 
     Steps are damped after Levenberg and Marquardt, so that a Hessian serves that is only near the
-    true one, as long as it is positive semidefinite.
-
-    Parameters
-    ----------
-    function
-        Of parameters (p,).
-    start
-        Shape (p,).
-    iterations
-        Steps at most.
-    enough
-        Gain of a step below which it is the last.
+    true one, as long as it is positive semidefinite. A gain below `enough` ends them.
     """
     best = start
     value, gradient, hessian = function(best)

@@ -15,10 +15,8 @@ from nacre.numerics.channels import CHROMA, LUMA
 
 Double = npt.NDArray[np.float64]
 
-_OVERSAMPLING = 16
-"""Directions followed beyond those asked for, which makes these converge in few passes."""
-_POWERS = 4
-"""Passes over rows in memory."""
+_OVERSAMPLING = 16  # directions beyond those asked for, which make these converge in few passes
+_POWERS = 4  # passes over rows in memory
 PASSES = 2
 """Times that :func:`leading_directions` goes through the rows."""
 
@@ -33,14 +31,8 @@ Runs = Callable[[], Iterable[Sequence[Floats]]]
 
 
 def largest_first(matrix: Floats, count: int | None = None) -> tuple[Double, Double]:
-    """Eigenvalues (k,) of a symmetric matrix, the largest first, and eigenvectors (n, k).
-
-    Parameters
-    ----------
-    matrix
-        Shape (n, n), like a covariance.
-    count
-        k; all where None.
+    """The k largest eigenvalues of a symmetric matrix (n, n), largest first, and eigenvectors (n,
+    k).
     """
     values, vectors = np.linalg.eigh(np.asarray(matrix, np.float64))
     return values[::-1][:count], vectors[:, ::-1][:, :count]
@@ -51,20 +43,9 @@ def snapshots(
 ) -> tuple[Double, npt.NDArray[np.float32]]:
     """Components of few rows of many columns, by the products of the rows among each other.
 
-    Parameters
-    ----------
-    slabs
-        Goes through the columns once, a slab of shape (rows, b) at a time; called twice. The mean
-        is off already.
-    count
-        Of components, at most: those without variance are left out.
-
-    Returns
-    -------
-    squares
-        Sums of the squares of the rows along each component, the largest first.
-    components
-        Unit vectors, shape (components, columns).
+    `slabs` goes through the columns once, a slab of shape (rows, b) at a time, and is called twice;
+    the mean is off already. Given are the sums of the squares of the rows along each component, the
+    largest first, and unit vectors (components, columns). Components without variance are left out.
     """
     gram = sum(np.asarray(slab @ slab.T) for slab in slabs())
     squares, vectors = largest_first(np.asarray(gram), count)
@@ -77,27 +58,12 @@ def snapshots(
 def leading_components(
     rows: Floats, orders: Sequence[npt.NDArray[Any]], count: int, seed: int = 0
 ) -> tuple[Floats, Floats]:
-    """The leading components of rows that are counted in several orders of their columns.
+    """The leading components of rows (rows, n) that are counted in several orders of their columns.
 
-    Subspace iteration (Halko, Martinsson and Tropp 2011); the reordered rows are never made.
-
-    Parameters
-    ----------
-    rows
-        Shape (rows, n).
-    orders
-        A group of orders of the n columns, like those of
-        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
-    count
-        Of components.
-    seed
-        Of the subspace that it begins with.
-
-    Returns
-    -------
-    tuple
-        Orthonormal components, shape (n, count), the strongest first, and their variances: mean
-        squares of the rows along them, shape (count,).
+    Subspace iteration (Halko, Martinsson and Tropp 2011); the reordered rows are never made. Orders
+    are a group, like those of :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. Given are
+    orthonormal components (n, count), the strongest first, and their variances: mean squares of the
+    rows along them, (count,).
     """
     width = min(count + _OVERSAMPLING, rows.shape[1])
     random = np.random.default_rng(seed)
@@ -123,25 +89,9 @@ def leading_directions(
     """Approximate right singular vectors of several matrices, which are gone through together.
 
     Subspace iteration from random directions (Halko, Martinsson and Tropp 2011, "Finding Structure
-    with Randomness", algorithm 4.4): products X^T (X Q) are summed over runs of rows of X.
-
-    Parameters
-    ----------
-    runs
-        Gives the rows, :data:`PASSES` times.
-    matrices
-        How many there are.
-    width
-        Length of a row.
-    count
-        Vectors wanted, at most `width`.
-    seed
-        Of the first directions.
-
-    Returns
-    -------
-    vectors
-        Of each matrix, shape (width, count), orthonormal, the largest singular value first.
+    with Randomness", algorithm 4.4): products X^T (X Q) are summed over runs of rows of X, of
+    length `width`, given :data:`PASSES` times. Of each matrix there are `count` orthonormal
+    vectors, shape (width, count), the largest singular value first.
     """
     random = np.random.default_rng(seed)
     columns = min(width, count + _OVERSAMPLING)
@@ -165,30 +115,20 @@ class ColoredComponents(NamedTuple):
     size, and the strongest are chosen.
     """
 
-    part: npt.NDArray[np.int64]
-    """Which of the parts each comes from, shape (k,)."""
-    component: npt.NDArray[np.int64]
-    """Which component of the part, shape (k,)."""
-    colors: Floats
-    """Its unit color, shape (k, 3)."""
-    variances: Double
-    """Of each, largest first, shape (k,)."""
+    part: npt.NDArray[np.int64]  # which of the parts each comes from, shape (k,)
+    component: npt.NDArray[np.int64]  # which component of the part, shape (k,)
+    colors: Floats  # its unit color, shape (k, 3)
+    variances: Double  # of each, largest first, shape (k,)
 
 
 def strongest(
     variances: Sequence[npt.ArrayLike], colors: Sequence[Floats], count: int
 ) -> ColoredComponents:
-    """The components of the largest variances; of both colors of a component the second may be
-    left out.
+    """The components of the largest variances, at most `count`; of both colors of a component the
+    second may be left out.
 
-    Parameters
-    ----------
-    variances
-        Of the components of each part.
-    colors
-        Of each part, shape (colors, 3): :data:`BY_PERMUTATION` or :data:`BY_CHANNEL`.
-    count
-        k, at most.
+    Variances are those of the components of each part, colors (colors, 3) its
+    :data:`BY_PERMUTATION` or :data:`BY_CHANNEL`.
     """
     rows = [
         (float(variance), part, index, color)

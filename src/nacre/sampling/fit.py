@@ -16,16 +16,11 @@ from nacre.sampling.mixture import GgxMixture
 from nacre.sampling.mixture_moment import MixtureMoment
 from nacre.sampling.moment import Moment, second_moment
 
-_COSINES = (0.1, 0.45, 1.0)
-"""Of the views at which lobes are fitted: a sphere shows hardly any lower ones."""
-_STARTS = (0.02, 0.1, 0.4)
-"""Roughnesses."""
-_APART = 0.6
-"""How far from the one lobe's width a second one starts, either way."""
-_WORTH = 1e-3
-"""Smallest fraction of the cosine lobe's second moment that a mixture saves."""
-_FIRST, _MORE = 10, 40
-"""Steps of every start, and of the best."""
+_COSINES = (0.1, 0.45, 1.0)  # of the views of the fit: a sphere shows hardly any lower ones
+_STARTS = (0.02, 0.1, 0.4)  # roughnesses
+_APART = 0.6  # how far from the one lobe's width a second one starts, either way
+_WORTH = 1e-3  # smallest fraction of the cosine lobe's second moment that a mixture saves
+_FIRST, _MORE = 10, 40  # steps of every start, and of the best
 _EXPONENTS = np.geomspace(1.0, MAX_EXPONENT, 48)
 _FRACTIONS = np.linspace(0.0, 0.98, 50)
 

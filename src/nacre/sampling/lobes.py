@@ -11,11 +11,9 @@ from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
 from nacre.geometry import cosine_hemisphere, dot, half_vector, reflect, uniform_hemisphere
 
-MAX_EXPONENT = 1e5
-"""Sharpest Blinn-Phong lobe: beyond it float32 half vectors no longer resolve the lobe."""
+MAX_EXPONENT = 1e5  # sharpest lobe: beyond it float32 half vectors no longer resolve it
 
-_SMALL = 0.03
-"""Below it a series replaces the difference of two numbers near 1."""
+_SMALL = 0.03  # below it a series replaces the difference of two numbers near 1
 
 
 class UniformSampler(Sampler):
@@ -28,12 +26,10 @@ class UniformSampler(Sampler):
         return "uniform"
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
-        """See :class:`nacre.brdf.Sampler`."""
         wi = uniform_hemisphere(u[1], u[2])
         return wi, self.pdf_components(wi, wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         return 0.5 / math.pi + 0.0 * wi[2] + 0.0 * wo[2]
 
 
@@ -73,14 +69,12 @@ class BlinnPhongMixture(Sampler):
 
     @classmethod
     def parametrizations(cls) -> Mapping[str, Any]:
-        """See :class:`nacre.brdf.Sampler`."""
         from nacre.sampling.parametrizations import BlinnPhongParametrization
 
         return {"blinn-phong": BlinnPhongParametrization()}
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> BlinnPhongMixture:
-        """See :class:`nacre.brdf.Sampler`."""
         return cls(float(description["specular"]), float(description["exponent"]))
 
     def sample_components(self, wo: Components, u: Components) -> tuple[Components, Array]:
@@ -97,7 +91,6 @@ class BlinnPhongMixture(Sampler):
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         mirrored = blinn_phong_density(half_vector(wi, wo), wo, self.exponent)
         visible = (wi[2] > 0.0) & (wo[2] > 0.0)

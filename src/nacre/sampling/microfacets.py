@@ -18,11 +18,9 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.geometry import from_half_difference, from_spherical, join, split
 
-GRAZING = math.radians(89.9)
-"""Polar angle that stands for the horizon, at which f_r is not defined."""
+GRAZING = math.radians(89.9)  # polar angle that stands for the horizon, at which f_r is not defined
 
-_DIFFERENCE_AZIMUTHS = 16
-"""Azimuths of the difference vector that a highlight is averaged over."""
+_DIFFERENCE_AZIMUTHS = 16  # azimuths of the difference vector that a highlight is averaged over
 _ITERATIONS = 100
 _CONVERGED = 1e-5
 _TINY_DENSITY = 1e-30
@@ -30,28 +28,19 @@ _TINY_DENSITY = 1e-30
 
 def polar_nodes(count: int) -> Floats:
     """Polar angles of `count` nodes that stand evenly in sqrt(2 theta / pi), shape (count,)."""
-    angles: Floats = np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
-    return angles
+    return np.linspace(0.0, 1.0, count) ** 2 * (0.5 * math.pi)
 
 
 def azimuth_nodes(count: int) -> Floats:
     """Azimuths of `count` even nodes from -pi to pi, shape (count,)."""
-    angles: Floats = np.linspace(-math.pi, math.pi, count)
-    return angles
+    return np.linspace(-math.pi, math.pi, count)
 
 
 class NormalGrid:
     """Functions of a direction on the unit square of an adaptive table, and their integrals.
 
-    Values have the shape (azimuths, polars); nodes are those of :func:`azimuth_nodes` and
-    :func:`polar_nodes`.
-
-    Parameters
-    ----------
-    azimuths, polars
-        Numbers of nodes, at least 2.
-    isotropic
-        Whether the functions do not depend on the azimuth.
+    Values have the shape (azimuths, polars); nodes, two or more each way, are those of
+    :func:`azimuth_nodes` and :func:`polar_nodes`. Isotropic functions do not depend on the azimuth.
     """
 
     def __init__(self, azimuths: int, polars: int, isotropic: bool) -> None:
@@ -70,29 +59,18 @@ class NormalGrid:
         self._facing = np.maximum(facing, 0.0).astype(np.float32)
 
     def projected_area(self, density: Floats) -> Floats:
-        """sigma: the integral of D(m) max(m . o, 0) over normals, for directions o at the nodes.
-
-        Parameters
-        ----------
-        density
-            D in 1/sr at the nodes.
+        """sigma: the integral of D(m) max(m . o, 0) over normals, for directions o at the nodes; D
+        in 1/sr.
         """
         area = self._facing @ (self._weights * density).ravel()
         return np.broadcast_to(area.reshape(self._views.shape[:2]), self.shape)
 
     def visible(self, density: Floats, theta: float, phi: float) -> Floats:
-        """What the direction of these angles sees of normals, per area of the square, not scaled.
-
-        Parameters
-        ----------
-        density
-            D in 1/sr at the nodes.
-        theta, phi
-            Polar angle and azimuth in radians.
+        """What the direction of these angles, in radians, sees of normals of density D in 1/sr at
+        the nodes, per area of the square, not scaled.
         """
         view = np.stack(from_spherical(theta, phi))
-        seen: Floats = density * self.jacobian * np.maximum(self.normals @ view, 0.0)
-        return seen
+        return np.asarray(density * self.jacobian * np.maximum(self.normals @ view, 0.0))
 
     def normalized(self, density: Floats) -> Floats:
         """`density` scaled so that D(m) cos(m) integrates to 1; uniform where all is 0."""
@@ -105,18 +83,11 @@ class NormalGrid:
         """Density of microfacet normals D of a reflectance, in 1/sr, normalized.
 
         The eigenvector of f_r(o, o) cos(o) sigma(o) for the largest eigenvalue. Where f_r is not
-        known it is interpolated along the polar angle.
-
-        Parameters
-        ----------
-        brdf
-            Any reflectance.
-        correlated
-            Whether light sent straight back is shadowed as models have it that correlate heights
-            and not directions (Heitz 2014, equation 99), 2 sigma(o) - cos(o) standing for
-            sigma(o); else what the viewer sees is lit.
+        known it is interpolated along the polar angle. If `correlated`, light sent straight back is
+        shadowed as models have it that correlate heights and not directions (Heitz 2014, equation
+        99), 2 sigma(o) - cos(o) standing for sigma(o); else what the viewer sees is lit.
         """
-        back = self._straight_back(brdf)
+        back = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
         shadowed = self._views[..., 2] if correlated else 0.0
         density = self.normalized(np.zeros(self.shape))
         for _ in range(_ITERATIONS):
@@ -128,27 +99,18 @@ class NormalGrid:
         return density
 
     def ggx_roughness(self, density: Floats) -> float:
-        """Alpha of the isotropic GGX distribution with the same mean slope.
+        """Alpha of the isotropic GGX distribution with the mean slope of a normalized D in 1/sr.
 
         Dupuy et al. 2015: the mean of |tan theta| over slopes is pi alpha / 2.
-
-        Parameters
-        ----------
-        density
-            D in 1/sr at the nodes, normalized.
         """
         sine = np.sqrt(1.0 - self.normals[..., 2] ** 2)
         return 2.0 / math.pi * float(np.sum(self._weights * density * sine))
 
     def beckmann_roughness(self, density: Floats) -> float:
-        """Alpha of the isotropic Beckmann distribution with the same variance of slopes.
+        """Alpha of the isotropic Beckmann distribution with the variance of slopes of a normalized
+        D.
 
         Dupuy et al. 2015: the mean of tan(theta)^2 over slopes is alpha^2.
-
-        Parameters
-        ----------
-        density
-            As for :meth:`ggx_roughness`.
         """
         cosine = self.normals[..., 2]
         above = cosine > math.cos(GRAZING)
@@ -156,16 +118,10 @@ class NormalGrid:
         return math.sqrt(float(np.sum(self._weights * density * square)))
 
     def highlight(self, brdf: Brdf, theta_d: float) -> Floats:
-        """Mean of f_r over pairs of directions at an angle from their half vector, normalized.
+        """Mean of f_r over pairs of directions at an angle (radians) from their half vector,
+        normalized.
 
         At grazing angles it shows the normals of a coat that sends hardly anything straight back.
-
-        Parameters
-        ----------
-        brdf
-            Any reflectance.
-        theta_d
-            Angle between half vector and either direction, in radians.
         """
         phi_d = 2.0 * math.pi * (np.arange(_DIFFERENCE_AZIMUTHS) + 0.5) / _DIFFERENCE_AZIMUTHS
         half = split(self._views[..., None, :])
@@ -174,11 +130,6 @@ class NormalGrid:
         counts = known.sum(axis=-1)
         mean = value.sum(axis=-1) / np.maximum(counts, 1)
         return self.normalized(np.broadcast_to(_mended(mean, counts > 0), self.shape))
-
-    def _straight_back(self, brdf: Brdf) -> Floats:
-        """f_r(o, o) cos(o), scaled; shape (1 or azimuths, polars)."""
-        back: Floats = _mended(*_known(brdf, self._views, self._views)) * self._views[..., 2]
-        return back
 
 
 def _known(brdf: Brdf, wi: Floats, wo: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any, TypeAlias
 
 from nacre.array import Array, Components, namespace
@@ -16,11 +16,10 @@ from nacre.sampling.visible_normals import MIN_ROUGHNESS, sample_visible, visibl
 Values: TypeAlias = tuple[float, ...]
 """A value for each of the cosines of a mixture; linear between them, constant beyond."""
 
-MAX_LOBES, MAX_COSINES = 8, 16
-"""Sizes that the code of a renderer grows with."""
+MAX_LOBES, MAX_COSINES = 8, 16  # sizes that the code of a renderer grows with
 MAX_ROUGHNESS, MAX_SHIFT = 4.0, 2.0
-_ROUNDING = 1e-6
-"""By which fractions may add up to more than 1."""
+_IN_FILES = "share", "roughness", "across", "shift"  # the fields of a lobe
+_ROUNDING = 1e-6  # by which fractions may add up to more than 1
 _TINY = 1e-30
 
 
@@ -88,9 +87,8 @@ class GgxMixture(Sampler):
             raise ValueError(f"1 to {MAX_LOBES} lobes and 1 to {MAX_COSINES} cosines are possible")
         if any(a >= b for a, b in itertools.pairwise(self.cosines)):
             raise ValueError(f"cosines must increase, got {self.cosines}")
-        self._check("cosines", self.cosines, 0.0, 1.0)
-        self._check("uniform", self.uniform, 0.0, 1.0)
-        self._check("squared", self.squared, 0.0, 1.0)
+        for name in ("cosines", "uniform", "squared"):
+            self._check(name, getattr(self, name), 0.0, 1.0)
         for lobe in self.lobes:
             self._check("fraction", lobe.fraction, 0.0, 1.0)
             self._check("roughness", lobe.roughness, MIN_ROUGHNESS, MAX_ROUGHNESS)
@@ -109,21 +107,11 @@ class GgxMixture(Sampler):
             raise ValueError(f"{name} must lie in [{low:g}, {high:g}], got {values}")
 
     def describe(self) -> dict[str, Any]:
-        """See :class:`nacre.brdf.Sampler`."""
-        lobes = [
-            {
-                "share": lobe.fraction,
-                "roughness": lobe.roughness,
-                "across": lobe.across,
-                "shift": lobe.shift,
-            }
-            for lobe in self.lobes
-        ]
+        lobes = [dict(zip(_IN_FILES, astuple(lobe), strict=True)) for lobe in self.lobes]
         return {**super().describe(), "lobes": lobes}
 
     @classmethod
     def parametrizations(cls) -> Mapping[str, Any]:
-        """See :class:`nacre.brdf.Sampler`."""
         from nacre.sampling.parametrizations import (
             MixtureParametrization,
             SingleLobeParametrization,
@@ -133,14 +121,12 @@ class GgxMixture(Sampler):
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> GgxMixture:
-        """See :class:`nacre.brdf.Sampler`."""
 
         def values(part: Mapping[str, Any], name: str) -> Values:
             return tuple(float(value) for value in part[name])
 
         lobes = (
-            GgxLobe(*(values(lobe, name) for name in ("share", "roughness", "across", "shift")))
-            for lobe in description["lobes"]
+            GgxLobe(*(values(lobe, name) for name in _IN_FILES)) for lobe in description["lobes"]
         )
         uniform, squared, cosines = (
             values(description, name) for name in ("uniform", "squared", "cosines")
@@ -186,7 +172,6 @@ class GgxMixture(Sampler):
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         at, (cos, sin), view = self._interpolation(wo), *lobe_frame(wo, self.angle)
         h = in_frame(half_vector(wi, wo), cos, sin)

@@ -21,27 +21,15 @@ from nacre.sampling.mixture_parameters import (
 from nacre.sampling.moment import Moment, view_pairs
 from nacre.sampling.visible_normals import visible_density
 
-_STEP = 1e-5
-"""Of differences."""
-_SMALL = -2.0
-"""Logarithm of a fraction that starts small, relative to that of the cosine lobe."""
+_STEP = 1e-5  # of differences
+_SMALL = -2.0  # logarithm of a fraction that starts small, relative to that of the cosine lobe
 
 
 class MixtureMoment:
     """The second moment as a function of parameters that may have any value.
 
-    :mod:`nacre.sampling.mixture_parameters` says what they are; a row for each of `cosines`.
-
-    Parameters
-    ----------
-    moment
-        Of the material.
-    cosines
-        See :class:`GgxMixture`.
-    lobes
-        Number of GGX lobes.
-    angle
-        See :class:`GgxMixture`.
+    :mod:`nacre.sampling.mixture_parameters` says what they are: a row for each of `cosines`, of so
+    many GGX lobes. For cosines and angle see :class:`GgxMixture`.
     """
 
     def __init__(self, moment: Moment, cosines: Values, lobes: int, angle: float | None) -> None:
@@ -115,8 +103,7 @@ class MixtureMoment:
 
     def _lobe(self, shape: list[Floats]) -> Floats:
         along, across, shift = shape
-        lobe: Floats = visible_density(self._half, self._view, (along, across), shift)
-        return lobe
+        return np.asarray(visible_density(self._half, self._view, (along, across), shift))
 
     def _bounded(self, rows: Floats) -> tuple[Floats, Floats]:
         """Values (m, c) of free parameters (m, c), and their derivatives (m, c, c)."""

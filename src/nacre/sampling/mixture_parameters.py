@@ -14,14 +14,11 @@ import numpy as np
 from nacre.array import Array, Floats, namespace
 from nacre.sampling.mixture import GgxLobe, GgxMixture, Values
 
-MIN_COSINE = 0.01
-"""Fraction of the cosine lobe: it bounds every weight."""
+MIN_COSINE = 0.01  # fraction of the cosine lobe: it bounds every weight
 MAX_FITTED_SHIFT = 1.0
-ROUGHNESSES = 0.004, 1.5
-"""Range of roughnesses."""
+ROUGHNESSES = 0.004, 1.5  # range of roughnesses
 _LOW, _HIGH = (math.log(a) for a in ROUGHNESSES)
-_FARTHEST = 30.0
-"""Free parameters beyond this, either way, mean the same: exponentials stay finite."""
+_FARTHEST = 30.0  # free parameters beyond this, either way, mean the same: exponentials stay finite
 
 
 def columns(lobes: int) -> tuple[slice, slice, slice]:

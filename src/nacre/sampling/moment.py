@@ -10,40 +10,26 @@ import numpy as np
 
 from nacre.array import Array, Components, Floats
 from nacre.brdf import Brdf
-from nacre.geometry import (
-    cosine_hemisphere,
-    half_vector,
-    join,
-    reflect,
-    split,
-    uniform_hemisphere,
-)
+from nacre.geometry import cosine_hemisphere, half_vector, join, reflect, split, uniform_hemisphere
 from nacre.sampling.mixture import in_frame, lobe_frame
 from nacre.sampling.sequence import even_points
 from nacre.sampling.visible_normals import sample_visible, visible_density
 
 _VIEWS = 8
 _PER_VIEW = 512
-_ROUGHNESSES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
-"""Of the proposal: highlights of every width are seen."""
-_DARK = 0.1
-"""Albedo of a channel, relative to the brightest, below which its noise counts less."""
+_ROUGHNESSES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # of the proposal, for highlights of every width
+_DARK = 0.1  # albedo of a channel, relative to the brightest, below which its noise counts less
 
 
 @dataclass(frozen=True)
 class Moment:
     """Directions that estimate the second moment of f cos(theta_i) / p of any density p.
 
-    Parameters
-    ----------
-    wo
-        Views at all azimuths, shape (v, n, 3), float64; the cosine is the same along n.
-    wi
-        Lights, as `wo`.
-    weights
-        Shape (v, n). Their sum, each divided by the density p of its light in 1/sr, is the second
-        moment relative to the squared albedo: averaged over the channels, and over views as an
-        orthographic picture of a sphere has them. It is about 1 where nothing varies.
+    Views `wo`, at all azimuths, and lights `wi` have shape (v, n, 3), float64; the cosine of the
+    view is the same along n. The sum of the weights (v, n), each divided by the density p of its
+    light in 1/sr, is the second moment relative to the squared albedo: averaged over the channels,
+    and over views as an orthographic picture of a sphere has them. It is about 1 where nothing
+    varies.
     """
 
     wo: Floats
@@ -55,14 +41,9 @@ class Moment:
 class Proposal:
     """Directions that no material decides: the same for all that are compared.
 
-    Parameters
-    ----------
-    wo, wi
-        As in :class:`Moment`; `wi` is the normal where a light was drawn below the horizon.
-    density
-        With which lights were drawn, in 1/sr, shape (v, n); infinite below the horizon.
-    fractions
-        Of the views in the mean, shape (v,).
+    Views and lights are as in :class:`Moment`, the normal where a light was drawn below the
+    horizon. The density with which lights were drawn is in 1/sr, shape (v, n), infinite below the
+    horizon; fractions (v,) are those of the views in the mean.
     """
 
     wo: Floats
@@ -92,10 +73,8 @@ class Pairs(NamedTuple):
 
     half: Components
     """Half vectors, in the frame of the lobes; see :func:`nacre.sampling.mixture.lobe_frame`."""
-    view: Components
-    """Views, likewise."""
-    cosine: Array
-    """cos(theta_i)."""
+    view: Components  # views, likewise
+    cosine: Array  # cos(theta_i)
 
 
 def view_pairs(wo: Floats, wi: Floats, angle: float | None = None) -> Pairs:
@@ -106,15 +85,7 @@ def view_pairs(wo: Floats, wi: Floats, angle: float | None = None) -> Pairs:
 
 
 def second_moment(brdf: Brdf, seed: int = 0) -> Moment:
-    """Evaluate a reflectance where samplers are compared.
-
-    Parameters
-    ----------
-    brdf
-        Any reflectance; values that are not finite count as 0.
-    seed
-        Of the directions.
-    """
+    """Evaluate a reflectance where samplers are compared; values that are not finite count as 0."""
     proposal = propose(seed)
     with np.errstate(all="ignore"):  # of a wild reflectance
         f_r = brdf.eval(proposal.wi, proposal.wo)
@@ -132,22 +103,10 @@ def propose(seed: int = 0, per_view: int = _PER_VIEW) -> Proposal:
 def propose_lights(squared_sines: Floats, count: int, seed: int) -> tuple[Floats, Floats, Floats]:
     """Lights for views: diffuse and about the mirror directions of normals of all roughnesses.
 
-    Parameters
-    ----------
-    squared_sines
-        Of the polar angles of the views, shape (v,).
-    count
-        Lights for each.
-    seed
-        Of their directions and of the azimuths of the views, which differ from light to light.
-
-    Returns
-    -------
-    wo, wi
-        Views and lights, shapes (v, count, 3), float64.
-    density
-        Of the lights, in 1/sr, shape (v, count); infinite where one fell below the horizon, which
-        the normal stands in for.
+    Views have polar angles of these squared sines (v,), and `count` lights each; the seed is of the
+    lights' directions and of the views' azimuths, which differ from light to light. Given are views
+    and lights (v, count, 3), float64, and the density of the lights in 1/sr, (v, count): infinite
+    where one fell below the horizon, which the normal stands in for.
     """
     offset = np.random.default_rng(seed).random(4)
     u = even_points(len(squared_sines) * count, 4, offset).reshape(len(squared_sines), count, 4)

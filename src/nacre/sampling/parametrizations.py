@@ -54,13 +54,11 @@ class BlinnPhongParametrization(Parametrization):
     size = 2
 
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """See :class:`Parametrization`."""
         fraction, exponent = (x[..., None, None] for x in self._bounded(free))
         lobe = blinn_phong_density(pairs.half, pairs.view, exponent)
         return fraction * lobe + (1.0 - fraction) / math.pi * pairs.cosine
 
     def sampler(self, free: Floats) -> BlinnPhongMixture:
-        """See :class:`Parametrization`."""
         fraction, exponent = (float(f"{x:.4g}") for x in self._bounded(free))
         return BlinnPhongMixture(fraction, exponent)
 
@@ -78,13 +76,11 @@ class SingleLobeParametrization(Parametrization):
     size = 2
 
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """See :class:`Parametrization`."""
         fraction, alpha = (x[..., None, None] for x in self._bounded(free))
         lobe = visible_density(pairs.half, pairs.view, (alpha, alpha))
         return fraction * lobe + (1.0 - fraction) / math.pi * pairs.cosine
 
     def sampler(self, free: Floats) -> GgxMixture:
-        """See :class:`Parametrization`."""
         fraction, alpha = ((float(f"{x:.4g}"),) for x in self._bounded(free))
         return GgxMixture((GgxLobe(fraction, alpha, alpha, (0.0,)),))
 
@@ -102,7 +98,6 @@ class MixtureParametrization(Parametrization):
     size = len(cosines) * (2 + 4 * lobes)
 
     def density(self, free: Array, pairs: Pairs) -> Array:
-        """See :class:`Parametrization`."""
         rows = free.reshape(*free.shape[:-1], len(self.cosines), -1)
         fractions, roughnesses, shifts = (
             self._of_views(part, pairs.view[2][:, :1]) for part in bounded(rows, self.lobes)
@@ -124,7 +119,6 @@ class MixtureParametrization(Parametrization):
         return density
 
     def sampler(self, free: Floats) -> GgxMixture:
-        """See :class:`Parametrization`."""
         rows = np.asarray(free, np.float64).reshape(len(self.cosines), -1)
         return rounded_mixture(rows, self.cosines, self.lobes)
 
@@ -144,8 +138,7 @@ PARAMETRIZATIONS: Mapping[str, Parametrization] = {
 }
 """Those that the training of a basis predicts, by name in files."""
 
-BEST = "mixture"
-"""The one with the least variance."""
+BEST = "mixture"  # the one with the least variance
 
 
 def find_parametrization(name: str) -> Parametrization:

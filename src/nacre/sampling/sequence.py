@@ -8,23 +8,14 @@ from nacre.array import Floats
 
 
 def even_points(count: int, dimensions: int, offset: Floats | float = 0.5) -> Floats:
-    """The R sequence: points in [0, 1) that stay even however many are taken.
+    """The R sequence (count, dimensions): points in [0, 1) that stay even however many are taken.
 
-    Parameters
-    ----------
-    count, dimensions
-        Shape of the result.
-    offset
-        The point before the first, shape (dimensions,) or one number for all.
-
-    References
-    ----------
-    Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences".
+    The one before the first is `offset`. See Roberts 2018, "The Unreasonable Effectiveness of
+    Quasirandom Sequences".
     """
     # Steps are powers of the inverse of the real root of x^(d + 1) = x + 1, a fixed point.
     root = 2.0
     for _ in range(64):
         root = (1.0 + root) ** (1.0 / (dimensions + 1))
     steps = root ** -np.arange(1.0, dimensions + 1.0)
-    points: Floats = (offset + np.arange(count)[:, None] * steps) % 1.0
-    return points
+    return (offset + np.arange(count)[:, None] * steps) % 1.0

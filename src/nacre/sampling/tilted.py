@@ -18,32 +18,23 @@ from nacre.geometry import azimuth, cosine_hemisphere, half_vector, reflect, spl
 from nacre.sampling.mixture import in_frame
 from nacre.sampling.visible_normals import sample_visible, visible_density
 
-PARAMETERS = 4
-"""Of a mixture: fraction, roughness, and the two coordinates of the slope."""
+PARAMETERS = 4  # of a mixture: fraction, roughness, and the two coordinates of the slope
 
 _FRACTIONS = (0.2, 0.4, 0.6, 0.8)
 _ROUGHNESS = (0.15, 0.22, 0.32, 0.5, 0.8)
 _SLOPES = (0.2, 0.45)
 _AZIMUTHS = 8
 _BLOCK = 1 << 10
-_DARK = 1e-12
-"""Of squared products with the cosine, so that a black texel has a mixture too."""
+_DARK = 1e-12  # of squared products with the cosine, so that a black texel has a mixture too
 
 
 @dataclass(frozen=True)
 class TiltedMixture(Sampler):
     """Density fraction * (visible normals, mirrored) + (1 - fraction) * cos(theta_i) / pi.
 
-    What falls below the horizon has density 0: the density integrates to at most one.
-
-    Parameters
-    ----------
-    fraction
-        Probability of the lobe of normals, in [0, 1).
-    roughness
-        Of its GGX normals, the same in all directions.
-    slope
-        x / z and y / z of the mean normal.
+    What falls below the horizon has density 0: the density integrates to at most one. The fraction
+    lies in [0, 1); GGX normals have the same roughness in all directions, and the slope is x / z
+    and y / z of the mean normal.
     """
 
     fraction: Array
@@ -64,7 +55,6 @@ class TiltedMixture(Sampler):
         return (x, y, z), self.pdf_components((x, y, z), wo)
 
     def pdf_components(self, wi: Components, wo: Components) -> Array:
-        """See :class:`nacre.brdf.Sampler`."""
         xp = namespace(*wi, *wo)
         cos, sin, shift = self._axis()
         alpha = self.roughness, self.roughness
@@ -81,22 +71,12 @@ class TiltedMixture(Sampler):
 
 
 def fit_tilted(values: Floats, wi: Floats, wo: Floats, areas: Floats) -> Floats:
-    """The mixture, among some hundreds, whose sample weights vary least, for each texel.
+    """The mixture, among some hundreds, whose sample weights vary least, for each texel: shape (t,
+    4).
 
-    Parameters
-    ----------
-    values
-        One value a texel and pair of directions, proportional to f_r, shape (t, n).
-    wi, wo
-        Unit directions, shape (n, 3); each view with the same number of lights, one view after the
-        other.
-    areas
-        Solid angle that each light stands for, shape (n,).
-
-    Returns
-    -------
-    array of shape (t, 4)
-        :data:`PARAMETERS`. All views count alike, however bright they are.
+    Values are proportional to f_r, one a texel and pair of unit directions, shape (t, n);
+    directions (n, 3) are one view after the other, each with the same number of lights, which stand
+    for solid angles `areas` (n,). All views count alike, however bright they are.
     """
     views = len(np.unique(wo, axis=0))
     mixtures = _mixtures()

@@ -68,8 +68,7 @@ them, where the light comes from anywhere in the sky or from the reflectance's s
 where it has none)."""
 
 _CHUNK = 1 << 15
-_HOPELESS = 64
-"""Chunks without enough valid samples after which drawing gives up."""
+_HOPELESS = 64  # chunks without enough valid samples after which drawing gives up
 
 
 def draw_samples(

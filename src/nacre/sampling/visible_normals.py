@@ -16,11 +16,9 @@ import math
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, normalize
 
-MIN_ROUGHNESS = 1e-3
-"""Below it float32 half vectors do not resolve the lobe."""
+MIN_ROUGHNESS = 1e-3  # below it float32 half vectors do not resolve the lobe
 
-_MIN_AREA = 1e-12
-"""Keeps directions below the horizon, which callers discard, from dividing by 0."""
+_MIN_AREA = 1e-12  # keeps directions below the horizon, which callers discard, from dividing by 0
 
 
 def distribution(h: Components, alpha: tuple[Array, Array], shift: Array = 0.0) -> Array:

@@ -1,26 +1,65 @@
-"""Cook and Torrance 1982, "A Reflectance Model for Computer Graphics"."""
+"""Gaussians of the slope: Ward's lobe, Duer's normalization of it, and Cook and Torrance's."""
 
 from __future__ import annotations
 
 import math
 
-from nacre.analytic.fresnel import dielectric, schlick_one
+from nacre.analytic.fresnel import fresnel
 from nacre.analytic.model import (
     DIFFUSE,
     INDEX,
     NORMAL_REFLECTANCE,
     SCALE,
     AnalyticBrdf,
+    Parameter,
     Values,
     coated,
 )
-from nacre.analytic.ward import ROUGHNESS, gaussian
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector
 
+ROUGHNESS = Parameter("roughness", 1e-3, 5.0, (0.02, 0.6))
+
+
+def gaussian(h: Components, roughness: Array) -> Array:
+    """exp(-tan(theta_h)^2 / roughness^2)."""
+    xp = namespace(*h)
+    tan2 = (h[0] * h[0] + h[1] * h[1]) / xp.maximum(h[2] * h[2], 1e-12)
+    return xp.exp(-1.0 * tan2 / (roughness * roughness))
+
+
+class Ward(AnalyticBrdf):
+    """specular exp(-tan(theta_h)^2 / a^2) / (4 pi a^2 sqrt(cos theta_i cos theta_o)) (Ward 1992,
+    "Measuring and Modeling Anisotropic Reflection", isotropic).
+    """
+
+    model = "ward"
+    parameters = (DIFFUSE, SCALE, ROUGHNESS)
+
+    @staticmethod
+    def formula(values: Values, wi: Components, wo: Components) -> Components:
+        a, cosines = values["roughness"], cosine_product(wi, wo)
+        lobe = gaussian(half_vector(wi, wo), a) / (4.0 * math.pi * a * a)
+        return coated(values, lobe / namespace(cosines).sqrt(cosines))
+
+
+class WardDuer(AnalyticBrdf):
+    """:class:`Ward` without the square root (Duer 2006, "An Improved Normalization for the Ward
+    Reflectance Model").
+    """
+
+    model = "ward-duer"
+    parameters = (DIFFUSE, SCALE, ROUGHNESS)
+
+    @staticmethod
+    def formula(values: Values, wi: Components, wo: Components) -> Components:
+        a, cosines = values["roughness"], cosine_product(wi, wo)
+        return coated(values, gaussian(half_vector(wi, wo), a) / (4.0 * math.pi * a * a * cosines))
+
 
 class CookTorrance(AnalyticBrdf):
-    """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base.
+    """specular F D G / (pi cos theta_i cos theta_o) over a Lambertian base (Cook and Torrance 1982,
+    "A Reflectance Model for Computer Graphics").
 
     D = exp(-tan(theta_h)^2 / m^2) / (m^2 cos(theta_h)^4), as Cook and Torrance have it: a factor pi
     larger than Beckmann's normalized density. G is that of V-shaped grooves, F that of a
@@ -32,9 +71,8 @@ class CookTorrance(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         facets, cosine = _facets(values["roughness"], wi, wo)
-        return coated(values, facets * dielectric(cosine, values["index"]))
+        return coated(values, facets * fresnel(values, cosine))
 
 
 class SchlickCookTorrance(AnalyticBrdf):
@@ -47,10 +85,8 @@ class SchlickCookTorrance(AnalyticBrdf):
 
     @staticmethod
     def formula(values: Values, wi: Components, wo: Components) -> Components:
-        """See :class:`AnalyticBrdf`."""
         facets, cosine = _facets(values["roughness"], wi, wo)
-        fresnel = schlick_one(cosine, values["normal_reflectance"])
-        return coated(values, facets / math.pi * fresnel)
+        return coated(values, facets / math.pi * fresnel(values, cosine))
 
 
 def grooves(h: Components, wi: Components, wo: Components) -> Array:
