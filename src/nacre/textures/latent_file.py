@@ -29,12 +29,7 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import (
-    PUBLISHED,
-    codec_fingerprint,
-    load_codec,
-    unpack_codec,
-)
+from nacre.textures.codecs.codec_file import PUBLISHED, codec_fingerprint, load_codec, unpack_codec
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.textures.uniform import TexelBrdf, material_of
 
@@ -127,12 +122,7 @@ def _encode(latent: LatentMap) -> bytes:
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}
-    header = {
-        "version": VERSION,
-        "name": latent.name,
-        "codec": model,
-        "metadata": latent.metadata,
-    }
+    header = {"version": VERSION, "name": latent.name, "codec": model, "metadata": latent.metadata}
     return to_bytes(KEY, header, tensors, _LIMIT)
 
 

@@ -98,10 +98,7 @@ class NeuralBtf(Btf):
     decodable = True
 
     def __init__(
-        self,
-        latent: LatentMap,
-        directions: tuple[Floats, Floats] | None = None,
-        where: str = "",
+        self, latent: LatentMap, directions: tuple[Floats, Floats] | None = None, where: str = ""
     ) -> None:
         height, width, _ = latent.codes.shape
         wi, wo = directions or (latent.wi, latent.wo)
@@ -109,11 +106,9 @@ class NeuralBtf(Btf):
         self.latent, self._where = latent, where or latent.name
 
     def at_directions(self, wi: Floats, wo: Floats) -> NeuralBtf:
-        """See :meth:`Btf.at_directions`."""
         return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)), self._where)
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         latent = self.latent
         reference = latent.reference
         facts = super().describe() | {

@@ -102,7 +102,6 @@ class TexelBrdf(Brdf):
         return LatentMap(self.code[None, None], self.codec, up, up, self.name)
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         light, view = (np.ascontiguousarray(join(w), np.float32) for w in (wi, wo))
         return split(self.codec.decoder(light, view)(self.code[None])[0] / np.float32(math.pi))
 

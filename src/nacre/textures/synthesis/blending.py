@@ -128,11 +128,7 @@ def _stretched(mask: Floats, height: int, width: int) -> Floats:
 
 
 def blend(
-    first: LatentMap,
-    second: LatentMap,
-    mask: Floats,
-    *,
-    keep_contrast: bool = True,
+    first: LatentMap, second: LatentMap, mask: Floats, *, keep_contrast: bool = True
 ) -> LatentMap:
     """A texture that goes from one material to another.
 

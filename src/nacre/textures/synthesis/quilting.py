@@ -67,11 +67,7 @@ class Quilting:
 
 
 def quilt(
-    features: Floats,
-    height: int,
-    width: int,
-    settings: Quilting,
-    progress: Progress = silent,
+    features: Floats, height: int, width: int, settings: Quilting, progress: Progress = silent
 ) -> Sources:
     """Lay patches in rows, each where it fits best over those before, and cut the overlaps.
 

@@ -41,7 +41,6 @@ class Carpet(Generator):
     across: float = number(0.3, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         centres = scattered(random, self.tufts, self.jitter)
         found = cells(size, centres)
         count = self.tufts**2

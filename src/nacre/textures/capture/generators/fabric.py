@@ -66,7 +66,6 @@ class Fabric(Generator):
                 raise ValueError(f"strands: {self.strands} is no multiple of {count} ({what})")
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         x, y = positions(size)
         i, j = np.arange(self.strands), np.arange(self.strands)[:, None]
         above = np.where(_WEAVES[self.weave][1](i, j), 1.0, -1.0)

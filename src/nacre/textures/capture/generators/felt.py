@@ -32,7 +32,6 @@ class Felt(Generator):
     across: float = number(0.35, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         steps = int(np.ceil(self.length / (0.7 * self.radius))) + 1
         start = random.uniform(size=(self.fibres, 2))
         azimuth = random.uniform(0.0, np.pi, self.fibres) * (1.0 - self.alignment)

@@ -40,7 +40,6 @@ class Leather(Generator):
     tint: float = number(0.0, 0.0, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         found = cells(size, scattered(random, self.bumps, self.jitter))
         bump = smooth_step(0.0, self.crease, found.margin)
         levels = random.uniform(-0.15, 0.15, self.bumps**2)[found.index]

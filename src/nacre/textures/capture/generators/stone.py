@@ -41,7 +41,6 @@ class Stone(Generator):
     sparkle: float = number(0.0, 0.0, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         shape = fractal(random, size, self.frequency, 6, self.gain)
         steps = 2.5 * shape
         stepped = (np.floor(steps) + smooth_step(0.7, 1.0, steps - np.floor(steps))) / 2.5

@@ -49,7 +49,6 @@ class Wallpaper(Generator):
     ink_roughness: float = number(0.35, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         field, inks = self._motif(random, size)
         low = np.quantile(field, 1.0 - self.cover)
         soft = self.softness * field.std()

@@ -33,7 +33,6 @@ class Wood(Generator):
     chatoyance: float = number(0.0, 0.0, 40.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         x, _ = positions(size)
         plank = np.floor(x * self.planks).astype(int)
         shift = random.uniform(0.0, 1.0, (self.planks, 2))

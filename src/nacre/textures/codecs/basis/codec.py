@@ -104,7 +104,6 @@ class BasisCodec(TexelCodec):
         return self.functions.luma_count + 2 * self.functions.chroma_count
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.encoder`."""
         observation = Observation(self.functions(wi, wo), self.prior)
         complete = self.complete.given(observation.known)
 
@@ -122,7 +121,6 @@ class BasisCodec(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.decoder`."""
         functions = self.functions(wi, wo)
         luma_count, chroma_count = self.functions.luma_count, self.functions.chroma_count
 
@@ -173,7 +171,6 @@ class BasisCodec(TexelCodec):
         }
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
-        """See :meth:`TexelCodec.pack`."""
         numbers, tensors = pack_fields(self)
         metadata = numbers.pop("metadata")
         written: Tensors = {}
@@ -191,7 +188,6 @@ class BasisCodec(TexelCodec):
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> BasisCodec:
-        """See :meth:`TexelCodec.unpack`."""
         check_header(header, VERSION)
         metadata, numbers = header["metadata"], header["numbers"]
         if not isinstance(numbers, dict):
@@ -233,7 +229,6 @@ class BasisCodec(TexelCodec):
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
-        """See :meth:`TexelCodec.train`."""
         from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
 
         codec = train_basis(run, recipe)
@@ -246,7 +241,6 @@ class BasisCodec(TexelCodec):
 
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:
-        """See :meth:`TexelCodec.state_files`."""
         return [path for path in Store(state).files() if path != state]
 
 

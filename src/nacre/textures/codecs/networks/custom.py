@@ -121,15 +121,12 @@ class CustomNetwork(TexelNetwork):
     def made(
         cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
     ) -> CustomNetwork:
-        """See :meth:`TexelNetwork.made`."""
         return cls(directions["wi"], directions["wo"], settings, whitening, *others)
 
     def directions(self) -> dict[str, Floats]:
-        """See :meth:`TexelNetwork.directions`."""
         return {"wi": self.wi, "wo": self.wo}
 
     def shapes(self) -> Shapes:
-        """See :class:`TexelNetwork`."""
         sizes, shapes, length, inputs = self.settings, Shapes(), len(self.wi), 3
         for index, outputs in enumerate(sizes.channels):
             shapes[f"convolution.{index}.weight"] = (outputs, inputs, sizes.kernel)
@@ -138,7 +135,6 @@ class CustomNetwork(TexelNetwork):
         return shapes | mlp_shapes("encoder", (inputs * length, *sizes.hidden, sizes.latent))
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
-        """See :class:`TexelNetwork`."""
         if same_pairs(wi, wo, self.wi, self.wo):
             return
         own = len(self.wi)
@@ -152,7 +148,6 @@ class CustomNetwork(TexelNetwork):
         """Nothing: the order of the entries stands for the directions."""
 
     def encode(self, values: Tensor, prepared: None) -> Tensor:
-        """See :class:`TexelNetwork`."""
         del prepared
         sizes, functional = self.settings, torch.nn.functional
         for weight, bias in mlp_layers(self.parameters, "convolution"):

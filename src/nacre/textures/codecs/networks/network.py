@@ -135,11 +135,9 @@ class TexelNetwork(TexelCodec):
         """Codes, shape (b, L), of whitened texels of shape (b, 3, n)."""
 
     def prepare_decoder(self, directions: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.prepare`."""
         return self._decoder.prepare(self.parameters, directions)
 
     def decode(self, codes: Tensor, prepared: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.decode`."""
         return self._decoder.decode(self.parameters, codes, prepared)
 
     def to(self, device: Any) -> Self:
@@ -191,7 +189,6 @@ class TexelNetwork(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`nacre.textures.codecs.TexelCodec.decoder`."""
         count = len(wi)
         texels = max(1, _ROWS // max(count, 1))
         with torch.inference_mode():
@@ -244,7 +241,6 @@ class TexelNetwork(TexelCodec):
         }
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
-        """See :meth:`TexelCodec.pack`."""
         tensors = in_precision(self.arrays(), precision)
         tensors |= self.directions()  # single always
         header = {
@@ -325,13 +321,11 @@ class TexelNetwork(TexelCodec):
 
     @classmethod
     def recipe_settings(cls) -> list[str]:
-        """See :meth:`TexelCodec.recipe_settings`."""
         has_pooling = hasattr(cls.settings_type, "pooling")
         return [name for name in super().recipe_settings() if name != "pooling" or has_pooling]
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: NetworkRecipe) -> TexelNetwork:
-        """See :meth:`TexelCodec.train`."""
         from nacre.textures.codecs.networks.training import train_network
 
         return train_network(cls, run, recipe)

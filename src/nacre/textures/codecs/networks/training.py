@@ -318,11 +318,7 @@ class _Training:
         self._validation = total / count
         if self._recipe.patience and self._validation < self._best["loss"]:
             parameters = [p.detach().clone() for p in self._parameters]
-            self._best = {
-                "loss": self._validation,
-                "step": self._step,
-                "parameters": parameters,
-            }
+            self._best = {"loss": self._validation, "step": self._step, "parameters": parameters}
 
     def _patience_over(self) -> bool:
         """Whether as many validations as patience allows found nothing better."""

@@ -89,7 +89,6 @@ class UnifiedNetwork(TexelNetwork):
     settings: UnifiedSettings
 
     def shapes(self) -> Shapes:
-        """See :class:`TexelNetwork`."""
         sizes = self.settings
         pooled = 3 * sizes.features
         return (
@@ -116,7 +115,6 @@ class UnifiedNetwork(TexelNetwork):
         return forward(directions, layers[:-1]).relu_()
 
     def encode(self, values: Tensor, prepared: Tensor) -> Tensor:
-        """See :class:`TexelNetwork`."""
         pooled = (self._mean if self.settings.pooling == "mean" else self._max)(values, prepared)
         pooled = pooled.flatten(1) + self.parameters["pooled.bias"]
         slope = self.parameters["pooled.slope"].to(pooled.dtype)

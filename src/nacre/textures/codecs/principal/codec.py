@@ -86,7 +86,6 @@ class PcaCodec(TexelCodec):
         return len(self.variances)
 
     def first(self, code_dim: int) -> PcaCodec:
-        """See :meth:`TexelCodec.first`."""
         if not 1 <= code_dim <= self.code_dim:
             raise NacreError(f"there are {self.code_dim} principal components only")
         left_out = float(self.variances[code_dim:].sum()) / self.mean.size
@@ -166,7 +165,6 @@ class PcaCodec(TexelCodec):
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> PcaCodec:
-        """See :meth:`TexelCodec.unpack`."""
         check_header(header, _VERSION)
         noise = header["noise"]
         if not isinstance(noise, float) or not 0.0 < noise < _LARGEST:
