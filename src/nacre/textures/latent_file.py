@@ -224,8 +224,7 @@ def _load_material(path: Path) -> TexelBrdf:
     try:
         return material_of(latent)
     except ValueError as error:
-        advice = "nacre btf average makes one of it"
-        raise FormatError(f"{path}: {error}; {advice}") from error
+        raise FormatError(f"{path}: {error}; nacre btf average makes one of it") from error
 
 
 FORMAT = Format(

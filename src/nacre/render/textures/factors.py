@@ -21,7 +21,7 @@ from nacre.numerics.pca import leading_directions
 from nacre.render.textures.angle_grid import node_directions
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.codec import TexelMap, on_all_cores
+from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
@@ -117,16 +117,13 @@ def factor(
     for start in range(0, len(side), step):
         lights = side[start : start + step]
         nodes = slice(start * len(side), (start + len(lights)) * len(side))
-        decoded = _decoded(latent, np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1)))
-        luma, chroma = _split(decoded(codes[several]))
+        wi, wo = np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1))
+        decode_nodes = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+        luma, chroma = _split(decode_nodes(codes[several]))
         functions[nodes, :LUMAS] = (luma_solve @ luma).T
         functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
         progress("functions", nodes.stop, len(functions), "")
     return Factors(weights, functions, resolution)
-
-
-def _decoded(latent: LatentMap, wi: Floats, wo: Floats) -> TexelMap:
-    return on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:

@@ -142,35 +142,25 @@ def _light(mi: Any, light: str, angle: float, environment: Environment | None) -
         return emitter(mi, light, environment)
     toward = light_direction(angle)
     if light == "directional":
-        return {
-            "type": "directional",
-            "direction": [-x for x in toward],
-            "irradiance": {"type": "rgb", "value": math.pi},
-        }
-    return {
-        "type": "point",
-        "position": point_position(toward),
-        "intensity": {"type": "rgb", "value": math.pi * _DISTANCE**2},
-    }
+        irradiance = {"type": "rgb", "value": math.pi}
+        return {"type": light, "direction": [-x for x in toward], "irradiance": irradiance}
+    intensity = {"type": "rgb", "value": math.pi * _DISTANCE**2}
+    return {"type": light, "position": point_position(toward), "intensity": intensity}
 
 
 def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
     place = mi.ScalarTransform4f()
-    if geometry == "sphere":
-        upright = place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
-        return {"object": {"type": "sphere", "to_world": upright, "bsdf": bsdf}}
-    if geometry == "plane":
-        lying = place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE)
-        return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
-    if geometry == "ground":
-        lying = place.rotate([1, 0, 0], -90.0).scale(_GROUND)
-        return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
-    cylinder = {
-        "type": "cylinder",
-        "p0": [0, 0, 0],
-        "p1": [0, _HEIGHT, 0],
-        "radius": _RADIUS,
-        "bsdf": bsdf,
+    places = {
+        "sphere": place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0),
+        "plane": place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE),
+        "ground": place.rotate([1, 0, 0], -90.0).scale(_GROUND),
     }
+    if geometry in places:
+        kind = "sphere" if geometry == "sphere" else "rectangle"
+        return {"object": {"type": kind, "to_world": places[geometry], "bsdf": bsdf}}
+    ends = {"p0": [0, 0, 0], "p1": [0, _HEIGHT, 0], "radius": _RADIUS}
     lid = place.translate([0, _HEIGHT, 0]).rotate([1, 0, 0], -90.0).scale(_RADIUS)
-    return {"object": cylinder, "lid": {"type": "disk", "to_world": lid, "bsdf": matte(0.05)}}
+    return {
+        "object": {"type": "cylinder", **ends, "bsdf": bsdf},
+        "lid": {"type": "disk", "to_world": lid, "bsdf": matte(0.05)},
+    }

@@ -161,13 +161,12 @@ class Records:
     def __init__(self, mi: Any, values: Floats, half: bool) -> None:
         self._mi = mi
         count, self.numbers = values.shape
-        self._row = min(_ROW, 1 << (self.numbers - 1).bit_length())
-        self._rows = -(-self.numbers // self._row)
+        self._rows, row = _rows(self.numbers)
         half = half and float(np.abs(values).max()) < HALF_LARGEST
         dtype: npt.DTypeLike = np.float16 if half else np.float32
-        padded = aligned_zeros((count, self._rows * self._row), dtype)
+        padded = aligned_zeros((count, self._rows * row), dtype)
         padded[:, : self.numbers] = values
-        self._data = AlignedBuffer(mi, padded.reshape(-1, self._row))
+        self._data = AlignedBuffer(mi, padded.reshape(-1, row))
 
     def at(self, corners: Corners) -> list[Any]:
         """The weighted sums of the numbers of some records."""
@@ -189,8 +188,14 @@ class Records:
 
 def record_bytes(numbers: int, half: bool) -> int:
     """Memory of a record."""
+    rows, row = _rows(numbers)
+    return rows * row * (2 if half else 4)
+
+
+def _rows(numbers: int) -> tuple[int, int]:
+    """Of a record: how many, and how many numbers each has."""
     row = min(_ROW, 1 << (numbers - 1).bit_length())
-    return -(-numbers // row) * row * (2 if half else 4)
+    return -(-numbers // row), row
 
 
 class AlignedBuffer:

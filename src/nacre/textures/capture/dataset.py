@@ -147,11 +147,6 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
     if not isinstance(old, dict):
         raise FormatError(f"{path}: is no manifest; choose another folder")
-    for texture in (
-        old.get("textures", {}).values() if isinstance(old.get("textures"), dict) else ()
-    ):
-        if isinstance(texture, dict) and isinstance(texture.get("parameters"), dict):
-            texture["parameters"] = current_names(texture["parameters"])
     for key, value in new.items():
         if old.get(key) != value:
             note = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"

@@ -33,17 +33,9 @@ def slopes(heights: Any, row: Any, column: Any, upper: Any) -> Any:
 
 @inner  # type: ignore[untyped-decorator]
 def intersect(
-    heights: Any,
-    tops: Any,
-    floor: Any,
-    peak: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    dx: Any,
-    dy: Any,
+    heights: Any, tops: Any, floor: Any, peak: Any, x: Any, y: Any, z: Any, dx: Any, dy: Any,
     dz: Any,
-) -> Any:
+) -> Any:  # fmt: skip
     """Where a ray meets the surface first (Amanatides and Woo 1987, in two dimensions).
 
     Parameters
@@ -71,12 +63,9 @@ def intersect(
     per_y = 1.0 / abs(dy) if dy != 0.0 else _FAR
     next_x = (1.0 - u0 if dx > 0.0 else u0) * per_x if dx != 0.0 else _FAR
     next_y = (1.0 - v0 if dy > 0.0 else v0) * per_y if dy != 0.0 else _FAR
-    if dz < 0.0:
-        end = (floor - 1.0 - z) / dz
-    elif dz > 0.0:
-        end = (peak - z) / dz
-    else:
-        end = _FAR
+    end = _FAR
+    if dz != 0.0:
+        end = ((floor - 1.0 if dz < 0.0 else peak) - z) / dz
     end = min(end, _PERIODS * size / max(abs(dx), abs(dy), 1e-9))
     start = 0.0
     while start < end:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -24,7 +23,6 @@ from nacre.textures.capture.patterns import Cells, Indices, cells, linear, noise
 class Carpet(Generator):
     """Tufts of pile, cut or looped; lengths are in distances between tufts."""
 
-    name: ClassVar[str] = "carpet"
     pile: str = choice("loop", "cut")
     tufts: int = whole(12, 4, 32)
     height: float = number(0.7, 0.1, 1.5)
@@ -54,24 +52,16 @@ class Carpet(Generator):
         albedo = albedo * (1.0 + self.variation * random.uniform(-1, 1, (count, 1)))
         shade = 1.0 + 0.2 * noise(random, size, frequency) * self.variation
         shade = shade * (0.55 + 0.45 * np.clip(heights / self.height, 0.0, 1.0))
-        return cover(
-            heights / self.tufts,
-            albedo[found.index] * np.clip(shade, 0.1, 2.0)[..., None],
-            self.specular,
-            self.along,
-            self.across,
-            direction=strand,
-            tint=self.tint,
-        )
+        albedo = albedo[found.index] * np.clip(shade, 0.1, 2.0)[..., None]
+        rough = self.along, self.across
+        return cover(heights / self.tufts, albedo, self.specular, *rough, strand, self.tint)
 
     def _loops(self, found: Cells, lean: Floats) -> tuple[Floats, Floats]:
         """Arches of twisted yarn along y."""
         x, y = found.offset[..., 0] * self.elongation, found.offset[..., 1]
         rotation = lean[found.index, 0]
-        x, y = (
-            x * np.cos(rotation) - y * np.sin(rotation),
-            x * np.sin(rotation) + y * np.cos(rotation),
-        )
+        cosine, sine = np.cos(rotation), np.sin(rotation)
+        x, y = x * cosine - y * sine, x * sine + y * cosine
         dome = np.sqrt(np.maximum(0.0, 1.0 - 2.2 * (x * x + y * y)))
         groove = 0.08 * np.cos(2.0 * np.pi * (2.0 * y + 1.5 * x)) * dome
         return dome + groove, 0.5 * np.pi + 0.5 - rotation

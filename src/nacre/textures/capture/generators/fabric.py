@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,6 @@ class Fabric(Generator):
     Lengths are in distances between strands; colors repeat from strand to strand.
     """
 
-    name: ClassVar[str] = "fabric"
     weave: str = choice(*_WEAVES)
     strands: int = whole(16, 2, 64)
     warp: tuple[str, ...] = colors("#3a4a6b")
@@ -76,24 +75,17 @@ class Fabric(Generator):
         height, owner, groove = (np.where(uppermost, a, b) for a, b in zip(warp, weft, strict=True))
         height = np.maximum(height, -0.5 * (self.crimp + self.roundness))
         height = height + self.fuzz * noise(random, size, 3.0 * self.strands)
-        threads = [linear(c)[np.arange(self.strands) % len(c)] for c in (self.warp, self.weft)]
-        albedo = np.where(
-            uppermost[..., None],
-            (threads[0] * lightness[0][:, None])[owner],
-            (threads[1] * lightness[1][:, None])[owner],
-        )
+        repeat = np.arange(self.strands)
+        threads = np.array([linear(c)[repeat % len(c)] for c in (self.warp, self.weft)])
+        above, below = (threads * lightness[..., None])[:, owner]
+        albedo = np.where(uppermost[..., None], above, below)
         mottling = 1.0 + 0.5 * self.variation * noise(random, size, 2.0 * self.strands)
         shade = (1.0 + 0.25 * groove) * np.clip(mottling, 0.3, 1.7)
         twist = np.radians(self.twist)
-        return cover(
-            height / self.strands,
-            albedo * shade[..., None],
-            self.specular,
-            self.along,
-            self.across,
-            direction=np.where(uppermost, 0.5 * np.pi + twist, twist),
-            tint=self.tint,
-        )
+        height, rough = height / self.strands, (self.along, self.across)
+        direction = np.where(uppermost, 0.5 * np.pi + twist, twist)
+        albedo = albedo * shade[..., None]
+        return cover(height, albedo, self.specular, *rough, direction, self.tint)
 
     def _strands(
         self, across: Floats, along: Floats, above: Floats
@@ -106,10 +98,7 @@ class Fabric(Generator):
         before = np.floor(place).astype(int)
         fraction = place - before
         ease = fraction * fraction * (3.0 - 2.0 * fraction)
-        first, second = (
-            above[index, before % self.strands],
-            above[index, (before + 1) % self.strands],
-        )
+        first, second = (above[index, (before + k) % self.strands] for k in (0, 1))
         middle = 0.5 * self.crimp * (first + (second - first) * ease)
         windings = 2.0 * np.tan(np.radians(self.twist)) * along * self.strands
         groove = np.cos(2.0 * np.pi * (side + np.round(windings.max()) * along))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from nacre.textures.capture.patterns import fractal, lay_fibres, linear
 class Felt(Generator):
     """Curled fibres in all directions, or mostly along x, pressed together."""
 
-    name: ClassVar[str] = "felt"
     fibres: int = whole(700, 50, 3000)
     length: float = number(0.5, 0.05, 1.5)
     radius: float = number(0.006, 0.003, 0.03)
@@ -48,18 +46,10 @@ class Felt(Generator):
         owners = np.repeat(np.arange(self.fibres), steps)
         top, owner = lay_fibres(size, points, self.radius, owners)
         gap = owner < 0
-        height = np.where(gap, 0.0, top) + 0.5 * self.loft * self.unevenness * fractal(
-            random, size, 3.0, 3
-        )
+        waves = fractal(random, size, 3.0, 3)
+        height = np.where(gap, 0.0, top) + 0.5 * self.loft * self.unevenness * waves
         color = linear(self.palette)[random.integers(len(self.palette), size=self.fibres)]
         color = color * (1.0 + self.variation * random.uniform(-1, 1, (self.fibres, 1)))
         albedo = color[owner] * np.where(gap, 0.6, 1.0)[..., None]
-        return cover(
-            height,
-            albedo,
-            self.specular,
-            self.along,
-            self.across,
-            direction=azimuth[owner],
-            tint=self.tint,
-        )
+        rough = self.along, self.across
+        return cover(height, albedo, self.specular, *rough, azimuth[owner], self.tint)

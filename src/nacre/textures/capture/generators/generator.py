@@ -46,6 +46,10 @@ class Generator(abc.ABC):
     """
 
     name: ClassVar[str]
+    """In recipes: that of the class, in lower case."""
+
+    def __init_subclass__(cls) -> None:
+        cls.name = cls.__name__.lower()
 
     @abc.abstractmethod
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
@@ -103,7 +107,6 @@ def cover(
     specular: Floats | float,
     along: Floats | float,
     across: Floats | float | None = None,
-    *,
     direction: Floats | float = 0.0,
     tint: Floats | float = 0.0,
 ) -> Mesostructure:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -24,7 +23,6 @@ from nacre.textures.capture.patterns import (
 class Leather(Generator):
     """Bumps between creases, with pores and wrinkles; lengths are in bumps."""
 
-    name: ClassVar[str] = "leather"
     bumps: int = whole(12, 3, 40)
     jitter: float = number(0.9, 0.0, 1.0)
     crease: float = number(0.25, 0.05, 0.8)
@@ -54,10 +52,5 @@ class Leather(Generator):
         shade = 1.0 - self.darkening * (1.0 - bump) - 0.4 * pit
         shade = shade + self.wear * smooth_step(0.6, 1.0, bump) * (noise(random, size, 3.0) > 0.3)
         rough = self.roughness * (1.0 + 0.6 * (1.0 - bump))
-        return cover(
-            height / self.bumps,
-            albedo * np.maximum(shade, 0.1)[..., None],
-            self.specular,
-            rough,
-            tint=self.tint,
-        )
+        albedo = albedo * np.maximum(shade, 0.1)[..., None]
+        return cover(height / self.bumps, albedo, self.specular, rough, tint=self.tint)

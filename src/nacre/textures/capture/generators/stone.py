@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -24,7 +23,6 @@ from nacre.textures.capture.patterns import (
 class Stone(Generator):
     """Rough or polished, of grains of several minerals, with veins, pits and layers."""
 
-    name: ClassVar[str] = "stone"
     amplitude: float = number(0.01, 0.0, 0.06)
     frequency: float = number(3.0, 1.0, 20.0)
     gain: float = number(0.55, 0.2, 0.9)
@@ -47,9 +45,8 @@ class Stone(Generator):
         height = self.amplitude * ((1.0 - self.layers) * shape + self.layers * stepped)
         found = cells(size, scattered(random, self.grains, 1.0))
         mineral = random.uniform(size=self.grains**2)
-        height = height + self.grain_height * (
-            smooth_step(0.0, 0.5, found.margin) + 0.5 * mineral[found.index]
-        )
+        grain = smooth_step(0.0, 0.5, found.margin) + 0.5 * mineral[found.index]
+        height = height + self.grain_height * grain
         patches = 0.5 + 0.25 * fractal(random, size, self.frequency, 5, 0.6)
         place = self.mixing * mineral[found.index] + (1.0 - self.mixing) * patches
         albedo = blend(linear(self.palette), place)
@@ -61,9 +58,5 @@ class Stone(Generator):
         height = height - 0.03 * hollow
         albedo = albedo * (1.0 - 0.45 * hollow)[..., None]
         bright = (mineral > 0.9)[found.index] * self.sparkle
-        return cover(
-            height,
-            albedo,
-            self.specular + 0.4 * bright,
-            self.roughness * (1.0 - 0.4 * bright) + 0.3 * hollow,
-        )
+        rough = self.roughness * (1.0 - 0.4 * bright) + 0.3 * hollow
+        return cover(height, albedo, self.specular + 0.4 * bright, rough)

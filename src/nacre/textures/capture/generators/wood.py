@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from nacre.textures.capture.patterns import blend, fractal, linear, noise, posit
 class Wood(Generator):
     """Annual rings cut lengthwise, along y, with pores; of planks that lie side by side."""
 
-    name: ClassVar[str] = "wood"
     planks: int = whole(1, 1, 8)
     gap: float = number(0.01, 0.0, 0.05)
     rings: int = whole(9, 1, 40)
@@ -57,12 +55,6 @@ class Wood(Generator):
             edge = smooth_step(0.5 - self.gap * self.planks, 0.5, side)
         albedo = albedo * (lightness[plank] * (1.0 - 0.8 * edge))[..., None]
         height = self.relief * (late + 0.3 * fibres) - self.pore_depth * pore - 0.02 * edge
-        return cover(
-            height,
-            albedo,
-            self.specular * (1.0 - 0.6 * pore),
-            self.along,
-            self.across,
-            direction=0.5 * np.pi + np.radians(self.chatoyance) * slow,
-            tint=self.tint,
-        )
+        specular, rough = self.specular * (1.0 - 0.6 * pore), (self.along, self.across)
+        direction = 0.5 * np.pi + np.radians(self.chatoyance) * slow
+        return cover(height, albedo, specular, *rough, direction, self.tint)

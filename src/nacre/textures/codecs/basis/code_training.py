@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from nacre.array import Floats
 from nacre.numerics.channels import CHROMA_PERMUTATIONS
@@ -62,9 +63,9 @@ def train_codes(
     report, store
         Called as it goes on, and where results and steps are kept.
     """
-    training = _Training(data, functions, recipe)
-    coder = kept(store, "coder", _Coder, lambda: training.autoencoder(report, store))
-    complete = training.completion(report, store)
+    training = _Training(data, functions, recipe, report, store)
+    coder = kept(store, "coder", _Coder, training.autoencoder)
+    complete = training.completion()
     return Networks(complete, coder.encode, coder.decode, training.prior(complete))
 
 
@@ -80,9 +81,14 @@ class _Training:
     """Texels to train on, and what is found on the way."""
 
     def __init__(
-        self, data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe
+        self,
+        data: TrainingTexels,
+        functions: FunctionValues,
+        recipe: BasisRecipe,
+        report: Progress,
+        store: Store,
     ) -> None:
-        self._data, self._recipe = data, recipe
+        self._data, self._recipe, self._report, self._store = data, recipe, report, store
         self._first = _first_prior(data)
         self._estimates, self._known = _estimates(data, functions, self._first)
         self._generator = torch.Generator().manual_seed(recipe.seed)
@@ -91,7 +97,7 @@ class _Training:
         self._values = torch.from_numpy(data.values)
         self._residuals = torch.from_numpy(data.residuals)
 
-    def autoencoder(self, report: Progress, store: Store) -> _Coder:
+    def autoencoder(self) -> _Coder:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
@@ -104,12 +110,12 @@ class _Training:
             found = decode(encode(seen / self._scale)) * self._scale
             return self._error(found - seen, parts)
 
-        self._descend([encode, decode], loss, "codes", report, store)
+        self._descend([encode, decode], loss, "codes")
         return _Coder(
             encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
         )
 
-    def completion(self, report: Progress, store: Store) -> SkipNetwork:
+    def completion(self) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
         self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
@@ -129,7 +135,7 @@ class _Training:
             found = complete(torch.cat([seen / self._scale, fractions], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        self._descend([complete], loss, "completion", report, store)
+        self._descend([complete], loss, "completion")
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -147,17 +153,12 @@ class _Training:
         return replace(self._first, covariance=covariance.astype(np.float32), relative_noise=noise)
 
     def _descend(
-        self,
-        networks: list[SkipTraining],
-        loss: Callable[[int], Tensor],
-        stage: str,
-        report: Progress,
-        store: Store,
+        self, networks: list[SkipTraining], loss: Callable[[int], Tensor], stage: str
     ) -> None:
-        steps = self._recipe.code_steps
         vectors = [vector for network in networks for vector in network.vectors]
         matrices = [matrix for network in networks for matrix in network.matrices]
-        descend(vectors, matrices, loss, steps, stage, report, self._generator, store)
+        steps, generator = self._recipe.code_steps, self._generator
+        descend(vectors, matrices, loss, steps, stage, self._report, generator, self._store)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)
@@ -219,13 +220,9 @@ def _estimates(
 
 def _orders_of_channels(functions: FunctionValues) -> Floats:
     """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
-    luma_count, chroma_count = functions.luma.shape[1], functions.chroma.shape[1]
-    changes = np.tile(
-        np.eye(luma_count + 2 * chroma_count, dtype=np.float32), (len(CHROMA_PERMUTATIONS), 1, 1)
-    )
-    for change, permutation in zip(changes, CHROMA_PERMUTATIONS, strict=True):
-        change[luma_count:, luma_count:] = np.kron(permutation, np.eye(chroma_count))
-    return changes
+    luma, chroma = np.eye(functions.luma.shape[1]), np.eye(functions.chroma.shape[1])
+    changes = [block_diag(luma, np.kron(order, chroma)) for order in CHROMA_PERMUTATIONS]
+    return np.array(changes, np.float32)
 
 
 def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple[Floats, Floats]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.io.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 from nacre.measured.textures.domes import pairs
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import widths
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
@@ -167,7 +166,7 @@ class BasisCodec(TexelCodec):
         return {
             "luma functions": functions.luma_count,
             "chroma functions": functions.chroma_count,
-            **{f"layers, {name}": _widths(layers) for name, layers in networks.items()},
+            **{f"layers, {name}": list(widths(layers)) for name, layers in networks.items()},
         }
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
@@ -196,7 +195,6 @@ class BasisCodec(TexelCodec):
         for name, array in tensors.items():
             if max(array.shape, default=0) > _MAX_WIDTH:
                 raise ValueError(f"{name} is {array.shape}, wider than {_MAX_WIDTH:,}")
-        for name, array in tensors.items():
             single |= in_single({name: array}, _LARGEST)
         codec = unpack_fields(BasisCodec, {**numbers, "metadata": metadata}, single)
         functions = len(codec.functions.last.biases)
@@ -242,10 +240,6 @@ class BasisCodec(TexelCodec):
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:
         return [path for path in Store(state).files() if path != state]
-
-
-def _widths(layers: Sequence[Layer]) -> list[int]:
-    return [len(layers[0].weights), *(len(layer.biases) for layer in layers)]
 
 
 def _try(codec: BasisCodec) -> None:

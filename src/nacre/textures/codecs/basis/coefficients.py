@@ -153,11 +153,7 @@ def _coefficients(
             texel[:] = texel[order]
         luma, chroma = split_reflectance(texels, mean)
         for subset, table, found in zip(subsets, tables, moments, strict=True):
-            products = [
-                luma[:, subset] @ table.luma,
-                *(c[:, subset] @ table.chroma for c in chroma),
-            ]
-            found.append(np.concatenate(products, axis=1))
+            found.append(table.products(luma[:, subset], (c[:, subset] for c in chroma)))
         energy = np.square(luma).mean(1) + np.square(chroma).mean(2).sum(0)
         explained = np.square(moments[0][-1] / len(mean)).sum(1)
         residuals.append(np.maximum(energy - explained, 0.0) / 3.0)

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nacre.errors import NacreError, require
-from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
@@ -139,11 +139,7 @@ class SkipTraining:
 
     def __call__(self, x: Tensor) -> Tensor:
         """See :class:`SkipNetwork`."""
-        *hidden, (weights, biases) = self.layers
-        state = x
-        for matrix, bias in hidden:
-            state = dense(state, (matrix, bias), SILU)
-        return x[:, : len(self.linear)] @ self.linear + dense(state, (weights, biases))
+        return x[:, : len(self.linear)] @ self.linear + forward(x, self.layers, SILU)
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
         """The network for inputs and outputs in other units: divided and multiplied by scales."""

@@ -62,15 +62,7 @@ class CustomSettings:
     decoder_hidden: tuple[int, ...] = HIDDEN
 
     def __post_init__(self) -> None:
-        check_sizes(
-            self.latent,
-            self.decoder,
-            channels=self.channels,
-            kernel=(self.kernel,),
-            pool=(self.pool,),
-            hidden=self.hidden,
-            decoder_hidden=self.decoder_hidden,
-        )
+        check_sizes(self)
         if self.kernel % 2 == 0 or self.kernel > 255 or not 2 <= self.pool <= 256:
             raise ValueError(
                 f"kernel must be odd and pool 2 or more, got {self.kernel}, {self.pool}"
@@ -116,15 +108,6 @@ class CustomNetwork(TexelNetwork):
             raise ValueError(f"directions have shapes {wi.shape}, {wo.shape}, expected (n, 3)")
         self.wi, self.wo = (np.ascontiguousarray(w, np.float32) for w in (wi, wo))
         super().__init__(settings, whitening, parameters, seed, variance)
-
-    @classmethod
-    def made(
-        cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
-    ) -> CustomNetwork:
-        return cls(directions["wi"], directions["wo"], settings, whitening, *others)
-
-    def directions(self) -> dict[str, Floats]:
-        return {"wi": self.wi, "wo": self.wo}
 
     def shapes(self) -> Shapes:
         sizes, shapes, length, inputs = self.settings, Shapes(), len(self.wi), 3

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
 from nacre.errors import FormatError, NacreError, require
@@ -54,12 +53,7 @@ class Journal:
     def __enter__(self) -> Journal:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._file:
             with suppress(OSError):  # rows are in the file, or their error is under way
                 self._file.close()

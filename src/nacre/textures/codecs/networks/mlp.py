@@ -22,8 +22,6 @@ _MAX_LAYERS, _MAX_WIDTH = 16, 1 << 13
 Tensor: TypeAlias = Any
 Parameters: TypeAlias = Mapping[str, Tensor]
 Shapes: TypeAlias = dict[str, tuple[int, ...]]
-Layer: TypeAlias = tuple[Tensor, Tensor]
-"""Weights, shape (inputs, outputs), and biases, shape (outputs,)."""
 
 VARIANCES = {"pytorch": 1.0, "he": math.sqrt(6.0)}
 """Ways to begin, and what multiplies 1 / sqrt(inputs) in the bound of weights; the variance of
@@ -39,9 +37,9 @@ def mlp_shapes(name: str, widths: Sequence[int]) -> Shapes:
     return shapes
 
 
-def mlp_layers(parameters: Parameters, name: str) -> list[Layer]:
+def mlp_layers(parameters: Parameters, name: str) -> list[tuple[Any, Any]]:
     """The layers whose tensors :func:`mlp_shapes` has named."""
-    found: list[Layer] = []
+    found: list[tuple[Any, Any]] = []
     while f"{name}.{len(found)}.weight" in parameters:
         start = f"{name}.{len(found)}"
         found.append((parameters[f"{start}.weight"], parameters[f"{start}.bias"]))
@@ -157,17 +155,13 @@ def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
     return np.stack(parts, axis=-1).astype(np.float32)
 
 
-def check_sizes(latent: int, decoder: str, **widths: tuple[int, ...]) -> None:
-    """Refuse settings of a network that none can have.
-
-    Raises
-    ------
-    ValueError
-        With the name of the setting.
-    """
-    if decoder not in DECODERS:
-        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {decoder!r}")
-    for name, values in {"latent": (latent,), **widths}.items():
+def check_sizes(settings: Any) -> None:
+    """Refuse settings of a network that none can have, by the name of the setting."""
+    if settings.decoder not in DECODERS:
+        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {settings.decoder!r}")
+    sizes = {name: value for name, value in vars(settings).items() if not isinstance(value, str)}
+    for name, value in sizes.items():
+        values = value if isinstance(value, tuple) else (value,)
         if not 1 <= len(values) <= _MAX_LAYERS or not all(1 <= v <= _MAX_WIDTH for v in values):
             raise ValueError(f"{name} must be widths of 1 to {_MAX_WIDTH:,}, got {values}")
 

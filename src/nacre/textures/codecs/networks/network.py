@@ -23,6 +23,7 @@ from nacre.textures.codecs.networks.mlp import (
     Tensor,
     direction_inputs,
     initial,
+    mlp_layers,
     settings_from_json,
     torch,
 )
@@ -37,6 +38,7 @@ _CHUNK = 64
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
 _VERSION = 1
+DIRECTIONS = "wi", "wo"
 
 
 class TexelNetwork(TexelCodec):
@@ -69,7 +71,8 @@ class TexelNetwork(TexelCodec):
     """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
     is trained with unless others are given."""
     fixed_directions: ClassVar[bool] = False
-    """Whether texels are encoded at one set of pairs of directions only."""
+    """Whether texels are encoded at one set of pairs of directions only: attributes `wi` and `wo`,
+    shape (n, 3), which the constructor takes."""
 
     def __init__(
         self,
@@ -94,21 +97,6 @@ class TexelNetwork(TexelCodec):
                 f"expected {shapes.get(wrong, 'none')}"
             )
         self.parameters = {name: torch.tensor(parameters[name]) for name in shapes}
-
-    @classmethod
-    def made(
-        cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
-    ) -> TexelNetwork:
-        """A network, with `wi` and `wo` of its directions if they are fixed.
-
-        The arguments are those of :class:`TexelNetwork`.
-        """
-        del directions
-        return cls(settings, whitening, *others)
-
-    def directions(self) -> dict[str, Floats]:
-        """`wi` and `wo` of the network's directions, shape (n, 3), if they are fixed."""
-        return {}
 
     @abc.abstractmethod
     def shapes(self) -> Shapes:
@@ -227,10 +215,7 @@ class TexelNetwork(TexelCodec):
             raise NacreError(
                 f"a {self.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
             )
-        arrays, layers = self.arrays(), list[Layer]()
-        while (name := f"decoder.{len(layers)}") + ".weight" in arrays:
-            layers.append(Layer(arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
-        return layers
+        return [Layer(*pair) for pair in mlp_layers(self.arrays(), "decoder")]
 
     def describe(self) -> dict[str, Any]:
         """See :meth:`TexelCodec.describe`: the settings."""
@@ -242,7 +227,8 @@ class TexelNetwork(TexelCodec):
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         tensors = in_precision(self.arrays(), precision)
-        tensors |= self.directions()  # single always
+        if self.fixed_directions:
+            tensors |= {name: getattr(self, name) for name in DIRECTIONS}  # single always
         header = {
             "version": _VERSION,
             "model": self.kind,
@@ -259,10 +245,10 @@ class TexelNetwork(TexelCodec):
         check_header(header, _VERSION)
         whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
         settings = settings_from_json(cls.settings_type, header["settings"])
-        arrays = in_single({k: v for k, v in tensors.items() if k not in ("wi", "wo")})
-        directions = {name: tensors[name] for name in ("wi", "wo") if cls.fixed_directions}
-        check_unit_vectors(directions)
-        made = cls.made(directions, settings, whitening, arrays)
+        arrays = in_single({k: v for k, v in tensors.items() if k not in DIRECTIONS})
+        fixed: dict[str, Any] = {n: tensors[n] for n in DIRECTIONS if cls.fixed_directions}
+        check_unit_vectors(fixed)
+        made = cls(settings=settings, whitening=whitening, parameters=arrays, **fixed)
         return made.replaced(metadata=header["metadata"])
 
     @classmethod
@@ -303,18 +289,15 @@ class TexelNetwork(TexelCodec):
         NacreError
             If a setting is impossible.
         """
-        sizes = {"latent": code_dim, "pooling": pooling, "decoder": decoder}
-        chosen = {
-            "loss": loss, "batch": batch, "learning_rate": learning_rate, "precision": precision
-        }  # fmt: skip
-        given = {name: value for name, value in chosen.items() if value is not None}
         if steps is not None and minutes is not None:
             raise NacreError("steps and minutes: give one of them")
+        chosen = _given(loss=loss, batch=batch, learning_rate=learning_rate, precision=precision)
+        chosen |= {"patience": patience, "seed": seed}
         try:
-            settings = cls.settings_type(**{k: v for k, v in sizes.items() if v is not None})
-            training = TrainingRecipe.named(
-                preset, **{**cls.training_defaults, **given, "patience": patience, "seed": seed}
+            settings = cls.settings_type(
+                **_given(latent=code_dim, pooling=pooling, decoder=decoder)
             )
+            training = TrainingRecipe.named(preset, **{**cls.training_defaults, **chosen})
         except (TypeError, ValueError) as error:
             raise NacreError(reason(error)) from error
         return NetworkRecipe(settings, training, steps, minutes, device)
@@ -360,3 +343,7 @@ class TexelNetwork(TexelCodec):
 
     def _inputs(self, wi: Floats, wo: Floats) -> Tensor:
         return torch.from_numpy(direction_inputs(wi, wo)).to(self._device)
+
+
+def _given(**settings: Any) -> dict[str, Any]:
+    return {name: value for name, value in settings.items() if value is not None}

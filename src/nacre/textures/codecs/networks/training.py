@@ -22,7 +22,7 @@ from nacre.textures.codecs.networks.dataset import Batch, TexelStream, images_on
 from nacre.textures.codecs.networks.distributed import Processes, processes
 from nacre.textures.codecs.networks.journal import Journal
 from nacre.textures.codecs.networks.mlp import Tensor, direction_inputs, torch
-from nacre.textures.codecs.networks.network import TexelNetwork
+from nacre.textures.codecs.networks.network import DIRECTIONS, TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
 from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe, optimizers
 
@@ -82,13 +82,7 @@ def train_network(
         with memory_errors(own):
             step = training.resume()
             with Journal(*((run.journal, step, run.events) if first else (None,))) as rows:
-                training.run(
-                    steps,
-                    recipe.minutes,
-                    recipe.save_every,
-                    rows,
-                    run.progress if first else silent,
-                )
+                training.run(steps, recipe, rows, run.progress if first else silent)
     return training.result()
 
 
@@ -102,9 +96,16 @@ def _new_network(
             f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
             "out the others, or train a unified one"
         )
-    directions = dict(zip(("wi", "wo"), stream.directions[0], strict=True))
-    training = recipe.training
-    return kind.made(directions, recipe.settings, whitening, None, training.seed, training.variance)
+    training, fixed = recipe.training, dict[str, Any]()
+    if kind.fixed_directions:
+        fixed = dict(zip(DIRECTIONS, stream.directions[0], strict=True))
+    return kind(
+        settings=recipe.settings,
+        whitening=whitening,
+        seed=training.seed,
+        variance=training.variance,
+        **fixed,
+    )
 
 
 class _Training:
@@ -131,7 +132,8 @@ class _Training:
             torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
         ]
         self._held_out = stream.held_out()
-        about = f"{network.kind} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
+        sizes = [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
+        about = f"{network.kind} {network.settings} {recipe} {stream.names} {sizes}"
         self._store = Store(state, f"{about} {fingerprint}")
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
@@ -178,15 +180,10 @@ class _Training:
             mine.data.copy_(saved)
 
     def run(
-        self,
-        steps: int | None,
-        minutes: float | None,
-        save_every: float,
-        journal: Journal,
-        report: Progress,
+        self, steps: int | None, recipe: NetworkRecipe, journal: Journal, report: Progress
     ) -> None:
         """Take the steps that are left."""
-        last = _FOREVER if steps is None else steps
+        last, minutes = _FOREVER if steps is None else steps, recipe.minutes
         before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
@@ -207,7 +204,7 @@ class _Training:
                         self._validate()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
                         self._note(journal, rate, validated)
-                    if self._store.due(save_every):
+                    if self._store.due(recipe.save_every):
                         self._save()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
@@ -341,11 +338,6 @@ class _Training:
             "held out": validation,
         }
         return network.to("cpu").replaced(metadata=metadata)
-
-
-def _sizes(stream: TexelStream) -> list[int]:
-    """Numbers by which streams of other data differ."""
-    return [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
 
 
 def _chosen(

@@ -56,14 +56,7 @@ class UnifiedSettings:
     decoder_hidden: tuple[int, ...] = HIDDEN
 
     def __post_init__(self) -> None:
-        check_sizes(
-            self.latent,
-            self.decoder,
-            angular=self.angular,
-            features=(self.features,),
-            hidden=self.hidden,
-            decoder_hidden=self.decoder_hidden,
-        )
+        check_sizes(self)
         if self.pooling not in POOLINGS:
             raise ValueError(f"pooling must be one of {', '.join(POOLINGS)}, got {self.pooling!r}")
 
