@@ -68,14 +68,9 @@ class LatentMap:
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if (
-            self.codes.ndim != 3
-            or self.codes.shape[2] != self.codec.code_dim
-            or not self.codes.size
-        ):
-            raise ValueError(
-                f"codes are {self.codes.shape}, expected (height, width, {self.codec.code_dim})"
-            )
+        shape, values = self.codes.shape, self.codec.code_dim
+        if len(shape) != 3 or shape[2] != values or 0 in shape:
+            raise ValueError(f"codes are {shape}, expected (height, width, {values})")
         if self.codes.dtype not in (np.float16, np.float32):
             raise ValueError(f"codes are {self.codes.dtype}, expected float16 or float32")
         if self.wi.shape != self.wo.shape or self.wi.ndim != 2 or self.wi.shape[1] != 3:

@@ -92,11 +92,8 @@ class Hemisphere:
         if not self._stochastic:
             return list(zip(corners, weights, strict=True))
         (place,) = jitters(mi, (w[0], w[1]), 1)
-        index = dr.select(
-            place < weights[0],
-            corners[0],
-            dr.select(place < weights[0] + weights[1], corners[1], corners[2]),
-        )
+        others = dr.select(place < weights[0] + weights[1], corners[1], corners[2])
+        index = dr.select(place < weights[0], corners[0], others)
         return [(index, mi.Float(1.0))]
 
     def _triangle(self, triangle: Any, w: Components) -> tuple[list[Any], list[Any], list[Any]]:

@@ -79,9 +79,8 @@ class MeasuredDecoder:
                 for light, light_weight in lights:
                     *rgb, _ = self._table[start + light]
                     weight = texel_weight * view_weight * light_weight
-                    total = [
-                        dr.fma(mi.Float(v), weight, t) for v, t in zip(rgb, total, strict=True)
-                    ]
+                    terms = zip(rgb, total, strict=True)
+                    total = [dr.fma(mi.Float(v), weight, sum_) for v, sum_ in terms]
         return total[0], total[1], total[2]
 
 

@@ -175,9 +175,8 @@ class Records:
         dr = require("drjit", "render")
         total: list[Any] = [self._mi.Float(0.0)] * self.numbers
         for index, weight in corners:
-            total = [
-                dr.fma(value, weight, sum_) for value, sum_ in zip(self[index], total, strict=True)
-            ]
+            terms = zip(self[index], total, strict=True)
+            total = [dr.fma(value, weight, sum_) for value, sum_ in terms]
         return total
 
     def __getitem__(self, index: Any) -> list[Any]:

@@ -57,26 +57,15 @@ class Settings:
     def take(self, recipe: Recipe, progress: Progress | None = None) -> TableBtf:
         """Capture the surface of a recipe."""
         return capture(
-            recipe.build(self.cells),
-            self.wi,
-            self.wo,
-            self.texels,
-            samples=self.samples,
-            seed=self.seed,
-            name=recipe.name,
-            progress=progress,
-        )
+            recipe.build(self.cells), self.wi, self.wo, self.texels, samples=self.samples,
+            seed=self.seed, name=recipe.name, progress=progress,
+        )  # fmt: skip
 
     def describe(self) -> dict[str, Any]:
         """As plain data; directions by number and SHA-256."""
         directions = hashlib.sha256(self.wi.tobytes() + self.wo.tobytes()).hexdigest()
-        return {
-            "texels": self.texels,
-            "samples": self.samples,
-            "seed": self.seed,
-            "pairs": len(self.wi),
-            "directions": directions,
-        }
+        numbers = {name: getattr(self, name) for name in ("texels", "samples", "seed")}
+        return numbers | {"pairs": len(self.wi), "directions": directions}
 
 
 def place(recipe: Recipe) -> Path:

@@ -11,6 +11,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
 
@@ -315,12 +316,10 @@ def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
             return quiet(texels)
         starts = range(0, len(texels), _PART)
         parts = thread_map(lambda start: quiet(texels[start : start + _PART]), starts)
-        result: Floats | None = None
-        for start, part in zip(starts, parts, strict=True):
-            if result is None:
-                result = np.empty((len(texels), *part.shape[1:]), part.dtype)
+        first = next(parts)
+        result: Floats = np.empty((len(texels), *first.shape[1:]), first.dtype)
+        for start, part in zip(starts, chain([first], parts), strict=True):
             result[start : start + _PART] = part
-        assert result is not None
         return result
 
     return shared

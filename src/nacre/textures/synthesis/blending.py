@@ -162,10 +162,9 @@ def blend(
         raise NacreError("values of a mask are numbers within 0 and 1")
     weights = np.asarray(mask, np.float32)[..., None]
     mixed = np.zeros((*mask.shape, first.codec.code_dim), np.float32)
+    scale = np.ones_like(weights)
     if keep_contrast:
-        scale = 1.0 / np.sqrt(np.square(weights) + np.square(1.0 - weights))
-    else:
-        scale = np.ones_like(weights)
+        scale /= np.sqrt(np.square(weights) + np.square(1.0 - weights))
     for latent, weight in ((first, 1.0 - weights), (second, weights)):
         mean = latent.codes.mean((0, 1), dtype=np.float64).astype(np.float32)
         mixed += weight * (mean + scale * (_repeated(latent, mask.shape) - mean))

@@ -184,18 +184,13 @@ def synthesize(
             f"output ({width} x {height}); {edge} at most"
         )
     try:
-        settings = Quilting(
-            patch,
-            overlap_of(patch) if overlap is None else overlap,
-            tolerance,
-            tiles(features) if periodic is None else periodic,
-            tile,
-            seed,
-        )
+        overlap = overlap_of(patch) if overlap is None else overlap
+        periodic = tiles(features) if periodic is None else periodic
+        settings = Quilting(patch, overlap, tolerance, periodic, tile, seed)
     except ValueError as error:
         raise NacreError(str(error)) from error
     sources = quilt(features, height, width, settings, progress)
-    edges = seams(sources, rows, columns, periodic=settings.periodic, tile=tile)
+    edges = seams(sources, rows, columns, periodic=periodic, tile=tile)
     contrast = seam_contrast(features.reshape(rows * columns, -1)[sources], edges, tile=tile)
     used = int(np.count_nonzero(np.bincount(sources.reshape(-1)))) / (rows * columns)
     codes = latent.codes.reshape(-1, values)[sources]

@@ -125,14 +125,9 @@ class _Canvas:
     def lay(self, row: int, column: int) -> None:
         """Lay the patch of a row and a column of patches."""
         around = np.arange(self._settings.patch)
-        place = np.ix_(
-            *(
-                (starts[index] + around) % edge
-                for starts, index, edge in zip(
-                    self.starts, (row, column), self.sources.shape, strict=True
-                )
-            )
-        )
+        height, width = self.sources.shape
+        down, across = self.starts
+        place = np.ix_((down[row] + around) % height, (across[column] + around) % width)
         before = self.sources[place]
         known = before >= 0
         given = self._features[before]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -68,10 +67,9 @@ def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:
     counts = np.zeros(2)
     for axis, seam in zip((1, 0), edges, strict=True):
         steps = np.square(np.roll(values, -1, axis) - values).sum(-1, dtype=np.float64)
-        inner: Any = slice(None) if tile else (slice(None), slice(-1))
         if not tile:
             inner = (slice(-1), slice(None)) if axis == 0 else (slice(None), slice(-1))
-        steps, seam = steps[inner], seam[inner]
+            steps, seam = steps[inner], seam[inner]
         for index, chosen in enumerate((seam, ~seam)):
             squares[index] += steps[chosen].sum()
             counts[index] += np.count_nonzero(chosen)

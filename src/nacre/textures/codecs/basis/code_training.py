@@ -111,9 +111,8 @@ class _Training:
             return self._error(found - seen, parts)
 
         self._descend([encode, decode], loss, "codes")
-        return _Coder(
-            encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
-        )
+        trained = encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
+        return _Coder(*trained)
 
     def completion(self) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
@@ -129,9 +128,7 @@ class _Training:
             wanted = torch.cat([part.of(self._values) for part in parts])
             pairs = list(zip(parts, subsets, strict=True))
             seen = torch.cat([part.of(estimates[subset]) for part, subset in pairs])
-            fractions = torch.cat(
-                [known[subset].expand(len(part.one), -1) for part, subset in pairs]
-            )
+            fractions = torch.cat([known[k].expand(len(part.one), -1) for part, k in pairs])
             found = complete(torch.cat([seen / self._scale, fractions], 1)) * self._scale
             return self._error(found - wanted, parts)
 

@@ -84,10 +84,8 @@ class BasisCodec(TexelCodec):
         shapes = [self.encode.linear.shape, self.decode.linear.shape[::-1]]
         if shapes != [(count, self.code_dim)] * 2:
             raise ValueError(f"networks of shapes {shapes} for {count} coefficients")
-        if (len(self.complete.layers[0].weights), *self.complete.linear.shape) != (
-            *(2 * count, count),
-            count,
-        ):
+        seen = len(self.complete.layers[0].weights)
+        if (seen, *self.complete.linear.shape) != (2 * count, count, count):
             raise ValueError(f"the network that completes is not for {count} coefficients")
         if self.prior.deviations.shape != (count,) or self.prior.covariance.shape != (count, count):
             raise ValueError(f"the prior is not of {count} coefficients")
@@ -176,14 +174,8 @@ class BasisCodec(TexelCodec):
         for name, array in tensors.items():
             exact = name.startswith(_EXACT) or np.abs(array).max() >= HALF_LARGEST
             written |= in_precision({name: array}, "single" if exact else precision, _LARGEST)
-        header = {
-            "version": VERSION,
-            "model": self.kind,
-            "numbers": numbers,
-            "values": _VALUES,
-            "metadata": metadata,
-        }
-        return header, written
+        header = {"version": VERSION, "model": self.kind, "numbers": numbers, "values": _VALUES}
+        return header | {"metadata": metadata}, written
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> BasisCodec:
@@ -230,11 +222,8 @@ class BasisCodec(TexelCodec):
         from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
 
         codec = train_basis(run, recipe)
-        facts = {
-            "materials": [Path(path).stem for path in run.paths],
-            "training": asdict(recipe),
-            "steps": recipe.steps,
-        }
+        names = [Path(path).stem for path in run.paths]
+        facts = {"materials": names, "training": asdict(recipe), "steps": recipe.steps}
         return replace(codec, metadata=facts)
 
     @classmethod

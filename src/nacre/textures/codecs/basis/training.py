@@ -75,12 +75,8 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
         store.remove()  # no more than some texels, and one may be to blame
         raise
     store.remove("texels-*")
-    functions = kept(
-        store,
-        "functions",
-        AngularFunctions,
-        lambda: train_functions(components, recipe, progress, store),
-    )
+    learn = partial(train_functions, components, recipe, progress, store)
+    functions = kept(store, "functions", AngularFunctions, learn)
     wi, wo = components.wi, components.wo
     values = functions(wi, wo)
 

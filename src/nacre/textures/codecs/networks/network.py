@@ -15,6 +15,7 @@ from nacre.array import Floats
 from nacre.errors import NacreError, reason
 from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
 from nacre.numerics.mlp import Layer
+from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
 from nacre.textures.codecs.networks.mlp import (
@@ -38,6 +39,7 @@ _CHUNK = 64
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
 _VERSION = 1
+_VALUES = "whitened log(pi f_r + offset), linear Rec. 709"
 DIRECTIONS = "wi", "wo"
 
 
@@ -219,25 +221,17 @@ class TexelNetwork(TexelCodec):
 
     def describe(self) -> dict[str, Any]:
         """See :meth:`TexelCodec.describe`: the settings."""
-        return {
-            name.replace("_", " "): list(value) if isinstance(value, tuple) else value
-            for name, value in asdict(self.settings).items()
-            if name != "latent"
-        }
+        sizes = {name.replace("_", " "): value for name, value in asdict(self.settings).items()}
+        del sizes["latent"]
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in sizes.items()}
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         tensors = in_precision(self.arrays(), precision)
         if self.fixed_directions:
             tensors |= {name: getattr(self, name) for name in DIRECTIONS}  # single always
-        header = {
-            "version": _VERSION,
-            "model": self.kind,
-            "settings": asdict(self.settings),
-            "values": "whitened log(pi f_r + offset), linear Rec. 709",
-            "whitening": asdict(self.whitening),
-            "metadata": self.metadata,
-        }
-        return header, tensors
+        header = {"version": _VERSION, "model": self.kind, "settings": asdict(self.settings)}
+        header |= {"values": _VALUES, "whitening": asdict(self.whitening)}
+        return header | {"metadata": self.metadata}, tensors
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
@@ -324,18 +318,15 @@ class TexelNetwork(TexelCodec):
                 for part in parts:
                     run(part)
             return
-        threads = torch.get_num_threads()
 
         def alone(part: _Part) -> None:
             torch.set_num_threads(1)
             with torch.inference_mode():
                 run(part)
 
-        try:
+        with one_thread():
             for _ in thread_map(alone, parts):
                 pass
-        finally:
-            torch.set_num_threads(threads)
 
     @property
     def _device(self) -> Any:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
-from pathlib import Path
-from typing import Any
+from dataclasses import asdict, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -24,11 +23,12 @@ from nacre.textures.codecs.networks.journal import Journal
 from nacre.textures.codecs.networks.mlp import Tensor, direction_inputs, torch
 from nacre.textures.codecs.networks.network import DIRECTIONS, TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe, optimizers
+from nacre.textures.codecs.networks.recipe import NetworkRecipe, optimizers
 
 _REPORT_EVERY = 10
 """Steps between rows of the journal."""
 _FOREVER = 1 << 60
+_Entries: TypeAlias = npt.NDArray[np.int64] | None
 _COMPARED = 512
 """Entries that the loss on held-out texels compares, at most."""
 
@@ -60,29 +60,14 @@ def train_network(
         network takes one, training diverges, the device cannot be used or has too little memory,
         or the state is of another training or damaged.
     """
-    training_recipe, steps = recipe.training, recipe.steps
-    with processes(recipe.device) as (members, own), images_once(run.load) as open_texture:
+    with processes(recipe.device) as (members, own), images_once(run.load) as load:
         device = open_device(own)
-        stream = TexelStream(
-            run.paths,
-            open_texture,
-            training_recipe.batch,
-            training_recipe.texels,
-            held_out=training_recipe.held_out,
-            seed=training_recipe.seed,
-            rank=members.rank,
-            size=members.size,
-        )
-        network = _new_network(kind, stream, recipe)
-        if recipe.minutes is None and steps is None:
-            steps = training_recipe.epochs * stream.epoch_steps
-        whole = f"{run.fingerprint} {steps} {recipe.minutes}"
-        training = _Training(network, stream, training_recipe, device, members, run.state, whole)
+        training = _Training(kind, replace(run, load=load), recipe, device, members)
         first = members.rank == 0
         with memory_errors(own):
             step = training.resume()
             with Journal(*((run.journal, step, run.events) if first else (None,))) as rows:
-                training.run(steps, recipe, rows, run.progress if first else silent)
+                training.run(rows, run.progress if first else silent)
     return training.result()
 
 
@@ -96,16 +81,10 @@ def _new_network(
             f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
             "out the others, or train a unified one"
         )
-    training, fixed = recipe.training, dict[str, Any]()
+    chosen = {"seed": recipe.training.seed, "variance": recipe.training.variance}
     if kind.fixed_directions:
-        fixed = dict(zip(DIRECTIONS, stream.directions[0], strict=True))
-    return kind(
-        settings=recipe.settings,
-        whitening=whitening,
-        seed=training.seed,
-        variance=training.variance,
-        **fixed,
-    )
+        chosen |= zip(DIRECTIONS, stream.directions[0], strict=True)
+    return kind(settings=recipe.settings, whitening=whitening, **chosen)
 
 
 class _Training:
@@ -113,28 +92,34 @@ class _Training:
 
     def __init__(
         self,
-        network: TexelNetwork,
-        stream: TexelStream,
-        recipe: TrainingRecipe,
+        kind: type[TexelNetwork],
+        run: TrainingRun,
+        whole: NetworkRecipe,
         device: Any,
         members: Processes,
-        state: Path | None,
-        fingerprint: str,
     ) -> None:
-        network = network.to(device)
+        recipe, self._steps = whole.training, whole.steps
+        self._minutes, self._save_every = whole.minutes, whole.save_every
+        stream = TexelStream(
+            run.paths, run.load, recipe.batch, recipe.texels, held_out=recipe.held_out,
+            seed=recipe.seed, rank=members.rank, size=members.size,
+        )  # fmt: skip
+        if self._minutes is None and self._steps is None:
+            self._steps = recipe.epochs * stream.epoch_steps
+        network = _new_network(kind, stream, whole).to(device)
         self._network, self._stream, self._recipe = network, stream, recipe
         self._device, self._members = device, members
         self._parameters = list(network.parameters.values())
         for parameter in self._parameters:
             parameter.requires_grad_()
         self._optimizers = optimizers(self._parameters, recipe)
-        self._inputs = [
-            torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
-        ]
+        inputs = (torch.from_numpy(direction_inputs(*pair)) for pair in stream.directions)
+        self._inputs = [pairs.to(device) for pairs in inputs]
         self._held_out = stream.held_out()
         sizes = [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
         about = f"{network.kind} {network.settings} {recipe} {stream.names} {sizes}"
-        self._store = Store(state, f"{about} {fingerprint}")
+        length = f"{run.fingerprint} {self._steps} {self._minutes}"
+        self._store = Store(run.state, f"{about} {length}")
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
@@ -179,11 +164,9 @@ class _Training:
         for mine, saved in zip(self._parameters, values, strict=True):
             mine.data.copy_(saved)
 
-    def run(
-        self, steps: int | None, recipe: NetworkRecipe, journal: Journal, report: Progress
-    ) -> None:
+    def run(self, journal: Journal, report: Progress) -> None:
         """Take the steps that are left."""
-        last, minutes = _FOREVER if steps is None else steps, recipe.minutes
+        last, minutes = _FOREVER if self._steps is None else self._steps, self._minutes
         before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
@@ -204,7 +187,7 @@ class _Training:
                         self._validate()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
                         self._note(journal, rate, validated)
-                    if self._store.due(recipe.save_every):
+                    if self._store.due(self._save_every):
                         self._save()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
@@ -225,15 +208,15 @@ class _Training:
             for group in optimizer.param_groups:
                 group["lr"] = rate
             optimizer.zero_grad()
-        random = np.random.default_rng((self._recipe.seed, 4, self._step))
+        recipe, each = self._recipe, len(batch.values)
+        random = np.random.default_rng((recipe.seed, 4, self._step))
         count = batch.values.shape[1]
         seen = self._seen(random, count)
-        compared = _chosen(random, count, self._recipe.loss_directions)
-        rows = self._recipe.batch
-        orders = random.random((rows, 3)).argsort(axis=1) if self._recipe.permute else None
-        if orders is not None:
-            each, rank = len(batch.values), self._members.rank
-            orders = orders[rank * each : (rank + 1) * each]
+        compared = _chosen(random, count, recipe.loss_directions)
+        orders = None
+        if recipe.permute:
+            first = self._members.rank * each
+            orders = random.random((recipe.batch, 3)).argsort(axis=1)[first : first + each]
         loss = self._losses(batch, seen, compared, orders)
         loss.backward()
         self._members.average_gradients(self._parameters)
@@ -242,7 +225,7 @@ class _Training:
         self._recent += loss.detach()
         self._step += 1
 
-    def _seen(self, random: np.random.Generator, count: int) -> npt.NDArray[np.int64] | None:
+    def _seen(self, random: np.random.Generator, count: int) -> _Entries:
         """Entries of n that the encoder sees; None for all."""
         recipe = self._recipe
         if self._network.fixed_directions:
@@ -251,18 +234,12 @@ class _Training:
         limit = count if recipe.encoder_directions is None else recipe.encoder_directions
         return _chosen(random, count, min(limit, math.ceil(fraction * count)))
 
-    def _losses(
-        self,
-        batch: Batch,
-        seen: npt.NDArray[np.int64] | None,
-        compared: npt.NDArray[np.int64] | None,
-        orders: npt.NDArray[np.int64] | None,
-    ) -> Tensor:
+    def _losses(self, batch: Batch, seen: _Entries, compared: _Entries, orders: _Entries) -> Tensor:
         """Mean difference of whitened logarithms."""
         network, inputs = self._network, self._inputs[batch.group]
         order = None if orders is None else torch.from_numpy(orders).to(self._device)
 
-        def part(chosen: npt.NDArray[np.int64] | None) -> tuple[Tensor, Tensor]:
+        def part(chosen: _Entries) -> tuple[Tensor, Tensor]:
             """Whitened texels with permuted channels, shape (b, k, 3), and directions."""
             values = torch.from_numpy(batch.values)
             if chosen is not None:
@@ -330,19 +307,13 @@ class _Training:
         if self._best["parameters"]:
             self._set_parameters(self._best["parameters"])
             step, validation = self._best["step"], self._best["loss"]
-        metadata = {
-            "materials": self._stream.names,
-            "training": asdict(self._recipe),
-            "steps": step,
-            "loss": self._loss if math.isfinite(self._loss) else None,
-            "held out": validation,
-        }
+        metadata = {"materials": self._stream.names, "training": asdict(self._recipe)}
+        loss = self._loss if math.isfinite(self._loss) else None
+        metadata |= {"steps": step, "loss": loss, "held out": validation}
         return network.to("cpu").replaced(metadata=metadata)
 
 
-def _chosen(
-    random: np.random.Generator, count: int, limit: int | None
-) -> npt.NDArray[np.int64] | None:
+def _chosen(random: np.random.Generator, count: int, limit: int | None) -> _Entries:
     """Some of `count` entries in their order, at most `limit`; None for all."""
     if limit is None or limit >= count:
         return None

@@ -74,12 +74,7 @@ class PcaRecipe:
     @classmethod
     def own(cls, code_dim: int = 32, **settings: Any) -> PcaRecipe:
         """For the components of one texture's own texels, as they are."""
-        given: dict[str, Any] = {
-            "texels": 1 << 20,
-            "permute": False,
-            "rotate": False,
-            "weigh": False,
-        }
+        given = {"texels": 1 << 20} | dict.fromkeys(("permute", "rotate", "weigh"), False)
         return cls(code_dim, **given | settings)
 
 
@@ -128,15 +123,8 @@ def find_components(
     energy = sum(float(np.einsum("ij,ij->", part, part)) for part in rows) / count
     noise = max((energy - float(variances.sum())) / mean.size, _SMALLEST_NOISE)
     progress("components", 1, 1, "")
-    return PcaCodec(
-        wi,
-        wo,
-        mean,
-        components,
-        variances,
-        noise,
-        {"materials": names, "recipe": asdict(recipe), "texels": count},
-    )
+    facts = {"materials": names, "recipe": asdict(recipe), "texels": count}
+    return PcaCodec(wi, wo, mean, components, variances, noise, facts)
 
 
 def _of_pairs(
@@ -157,9 +145,7 @@ def _of_pairs(
     best = strongest([luma_variances, chroma_variances], BY_PERMUTATION, recipe.code_dim)
     colors = best.colors.astype(np.float32)
     chosen = zip(best.part, best.component, colors, strict=True)
-    components = np.stack(
-        [functions[part][index][:, None] * color for part, index, color in chosen]
-    )
+    components = np.stack([functions[part][k][:, None] * color for part, k, color in chosen])
     variances = np.maximum(best.variances, 0.0).astype(np.float32)
     return np.repeat(LUMA * mean[:, None], 3, axis=1), components, variances
 

@@ -68,13 +68,9 @@ class PcaCodec(TexelCodec):
 
     def __post_init__(self) -> None:
         n, code_dim = len(self.wi), len(self.variances)
-        for name, shape in (
-            ("wi", (n, 3)),
-            ("wo", (n, 3)),
-            ("mean", (n, 3)),
-            ("variances", (code_dim,)),
-            ("components", (code_dim, n, 3)),
-        ):
+        shapes = dict.fromkeys(("wi", "wo", "mean"), (n, 3))
+        shapes |= {"variances": (code_dim,), "components": (code_dim, n, 3)}
+        for name, shape in shapes.items():
             if getattr(self, name).shape != shape or not n or not code_dim:
                 raise ValueError(f"{name} have shape {getattr(self, name).shape}, expected {shape}")
         if not ((self.variances >= 0.0).all() and self.variances.max() > 0.0 and self.noise > 0.0):
@@ -89,12 +85,9 @@ class PcaCodec(TexelCodec):
         if not 1 <= code_dim <= self.code_dim:
             raise NacreError(f"there are {self.code_dim} principal components only")
         left_out = float(self.variances[code_dim:].sum()) / self.mean.size
-        return replace(
-            self,
-            components=self.components[:code_dim],
-            variances=self.variances[:code_dim],
-            noise=self.noise + left_out,
-        )
+        components, variances = self.components[:code_dim], self.variances[:code_dim]
+        noise = self.noise + left_out
+        return replace(self, components=components, variances=variances, noise=noise)
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.encoder`.
@@ -154,14 +147,8 @@ class PcaCodec(TexelCodec):
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """See :meth:`TexelCodec.pack`; single always."""
         tensors = {name: np.ascontiguousarray(getattr(self, name), np.float32) for name in _ARRAYS}
-        header = {
-            "version": _VERSION,
-            "model": _FILE_KIND,
-            "values": "pi f_r, linear Rec. 709",
-            "noise": float(self.noise),
-            "metadata": self.metadata,
-        }
-        return header, tensors
+        header = {"version": _VERSION, "model": _FILE_KIND, "values": "pi f_r, linear Rec. 709"}
+        return header | {"noise": float(self.noise), "metadata": self.metadata}, tensors
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> PcaCodec:
