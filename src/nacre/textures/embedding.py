@@ -20,8 +20,7 @@ from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 
-_BLOCK = 1 << 13
-"""Texels at a time."""
+_BLOCK = 1 << 13  # texels at a time
 
 
 @dataclass(frozen=True)
@@ -98,8 +97,7 @@ _LIMIT = 1 << 28
 _LARGEST = 1e9
 _TYPES = {"texture": "i8", "xy": "i8", "codes": "f4", "places": "f8", "colors": "f4"}
 """Of arrays in files."""
-_COLOR_PAIRS = 64
-"""Pairs of directions whose mean reflectance is the color of a texel."""
+_COLOR_PAIRS = 64  # pairs of directions whose mean reflectance is the color of a texel
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,8 +38,7 @@ KEY = "nacre latent map"
 _LIMIT = 1 << 32
 _LARGEST = 1e9
 """Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
-_CODEC = "codec."
-"""In front of the names of an embedded codec's tensors."""
+_CODEC = "codec."  # in front of the names of an embedded codec's tensors
 
 
 def check_latent_path(path: PathLike) -> Path:

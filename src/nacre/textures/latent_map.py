@@ -14,8 +14,7 @@ from nacre.btf import Btf, Indices
 from nacre.errors import FormatError
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
 
-_BLOCK = 1 << 26
-"""Bytes of values that are decoded at a time for pictures."""
+_BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 
 
 @dataclass(frozen=True)

@@ -78,8 +78,7 @@ def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
 Filter: TypeAlias = Literal["reflectance", "codes"]
 FILTERS: tuple[Filter, ...] = ("reflectance", "codes")
 
-_PAIRS = 512
-"""Pairs of directions that reflectance is averaged at."""
+_PAIRS = 512  # pairs of directions that reflectance is averaged at
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,7 @@ from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.latent_map import LatentMap
 
-_BLOCK = 1 << 25
-"""Bytes of values that are read at a time."""
+_BLOCK = 1 << 25  # bytes of values that are read at a time
 
 
 def average(texture: Btf, progress: Progress = silent) -> TableBtf:

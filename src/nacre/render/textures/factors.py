@@ -27,16 +27,11 @@ from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
 LUMAS, CHROMAS = 96, 16
 """Functions of luma, and of both values of pairs of colors."""
-_PAIRS = 2048
-"""Pairs of directions that weights are found from."""
-_TEXELS = 2048
-"""Texels whose values there give the subspace; the weights of others follow from it."""
-_DECODED = 256
-"""Texels that are decoded at all nodes."""
-_BLOCK = 1 << 12
-"""Nodes at a time."""
-_LOWEST = 0.15
-"""Cosine of the steepest directions at which functions are compared."""
+_PAIRS = 2048  # pairs of directions that weights are found from
+_TEXELS = 2048  # texels whose values there give the subspace; the weights of others follow from it
+_DECODED = 256  # texels that are decoded at all nodes
+_BLOCK = 1 << 12  # nodes at a time
+_LOWEST = 0.15  # cosine of the steepest directions at which functions are compared
 _RIDGE = 1e-6
 
 

@@ -12,8 +12,7 @@ from nacre.errors import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
 from nacre.render.textures.texels import AlignedBuffer, Corners, jitters
 
-_CELLS = 128
-"""Along an edge of the square that tells where to begin to look for a triangle."""
+_CELLS = 128  # along an edge of the square that tells where to begin to look for a triangle
 _STEPS = 4
 """Triangles that are walked through from there; from cells of this size one or two are enough."""
 _FLAT = 1e-7

@@ -18,13 +18,10 @@ from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
 
 _LIGHTS, _VIEWS = 160, 12
-_TEXELS = 2048
-"""Texels that have lobes of their own; larger maps share those of a coarser one."""
+_TEXELS = 2048  # texels that have lobes of their own; larger maps share those of a coarser one
 _BLOCK = 256
-_LOWEST = 0.17
-"""Cosine of the steepest of the views."""
-_POINTS = 1 << 14
-"""Points of the hemisphere that tell what solid angle a light stands for."""
+_LOWEST = 0.17  # cosine of the steepest of the views
+_POINTS = 1 << 14  # points of the hemisphere that tell what solid angle a light stands for
 
 
 def latent_lobes(latent: LatentMap) -> Floats:

@@ -15,10 +15,8 @@ from nacre.render.textures.hemisphere import Hemisphere
 from nacre.render.textures.texels import AlignedBuffer, Corners
 
 _BLOCK = 1 << 26
-_MOST = 1 << 32
-"""Values that 32 bits can number."""
-_DIGITS = 5
-"""To which directions are the same."""
+_MOST = 1 << 32  # values that 32 bits can number
+_DIGITS = 5  # to which directions are the same
 
 
 class MeasuredDecoder:

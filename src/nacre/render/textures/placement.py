@@ -11,8 +11,7 @@ from nacre.array import Components
 from nacre.errors import NacreError, require
 
 _MIN_DETERMINANT = 1e-9
-_MIN_COSINE = 0.02
-"""Cosine of the view below which footprints grow no more."""
+_MIN_COSINE = 0.02  # cosine of the view below which footprints grow no more
 
 
 class Placement:

@@ -10,10 +10,8 @@ from nacre.array import Components
 from nacre.errors import FormatError, reason, require
 from nacre.io.files import PathLike
 
-_STEPS = 16
-"""Heights at which a ray is compared with the field."""
-_LOWEST = 0.1
-"""Cosine of the view below which the shift grows no more."""
+_STEPS = 16  # heights at which a ray is compared with the field
+_LOWEST = 0.1  # cosine of the view below which the shift grows no more
 
 
 class Relief:

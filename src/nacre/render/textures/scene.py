@@ -21,18 +21,12 @@ LightName = Literal["environment", "directional", "point"]
 GEOMETRIES: tuple[str, ...] = get_args(Geometry)
 LIGHTS: tuple[str, ...] = get_args(LightName)
 
-_RADIUS, _HEIGHT = 0.75, 2.1
-"""Of the cylinder."""
-_PLANE = 1.3
-"""Half an edge of the plane."""
-_GROUND = 40.0
-"""Half an edge of the ground."""
-_FIELD = 20.0
-"""Degrees that the shorter edge of the picture sees."""
-_DISTANCE = 12.0
-"""Of the point light, from the object's middle."""
-_TILT = 35.0
-"""Degrees from upright by which the plane leans back."""
+_RADIUS, _HEIGHT = 0.75, 2.1  # of the cylinder
+_PLANE = 1.3  # half an edge of the plane
+_GROUND = 40.0  # half an edge of the ground
+_FIELD = 20.0  # degrees that the shorter edge of the picture sees
+_DISTANCE = 12.0  # of the point light, from the object's middle
+_TILT = 35.0  # degrees from upright by which the plane leans back
 
 
 def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:

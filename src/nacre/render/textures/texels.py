@@ -20,10 +20,8 @@ INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
 Corners: TypeAlias = "list[tuple[Any, Any]]"
 """Indices of texels or nodes, and weights that add up to 1."""
 
-_ROW = 16
-"""Numbers that are read at a time."""
-_PARTS = 16
-"""Bits of a random number for each of two coordinates."""
+_ROW = 16  # numbers that are read at a time
+_PARTS = 16  # bits of a random number for each of two coordinates
 
 
 class TexelGrid:

@@ -32,14 +32,10 @@ STEEPEST = 89.0
 DEPTH = 3
 """Surface points of the longest paths."""
 
-_SHADOW_RAYS = 1 << 18
-"""Least number a light, over all triangles."""
-_BAND = 1 << 28
-"""Bytes of values that are worked on at a time."""
-_VISIBLE = 1 << 30
-"""Bytes of what the triangles see of the lights that are worked on at a time."""
-_IN_MEMORY = 1 << 31
-"""Values of more bytes lie in a file without a name."""
+_SHADOW_RAYS = 1 << 18  # least number a light, over all triangles
+_BAND = 1 << 28  # bytes of values that are worked on at a time
+_VISIBLE = 1 << 30  # bytes of what the triangles see of the lights that are worked on at a time
+_IN_MEMORY = 1 << 31  # values of more bytes lie in a file without a name
 
 
 def capture(

@@ -22,8 +22,7 @@ FIREFLY = 8.0
 """Most that each surface point of a path behind the first adds to a channel, in units of what a
 white diffuse surface that faces the light sends."""
 
-_OFFSET = 1e-4
-"""How far above the surface a ray leaves it, in cells."""
+_OFFSET = 1e-4  # how far above the surface a ray leaves it, in cells
 
 
 @inner  # type: ignore[untyped-decorator]

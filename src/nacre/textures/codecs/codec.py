@@ -30,10 +30,8 @@ from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
 
-_PART = 64
-"""Texels that one core takes at a time."""
-_EMBEDDED_PAIRS = 512
-"""Pairs of directions that texels are decoded at for distances between them."""
+_PART = 64  # texels that one core takes at a time
+_EMBEDDED_PAIRS = 512  # pairs of directions that texels are decoded at for distances between them
 
 
 @dataclass(frozen=True, eq=False)

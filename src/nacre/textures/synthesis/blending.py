@@ -24,10 +24,8 @@ _PIXEL_LIMIT = 1 << 26
 _GRAY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}
 """Largest values of pixels, by Pillow's names of kinds of images."""
 _COLORED = {"RGB", "RGBA", "LA"}
-_SPOTS = 16
-"""Of noise along an edge, about."""
-_STEEP = 0.5
-"""Of noise: standard deviations within which the mask goes from a half to an end."""
+_SPOTS = 16  # of noise along an edge, about
+_STEEP = 0.5  # of noise: standard deviations within which the mask goes from a half to an end
 
 
 def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floats:

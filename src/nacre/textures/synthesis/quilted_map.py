@@ -23,12 +23,9 @@ from nacre.textures.synthesis.seams import (
     tiles,
 )
 
-_TEXELS = 4096
-"""Texels that components are found from, at most."""
-_LEFT_OUT = 0.01
-"""Fraction of the variance that components may leave."""
-_BLOCK = 1 << 12
-"""Texels at a time."""
+_TEXELS = 4096  # texels that components are found from, at most
+_LEFT_OUT = 0.01  # fraction of the variance that components may leave
+_BLOCK = 1 << 12  # texels at a time
 
 
 def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Floats:

@@ -15,8 +15,7 @@ from nacre.textures.synthesis.patches import PatchSearch, inside_cuts
 
 _REPETITION = 0.3
 """How much errors of patches count more where the input has been used as often as on average."""
-_APART = 0.1
-"""Fraction of a patch by which patches are kept away from where a neighbor would go on."""
+_APART = 0.1  # fraction of a patch by which patches are kept away from where a neighbor would go on
 
 Sources = npt.NDArray[np.intp]
 """Which texel of the input every texel of the output is, y * width + x, shape (height, width)."""

@@ -80,8 +80,7 @@ def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:
     return SeamContrast(float(np.sqrt(means[0] / means[1])), fraction)
 
 
-_CORRELATED = 0.2
-"""Correlation below which texels count as unlike."""
+_CORRELATED = 0.2  # correlation below which texels count as unlike
 _LENGTHS = 5
 """Of correlation in an edge of a patch, so that it holds a few of what the texture is made of."""
 _SMALLEST = 8

@@ -21,12 +21,9 @@ from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 
-_BATCH = 512
-"""Texels in a step."""
-_PARTS = 4
-"""Of a batch: each with its own order of the channels, and subset of directions."""
-_MIXED = 0.5
-"""Share of texels that are mixed with another."""
+_BATCH = 512  # texels in a step
+_PARTS = 4  # of a batch: each with its own order of the channels, and subset of directions
+_MIXED = 0.5  # share of texels that are mixed with another
 _CAUTION = 20.0
 """Times that noise counts where measurements override what is completed: unlike noise, what the
 functions cannot express is alike at neighboring directions."""

@@ -20,19 +20,15 @@ from nacre.textures.codecs.basis.posterior import Observation, Prior, project
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import LinearBlock, TexelCodec, TexelMap, TrainingRun
 
-_STEPS = 2
-"""Gauss-Newton steps of a code; more lower the error by less than a thousandth."""
-_CHUNK = 512
-"""Texels at a time whose codes are found."""
-_PAIRS = 1 << 9
-"""Pairs of directions at a time that are decoded: few enough for the cache."""
+_STEPS = 2  # Gauss-Newton steps of a code; more lower the error by less than a thousandth
+_CHUNK = 512  # texels at a time whose codes are found
+_PAIRS = 1 << 9  # pairs of directions at a time that are decoded: few enough for the cache
 VERSION = 2
 _VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
 """Stays as it is: maps of texels know their codec by the hash of its header and weights."""
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
-_LARGEST = 1e9
-"""Weights of coefficients that hardly vary in the training data are large."""
+_LARGEST = 1e9  # weights of coefficients that hardly vary in the training data are large
 _MAX_WIDTH, _MAX_FUNCTIONS, _MAX_CODE_DIM = 1 << 13, 1 << 10, 1 << 10
 
 

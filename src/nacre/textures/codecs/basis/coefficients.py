@@ -22,18 +22,14 @@ from nacre.textures.codecs.basis.networks import FunctionValues
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.selection import random_texels
 
-_BLOCK = 64
-"""Texels that are worked on at a time."""
-_COEFFICIENT_BYTES = 3 * 4
-"""Of a subset: products with functions, gathered, and estimates."""
+_BLOCK = 64  # texels that are worked on at a time
+_COEFFICIENT_BYTES = 3 * 4  # of a subset: products with functions, gathered, and estimates
 _FRACTIONS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
 _VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
 _LIGHTS = (45.0, 60.0)
 _BOTH = (45.0, 53.0, 60.0, 68.0)
-_FLASH = 10.0
-"""Degrees from the view to a light that counts as being at the camera."""
-_FLASHES = (1.0, 0.5, 0.2)
-"""Fractions of the pairs with such a light."""
+_FLASH = 10.0  # degrees from the view to a light that counts as being at the camera
+_FLASHES = (1.0, 0.5, 0.2)  # fractions of the pairs with such a light
 
 Indices = npt.NDArray[np.intp]
 

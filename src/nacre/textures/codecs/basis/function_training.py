@@ -26,11 +26,9 @@ from nacre.textures.codecs.basis.networks import (
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 
 _BATCH = 1024
-_BLOCK = 64
-"""Texels at a time whose colors are split."""
+_BLOCK = 64  # texels at a time whose colors are split
 _RIDGE = 1e-8
-_SMALLEST = 1e-9
-"""Of the mean square of texels: what varies less is rounding."""
+_SMALLEST = 1e-9  # of the mean square of texels: what varies less is rounding
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,8 @@ from nacre.array import Array, Components, Floats, namespace
 from nacre.geometry import dot, half_vector, split, stereographic
 from nacre.numerics.mlp import SILU, AnyLayer, Layer, dense
 
-_CHUNK = 1 << 12
-"""Pairs of directions at a time."""
-_SHARPEST = 0.005
-"""Added to the sine of half-vector angles, so that their logarithm is bounded."""
+_CHUNK = 1 << 12  # pairs of directions at a time
+_SHARPEST = 0.005  # added to the sine of half-vector angles, so that their logarithm is bounded
 INPUTS = 12
 """Of the network."""
 

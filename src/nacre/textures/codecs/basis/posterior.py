@@ -15,8 +15,7 @@ from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 
 Double = npt.NDArray[np.float64]
 
-_DAMPING = 1e-2
-"""Relative, of steps."""
+_DAMPING = 1e-2  # relative, of steps
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,7 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.measured.textures.directions import same_pairs
 
-_MIN_TEXELS = 2048
-"""That functions are found from."""
+_MIN_TEXELS = 2048  # that functions are found from
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from typing import IO, Any
 from nacre.errors import FormatError, NacreError, require
 
 COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
-_LINE = 80
-"""Characters that the first line may have, and more."""
+_LINE = 80  # characters that the first line may have, and more
 
 
 class Journal:

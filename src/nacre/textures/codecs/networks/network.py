@@ -34,8 +34,7 @@ from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe
 _Part = TypeVar("_Part")
 _Settings = TypeVar("_Settings")
 
-_CHUNK = 64
-"""Texels that are encoded at a time."""
+_CHUNK = 64  # texels that are encoded at a time
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
 _VERSION = 1

@@ -25,12 +25,10 @@ from nacre.textures.codecs.networks.network import DIRECTIONS, TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
 from nacre.textures.codecs.networks.recipe import NetworkRecipe, optimizers
 
-_REPORT_EVERY = 10
-"""Steps between rows of the journal."""
+_REPORT_EVERY = 10  # steps between rows of the journal
 _FOREVER = 1 << 60
 _Entries: TypeAlias = npt.NDArray[np.int64] | None
-_COMPARED = 512
-"""Entries that the loss on held-out texels compares, at most."""
+_COMPARED = 512  # entries that the loss on held-out texels compares, at most
 
 
 def train_network(

@@ -21,10 +21,8 @@ from nacre.textures.codecs.networks.mlp import (
 from nacre.textures.codecs.networks.network import TexelNetwork
 
 POOLINGS = "mean", "max"
-_SLOPE = 0.25
-"""Of the parametric ReLU below 0, before training."""
-_PRODUCTS = 1 << 24
-"""Products of values and weights that max pooling holds at a time."""
+_SLOPE = 0.25  # of the parametric ReLU below 0, before training
+_PRODUCTS = 1 << 24  # products of values and weights that max pooling holds at a time
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,9 @@ from nacre.textures.codecs.principal.codec import PcaCodec
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
 
-_DARK = 0.01
-"""Added to the brightness of texels, so that black ones do not weigh endlessly."""
+_DARK = 0.01  # added to the brightness of texels, so that black ones do not weigh endlessly
 _SMALLEST_NOISE = 1e-12
-_BLOCK = 1 << 26
-"""Bytes that are read at a time."""
+_BLOCK = 1 << 26  # bytes that are read at a time
 _Orders = Sequence[npt.NDArray[Any]]
 
 

@@ -17,10 +17,8 @@ from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
 if TYPE_CHECKING:
     from nacre.textures.codecs.principal.analysis import PcaRecipe
 
-_SMALLEST = 1e-12
-"""Of variances, relative to the largest, so that none divides by zero."""
-_FILE_KIND = "principal components"
-"""What files call this kind of codec."""
+_SMALLEST = 1e-12  # of variances, relative to the largest, so that none divides by zero
+_FILE_KIND = "principal components"  # what files call this kind of codec
 _VERSION = 1
 _LARGEST = 1e12
 _ARRAYS = ("wi", "wo", "mean", "components", "variances")
