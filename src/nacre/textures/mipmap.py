@@ -61,7 +61,7 @@ def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
     """
     down = box_weights(height)
     across: Floats | None = None
-    sums: dict[int, Floats] = {}
+    sums: dict[Any, Floats] = {}
     done = 0
     for y, row in enumerate(rows):
         if across is None:
@@ -252,10 +252,8 @@ def _reported(rows: Iterable[Floats], count: int, progress: Progress) -> Iterato
 def _bilinear(codes: Floats, uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     """Codes between the four texels around each place, of a map that repeats."""
     height, width = codes.shape[:2]
-    x, y = (
-        np.mod(uv[:, axis].astype(np.float64), 1.0) * n - 0.5
-        for axis, n in enumerate((width, height))
-    )
+    sizes = enumerate((width, height))
+    x, y = (np.mod(uv[:, axis].astype(np.float64), 1.0) * n - 0.5 for axis, n in sizes)
     left, top = np.floor(x).astype(np.intp), np.floor(y).astype(np.intp)
     across, down = (x - left)[:, None], (y - top)[:, None]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from nacre.render.engine import mitsuba
 from nacre.render.preview import render_scene
 from nacre.render.textures.scene import facing, light_direction, point_position
 
-PathName = Literal["around", "over"]
-
-PATHS: tuple[str, ...] = get_args(PathName)
+PATHS = "around", "over"
 
 _LOWEST = 80.0
 """Degrees to the left and to the right at which the arc over an object begins and ends."""

@@ -49,9 +49,8 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
     options
         Properties of the plugin:
 
-        - `interpolation`: see :data:`nacre.render.textures.texels.Interpolation`; of directions
-        too,
-          where "nearest" is "linear".
+        - `interpolation`: see :class:`nacre.render.textures.texels.TexelGrid`; of directions
+          too, where "nearest" is "linear".
         - `pixel_angle`: degrees between neighboring pixels of the camera. Given, a hit shows
           what a pixel sees of an encoded texture, from afar and at grazing angles: means of
           reflectance, of a pyramid of levels that takes a third more memory. Mitsuba's paths
@@ -78,8 +77,7 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
         more memory than is allowed, or its codec knows its own directions only.
     """
     mi = mitsuba()
-    latent = getattr(texture, "latent", None)
-    source = texture if latent is None else latent
+    source = getattr(texture, "latent", None) or texture
     name = "neuralbtf" if isinstance(source, LatentMap) else "measuredbtf"
     properties = mi.Properties(name)
     for key, value in options.items():
@@ -97,12 +95,7 @@ def plugins(variant: str) -> dict[str, Any]:
 
         decoder: HitDecoder
 
-        def prepare(
-            self,
-            properties: Any,
-            source: LatentMap | Btf | None = None,
-            progress: Progress = silent,
-        ) -> Any:
+        def prepare(self, properties: Any, source: Any = None, progress: Progress = silent) -> Any:
             name = properties.plugin_name()
             if mi.Float is float:
                 raise NacreError(f"{name}: needs a variant that compiles, got {variant}")

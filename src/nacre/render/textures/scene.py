@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, get_args
+from typing import Any
 
 from nacre.array import Floats
 from nacre.errors import NacreError
@@ -15,11 +15,8 @@ from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.scene import camera, check_name, emitter, floor, matte
 
-Geometry = Literal["cylinder", "sphere", "plane", "ground"]
-LightName = Literal["environment", "directional", "point"]
-
-GEOMETRIES: tuple[str, ...] = get_args(Geometry)
-LIGHTS: tuple[str, ...] = get_args(LightName)
+GEOMETRIES = "cylinder", "sphere", "plane", "ground"
+LIGHTS = "environment", "directional", "point"
 
 _RADIUS, _HEIGHT = 0.75, 2.1  # of the cylinder
 _PLANE = 1.3  # half an edge of the plane
@@ -50,15 +47,11 @@ def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
     """
     if repeat < 1:
         raise NacreError(f"a texture is repeated 1 time or more, not {repeat}")
-    upward = {
-        "cylinder": -_HEIGHT / (2.0 * math.pi * _RADIUS),  # v runs upwards, rows do not
-        "sphere": 0.5,
-        "plane": -1.0,
-        "ground": -1.0,
-    }
     check_name("geometry", geometry, GEOMETRIES)
+    around = -_HEIGHT / (2.0 * math.pi * _RADIUS)  # v runs upwards, rows do not
+    upward = {"cylinder": around, "sphere": 0.5}.get(geometry, -1.0)
     across = float(repeat) * (_GROUND / _PLANE if geometry == "ground" else 1.0)
-    return mitsuba().ScalarTransform4f().scale([across, upward[geometry] * across * aspect, 1.0])
+    return mitsuba().ScalarTransform4f().scale([across, upward * across * aspect, 1.0])
 
 
 def describe_texture_scene(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,7 @@ from nacre.errors import require
 from nacre.io.tensors import HALF_LARGEST
 from nacre.render.textures.placement import Footprint
 
-Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
-INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
+INTERPOLATIONS = "stochastic", "linear", "nearest"
 
 Corners: TypeAlias = "list[tuple[Any, Any]]"
 """Indices of texels or nodes, and weights that add up to 1."""

@@ -115,15 +115,13 @@ def capture_all(
 
 def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None:
     """Write the manifest, or compare with the one that is there."""
-    new = settings.describe() | {
-        "textures": {
-            str(place(r).as_posix()): {
-                "family": r.generator.name, "seed": r.seed, "parameters": asdict(r.generator)
-            }
-            for r in recipes
+    textures = {
+        place(r).as_posix(): {
+            "family": r.generator.name, "seed": r.seed, "parameters": asdict(r.generator)
         }
+        for r in recipes
     }  # fmt: skip
-    new = json.loads(json.dumps(new))
+    new = json.loads(json.dumps(settings.describe() | {"textures": textures}))
     if not path.exists():
         with atomic_path(path) as temporary:
             temporary.write_text(json.dumps(new, indent=1), "utf-8")

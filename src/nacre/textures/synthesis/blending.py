@@ -116,10 +116,8 @@ def _gray(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
 
 def _stretched(mask: Floats, height: int, width: int) -> Floats:
     """The mask at the centers of that many texels, linear between its own."""
-    rows, columns = (
-        (np.arange(n) + 0.5) * size / n - 0.5
-        for n, size in zip((height, width), mask.shape, strict=True)
-    )
+    sizes = zip((height, width), mask.shape, strict=True)
+    rows, columns = ((np.arange(n) + 0.5) * size / n - 0.5 for n, size in sizes)
     where = np.meshgrid(rows, columns, indexing="ij")
     found: Floats = map_coordinates(mask, where, order=1, mode="nearest")
     return np.clip(found, 0.0, 1.0)

@@ -33,11 +33,8 @@ class PatchSearch:
         self._shape = planes.shape[1:]
         self._spectra = scipy.fft.rfft2(planes)
         self._energy = scipy.fft.rfft2(np.square(planes).sum(0))
-        height, width = self._shape
-        self.rows, self.columns = (
-            self._shape if periodic else (height - patch + 1, width - patch + 1)
-        )
-        """Positions of the first texel of a patch."""
+        (height, width), beyond = self._shape, 0 if periodic else patch - 1
+        self.rows, self.columns = height - beyond, width - beyond  # places of a first texel
 
     def errors(self, given: Floats, known: npt.NDArray[np.bool_]) -> Double:
         """Of every patch, by the position of its first texel.

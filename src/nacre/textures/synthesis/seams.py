@@ -111,14 +111,10 @@ def overlap_of(patch: int) -> int:
 
 def tiles(features: Floats) -> bool:
     """Whether a texture goes on at its opposite edges, by differences there and inside."""
-    shape = features.shape[:2]
-    last_column, last_row = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
+    none, last_column, last_row = np.zeros((3, *features.shape[:2]), np.bool_)
     last_column[:, -1] = last_row[-1] = True
-    none = np.zeros(shape, np.bool_)
-    contrasts = [
-        seam_contrast(features, edges, tile=True).ratio
-        for edges in ((last_column, none), (none, last_row))
-    ]
+    borders = (last_column, none), (none, last_row)
+    contrasts = [seam_contrast(features, edges, tile=True).ratio for edges in borders]
     return all(ratio is None or ratio < _EVEN for ratio in contrasts)
 
 

@@ -12,14 +12,12 @@ from scipy.linalg import block_diag
 from nacre.array import Floats
 from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.numerics.pca import largest_first
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
 from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
 from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import Work
 
 _BATCH = 512  # texels in a step
 _PARTS = 4  # of a batch: each with its own order of the channels, and subset of directions
@@ -29,41 +27,17 @@ _CAUTION = 20.0
 functions cannot express is alike at neighboring directions."""
 
 
-class Networks(NamedTuple):
-    """What :class:`nacre.textures.codecs.basis.codec.BasisCodec` is made of beside its
-    functions.
-    """
-
-    complete: SkipNetwork
-    encode: SkipNetwork
-    decode: SkipNetwork
-    prior: Prior
-
-
 def train_codes(
-    data: TrainingTexels,
-    functions: FunctionValues,
-    recipe: BasisRecipe,
-    report: Progress,
-    store: Store,
-) -> Networks:
-    """The networks between coefficients and codes, the one that completes coefficients, the prior.
+    data: TrainingTexels, functions: FunctionValues, work: Work
+) -> tuple[SkipNetwork, SkipNetwork, SkipNetwork, Prior]:
+    """The networks that complete, encode and decode coefficients, and the prior.
 
-    Parameters
-    ----------
-    data
-        Coefficients of texels, from all directions and from subsets.
-    functions
-        At all directions, over which they are orthonormal.
-    recipe
-        Sizes and efforts.
-    report, store
-        Called as it goes on, and where results and steps are kept.
+    The functions are those at all directions, over which they are orthonormal.
     """
-    training = _Training(data, functions, recipe, report, store)
-    coder = kept(store, "coder", _Coder, training.autoencoder)
+    training = _Training(data, functions, work)
+    coder = kept(work.store, "coder", _Coder, training.autoencoder)
     complete = training.completion()
-    return Networks(complete, coder.encode, coder.decode, training.prior(complete))
+    return complete, coder.encode, coder.decode, training.prior(complete)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,18 +51,11 @@ class _Coder:
 class _Training:
     """Texels to train on, and what is found on the way."""
 
-    def __init__(
-        self,
-        data: TrainingTexels,
-        functions: FunctionValues,
-        recipe: BasisRecipe,
-        report: Progress,
-        store: Store,
-    ) -> None:
-        self._data, self._recipe, self._report, self._store = data, recipe, report, store
+    def __init__(self, data: TrainingTexels, functions: FunctionValues, work: Work) -> None:
+        self._data, self._work, self._recipe = data, work, work.recipe
         self._first = _first_prior(data)
         self._estimates, self._known = _estimates(data, functions, self._first)
-        self._generator = torch.Generator().manual_seed(recipe.seed)
+        self._generator = torch.Generator().manual_seed(self._recipe.seed)
         self._orders = torch.from_numpy(_orders_of_channels(functions))
         self._scale = torch.from_numpy(self._first.deviations)
         self._values = torch.from_numpy(data.values)
@@ -152,7 +119,7 @@ class _Training:
         vectors = [vector for network in networks for vector in network.vectors]
         matrices = [matrix for network in networks for matrix in network.matrices]
         steps, generator = self._recipe.code_steps, self._generator
-        descend(vectors, matrices, loss, steps, stage, self._report, generator, self._store)
+        descend(vectors, matrices, loss, steps, stage, generator, self._work)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)

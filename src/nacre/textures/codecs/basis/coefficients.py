@@ -14,12 +14,10 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.measured.textures.domes import below
 from nacre.measured.textures.transposition import transposed
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.networks import FunctionValues
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import Work
 from nacre.textures.selection import random_texels
 
 _BLOCK = 64  # texels that are worked on at a time
@@ -81,9 +79,7 @@ def training_texels(
     functions: FunctionValues,
     rotations: Sequence[npt.NDArray[Any]],
     subsets: Sequence[Indices],
-    recipe: BasisRecipe,
-    progress: Progress,
-    store: Store,
+    work: Work,
 ) -> TrainingTexels:
     """Coefficients of random texels of every texture, each rotated about its normal at random.
 
@@ -97,11 +93,10 @@ def training_texels(
         Orders of the pairs, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
     subsets
         Of the pairs, the first of all.
-    recipe
-        Says how many texels of each.
-    progress, store
-        Called as it goes on, and where what is read of each texture is kept.
+    work
+        Says how many texels of each, and where what is read of each texture is kept.
     """
+    recipe = work.recipe
     tables = [functions.at(subset) for subset in subsets]
     coefficients = functions.luma.shape[1] + 2 * functions.chroma.shape[1]
     each = _COEFFICIENT_BYTES * len(subsets) * coefficients
@@ -116,8 +111,8 @@ def training_texels(
 
     found: list[_Read] = []
     for index in range(len(textures)):
-        found.append(kept(store, f"coefficients-{index}", _Read, partial(read, index)))
-        progress("coefficients", index + 1, len(textures), "")
+        found.append(kept(work.store, f"coefficients-{index}", _Read, partial(read, index)))
+        work.report("coefficients", index + 1, len(textures), "")
     moments = np.concatenate([part.moments for part in found], axis=1)
     residuals = np.concatenate([part.residuals for part in found])
     return TrainingTexels(moments[0] / np.float32(len(functions.mean)), residuals, subsets, moments)

@@ -13,8 +13,6 @@ from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.numerics.mlp import Layer, dense
 from nacre.numerics.pca import leading_components
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.network_training import Tensor, descend, new_layer, to_layer, torch
 from nacre.textures.codecs.basis.networks import (
@@ -23,7 +21,7 @@ from nacre.textures.codecs.basis.networks import (
     direction_inputs,
     wide_features,
 )
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import Work
 
 _BATCH = 1024
 _BLOCK = 64  # texels at a time whose colors are split
@@ -53,12 +51,7 @@ class Components:
 
 
 def principal_components(
-    texels: Floats,
-    wi: Floats,
-    wo: Floats,
-    orders: list[npt.NDArray[Any]],
-    recipe: BasisRecipe,
-    report: Progress,
+    texels: Floats, wi: Floats, wo: Floats, orders: list[npt.NDArray[Any]], work: Work
 ) -> Components:
     """Functions whose sums are closest to roots of reflectance of texels.
 
@@ -71,17 +64,15 @@ def principal_components(
     orders
         Rotations about the normal, see
         :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
-    recipe
-        Sizes and efforts.
-    report
-        Called as it goes on.
+    work
+        Sizes, and whom to tell.
 
     Raises
     ------
     NacreError
         If texels vary in fewer ways than codes have values.
     """
-    count = len(texels)
+    count, recipe = len(texels), work.recipe
     luma = np.empty((count, len(wi)), np.float32)
     chroma = np.empty((2, count, len(wi)), np.float32)
     for start in range(0, count, _BLOCK):
@@ -96,12 +87,12 @@ def principal_components(
     pairs = chroma.reshape(2 * count, -1)
     blocks = (luma, recipe.luma_count, 1.0), (pairs, recipe.chroma_count, 2.0)
     for done, (rows, wanted, weight) in enumerate(blocks):
-        report("components", done, 2, "")
+        work.report("components", done, 2, "")
         block, variances = leading_components(rows, orders, wanted, recipe.seed)
         variances = weight * variances
         strong = variances > smallest
         parts.append(block[:, strong] * np.sqrt(variances[strong]))
-    report("components", 2, 2, "")
+    work.report("components", 2, 2, "")
     found = [part.shape[1] for part in parts]
     if not found[0] or found[0] + 2 * found[1] < recipe.code_dim:
         raise NacreError(
@@ -112,20 +103,9 @@ def principal_components(
     return Components(wi, wo, table, found[0])
 
 
-def train_functions(
-    components: Components, recipe: BasisRecipe, report: Progress, store: Store
-) -> AngularFunctions:
-    """A network of components; all but the mean become orthonormal at their directions.
-
-    Parameters
-    ----------
-    components
-        What it learns.
-    recipe
-        Sizes and efforts.
-    report, store
-        Called as it goes on, and where steps are kept.
-    """
+def train_functions(components: Components, work: Work) -> AngularFunctions:
+    """A network of components; all but the mean become orthonormal at their directions."""
+    recipe = work.recipe
     table, inputs = components.table, direction_inputs(components.wi, components.wo)
     generator = torch.Generator().manual_seed(recipe.seed)
     sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
@@ -145,7 +125,7 @@ def train_functions(
 
     matrices = [weights for weights, _ in layers[1:-2]]
     vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
-    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, store)
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", generator, work)
     with torch.no_grad():
         units = wide_features(seen, hidden, wide).numpy()
     first, *others = [to_layer(pair) for pair in hidden]

@@ -79,7 +79,7 @@ def _new_network(
             f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
             "out the others, or train a unified one"
         )
-    chosen = {"seed": recipe.training.seed, "variance": recipe.training.variance}
+    chosen: dict[str, Any] = {"seed": recipe.training.seed, "variance": recipe.training.variance}
     if kind.fixed_directions:
         chosen |= zip(DIRECTIONS, stream.directions[0], strict=True)
     return kind(settings=recipe.settings, whitening=whitening, **chosen)
@@ -305,9 +305,9 @@ class _Training:
         if self._best["parameters"]:
             self._set_parameters(self._best["parameters"])
             step, validation = self._best["step"], self._best["loss"]
-        metadata = {"materials": self._stream.names, "training": asdict(self._recipe)}
+        facts = {"materials": self._stream.names, "training": asdict(self._recipe)}
         loss = self._loss if math.isfinite(self._loss) else None
-        metadata |= {"steps": step, "loss": loss, "held out": validation}
+        metadata = facts | {"steps": step, "loss": loss, "held out": validation}
         return network.to("cpu").replaced(metadata=metadata)
 
 

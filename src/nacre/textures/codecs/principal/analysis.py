@@ -12,14 +12,13 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import NacreError
-from nacre.measured.textures.directions import same_pairs
 from nacre.measured.textures.transposition import transposed
 from nacre.numerics.channels import LUMA, split_colors
 from nacre.numerics.pca import BY_PERMUTATION, leading_components, strongest
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.principal.codec import PcaCodec
 from nacre.textures.codecs.symmetry import symmetric_rotations
-from nacre.textures.selection import random_texels
+from nacre.textures.selection import of_same_directions, random_texels
 
 _DARK = 0.01  # added to the brightness of texels, so that black ones do not weigh endlessly
 _SMALLEST_NOISE = 1e-12
@@ -180,11 +179,8 @@ def _gathered(
     picks: list[npt.NDArray[np.intp]] = []
     names: list[str] = []
     first: Btf | None = None
-    for open_texture in textures:
-        texture = open_texture()
+    for texture in of_same_directions(textures):
         first = first or texture
-        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
-            raise NacreError(f"{texture.name}: is not measured at the directions of {first.name}")
         limit = max(1, recipe.memory // (12 * texture.pair_count * len(textures)))
         picks.append(random_texels(texture, min(recipe.texels, limit), random))
         names.append(texture.name)

@@ -66,7 +66,7 @@ class PcaCodec(TexelCodec):
 
     def __post_init__(self) -> None:
         n, code_dim = len(self.wi), len(self.variances)
-        shapes = dict.fromkeys(("wi", "wo", "mean"), (n, 3))
+        shapes: dict[str, tuple[int, ...]] = {"wi": (n, 3), "wo": (n, 3), "mean": (n, 3)}
         shapes |= {"variances": (code_dim,), "components": (code_dim, n, 3)}
         for name, shape in shapes.items():
             if getattr(self, name).shape != shape or not n or not code_dim:
