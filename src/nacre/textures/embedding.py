@@ -218,8 +218,7 @@ def _colors(codec: TexelCodec, codes: Floats) -> Floats:
     wi, wo = BONN.pairs()
     chosen = np.random.default_rng(0).choice(len(wi), _COLOR_PAIRS, replace=False)
     decode = on_all_cores(codec, codec.decoder(wi[chosen], wo[chosen]))
-    means: Floats = decode(codes).mean(axis=1)
-    return means
+    return np.asarray(decode(codes).mean(axis=1))
 
 
 def save_embedding_map(places: EmbeddingMap, path: PathLike) -> None:

@@ -214,10 +214,6 @@ def _unpack_pairs(where: str, tensors: Tensors) -> tuple[Floats, Floats]:
     return lights[index[:, 0]], views[index[:, 1]]
 
 
-def _load(path: PathLike) -> NeuralBtf:
-    return NeuralBtf(load_latent_map(path), where=str(path))
-
-
 def _load_material(path: Path) -> TexelBrdf:
     latent = load_latent_map(path)
     try:
@@ -230,7 +226,7 @@ FORMAT = Format(
     "nacre encoded texture",
     (".safetensors",),
     lambda head: looks_like_tensors(head) and header_key(head) in (None, KEY),
-    _load,
+    lambda path: NeuralBtf(load_latent_map(path), where=str(path)),
     kind="btf",
     claims=lambda path: has_header(path, KEY),
     load_material=_load_material,

@@ -76,6 +76,13 @@ class LatentMap:
             raise ValueError(f"directions are {self.wi.shape}, {self.wo.shape}, expected (n, 3)")
 
 
+def check_decoded(values: Floats, where: str) -> Floats:
+    """The values, which codes of a file or material decode to, if all of them are finite."""
+    if not np.isfinite(values).all():
+        raise FormatError(f"{where}: some codes decode to values that are not finite")
+    return values
+
+
 class NeuralBtf(Btf):
     """The texture that codes stand for, decoded as it is asked for.
 
@@ -121,7 +128,7 @@ class NeuralBtf(Btf):
         FormatError
             If a code decodes to what is no number.
         """
-        return self._checked(self._decode(self._codes[chosen].astype(np.float32)))
+        return check_decoded(self._decode(self._codes[chosen].astype(np.float32)), self._where)
 
     def images(self, chosen: Indices | slice) -> Floats:
         """See :meth:`Btf.images` and :meth:`texels`."""
@@ -132,12 +139,8 @@ class NeuralBtf(Btf):
         for start in range(0, self.texel_count, step):
             rows = slice(start, start + step)
             pictures[:, rows] = decode(self._codes[rows].astype(np.float32)).swapaxes(0, 1)
-        return self._checked(pictures.reshape(len(wi), self.height, self.width, 3))
-
-    def _checked(self, values: Floats) -> Floats:
-        if not np.isfinite(values).all():
-            raise FormatError(f"{self._where}: some codes decode to values that are not finite")
-        return values
+        shape = len(wi), self.height, self.width, 3
+        return check_decoded(pictures.reshape(shape), self._where)
 
     @property
     def _codes(self) -> npt.NDArray[Any]:

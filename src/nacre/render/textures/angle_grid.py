@@ -31,8 +31,6 @@ class AngleGrid:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     resolution
         Nodes along each of the four axes.
     stochastic

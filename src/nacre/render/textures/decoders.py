@@ -40,8 +40,6 @@ class TableDecoder(HitDecoder):
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     factors
         Weights and functions.
     stochastic
@@ -66,8 +64,6 @@ class BasisDecoder(HitDecoder):
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     codec
         The codec.
     codes
@@ -114,8 +110,6 @@ class NetworkDecoder(HitDecoder):
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     codec
         A `nacre.textures.codecs.networks.TexelNetwork`.
     codes

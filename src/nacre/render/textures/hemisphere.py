@@ -27,8 +27,6 @@ class Hemisphere:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     directions
         Unit vectors, shape (n, 3).
     stochastic

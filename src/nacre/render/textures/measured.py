@@ -24,8 +24,6 @@ class MeasuredDecoder:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     btf
         Read once, into half precision; values below 0 count as 0.
     sides

@@ -23,8 +23,6 @@ class Placement:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     to_uv
         Mitsuba's transformation of texture coordinates, of 3 or 4 rows.
 
@@ -99,8 +97,6 @@ def footprint(
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     si
         Interactions.
     placement

@@ -22,8 +22,6 @@ class Relief:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     heights
         Shape (height, width), the texture's rows and columns or more or fewer.
     depth

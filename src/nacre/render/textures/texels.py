@@ -31,8 +31,6 @@ class TexelGrid:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     height, width
         Of the map.
     interpolation
@@ -142,8 +140,6 @@ class Records:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     values
         Shape (count, numbers).
     half
@@ -199,8 +195,6 @@ class AlignedBuffer:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     values
         Shape (count, size), size a power of two, of :func:`nacre.array.aligned_zeros`; float16,
         float32 or int32. What it holds must not change.

@@ -48,8 +48,7 @@ def noise(
     fits = (abs(fy) < size // 2) & (abs(fx) < size // 2)
     rows, columns = np.broadcast_arrays(fy % size, fx % size)
     spectrum[rows[fits], columns[fits]] = weights[fits]
-    field: npt.NDArray[np.float64] = np.fft.ifft2(spectrum, norm="forward").real
-    return field
+    return np.asarray(np.fft.ifft2(spectrum, norm="forward").real)
 
 
 def fractal(
@@ -104,8 +103,7 @@ def scattered(random: np.random.Generator, count: int, jitter: float) -> Floats:
     row, column = np.divmod(np.arange(count * count), count)
     shift = 0.5 * (row % 2) if count % 2 == 0 else 0.0
     points = np.stack([column + 0.5 + shift, row + 0.5], -1)
-    moved: Floats = (points + jitter * random.uniform(-0.5, 0.5, points.shape)) / count % 1.0
-    return moved
+    return np.asarray((points + jitter * random.uniform(-0.5, 0.5, points.shape)) / count % 1.0)
 
 
 def lay_fibres(
@@ -162,5 +160,4 @@ def blend(colors: Floats, place: Floats) -> Floats:
 def smooth_step(low: float, high: float, x: Floats) -> Floats:
     """0 below `low`, 1 above `high`, smooth between."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
-    smooth: Floats = t * t * (3.0 - 2.0 * t)
-    return smooth
+    return np.asarray(t * t * (3.0 - 2.0 * t))

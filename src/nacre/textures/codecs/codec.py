@@ -297,6 +297,12 @@ CODECS: Registry[type[TexelCodec]] = Registry(
 """All kinds of texture codecs, the default one first."""
 
 
+def check_shape(what: str, array: Floats, *expected: int) -> None:
+    """Refuse an array of another shape than (b, expected...)."""
+    if array.shape[1:] != expected:
+        raise ValueError(f"{what} are {array.shape}, expected (b, {', '.join(map(str, expected))})")
+
+
 def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
     """The same encoder or decoder of a codec, with texels shared among the cores.
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
-from nacre.errors import FormatError, NacreError
+from nacre.errors import NacreError
 from nacre.numerics.pca import largest_first
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.latent_map import LatentMap
+from nacre.textures.latent_map import LatentMap, check_decoded
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
 from nacre.textures.synthesis.seams import (
     SeamContrast,
@@ -59,9 +59,7 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
     some = np.random.default_rng(seed).choice(total, min(_TEXELS, total), replace=False)
     with one_blas_thread():  # the same features on any number of cores
         embed = latent.codec.embedding(latent.wi, latent.wo)
-        seen = embed(codes[np.sort(some)]).astype(np.float64)
-        if not np.isfinite(seen).all():
-            raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
+        seen = check_decoded(embed(codes[np.sort(some)]).astype(np.float64), latent.name)
         mean = seen.mean(0)
         variances, directions = largest_first(np.cov(seen, rowvar=False, bias=True))
         left_out = np.cumsum(np.maximum(variances[::-1], 0.0))
@@ -70,9 +68,7 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
         blocks = (codes[start : start + _BLOCK] for start in range(0, total, _BLOCK))
         features = np.concatenate([(embed(block) - mean) @ kept for block in blocks])
     features -= features.mean(0)
-    if not np.isfinite(features).all():
-        raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
-    return features.reshape(height, width, -1)
+    return check_decoded(features, latent.name).reshape(height, width, -1)
 
 
 TEXEL_LIMIT = 1 << 24
@@ -105,13 +101,9 @@ class QuiltedMap:
 
     def facts(self) -> dict[str, Any]:
         """JSON-able."""
-        return {
-            "patch": self.settings.patch,
-            "overlap": self.settings.overlap,
-            "tolerance": self.settings.tolerance,
-            "input tiles": self.settings.periodic,
-            "output tiles": self.settings.tile,
-            "seed": self.settings.seed,
+        names = {"periodic": "input tiles", "tile": "output tiles"}
+        settings = {names.get(key, key): value for key, value in asdict(self.settings).items()}
+        return settings | {
             "contrast of seams": self.contrast.ratio,
             "share of neighbors with a seam between": self.contrast.fraction,
             "share of the input used": self.used,

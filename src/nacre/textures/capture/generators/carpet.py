@@ -85,5 +85,4 @@ class Carpet(Generator):
             "checks": np.floor(x * 4) + np.floor(y * 4),
             "rings": np.floor(np.hypot(x - 0.5, y - 0.5) * 3 * kinds),
         }
-        chosen: Indices = bands[self.layout].astype(int) % kinds
-        return chosen
+        return np.asarray(bands[self.layout].astype(int) % kinds)

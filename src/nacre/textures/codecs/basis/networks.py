@@ -20,14 +20,15 @@ INPUTS = 12
 
 
 class FunctionValues(NamedTuple):
-    """The functions at n pairs of directions."""
+    """The functions at n pairs of directions.
+
+    They are the mean that all texels have, shape (n,), and what is summed, shapes (n, luma_count)
+    and (n, chroma_count).
+    """
 
     mean: Floats
-    """What all texels have, shape (n,)."""
     luma: Floats
-    """Shape (n, luma_count)."""
     chroma: Floats
-    """Shape (n, chroma_count)."""
 
     def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
         """The values at some of the pairs."""

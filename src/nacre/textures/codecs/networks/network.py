@@ -17,7 +17,7 @@ from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_preci
 from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
 from nacre.textures.codecs.networks.mlp import (
     Decoder,
     Shapes,
@@ -71,6 +71,8 @@ class TexelNetwork(TexelCodec):
     training_defaults: ClassVar[Mapping[str, Any]] = {}
     """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
     is trained with unless others are given."""
+    starts: ClassVar[Mapping[str, float]] = {}
+    """What tensors are full of before training, of those that do not begin at random."""
     fixed_directions: ClassVar[bool] = False
     """Whether texels are encoded at one set of pairs of directions only: attributes `wi` and `wo`,
     shape (n, 3), which the constructor takes."""
@@ -89,7 +91,9 @@ class TexelNetwork(TexelCodec):
         self._decoder = Decoder(settings.latent, settings.decoder_hidden, settings.decoder)
         shapes = self.shapes() | self._decoder.shapes()
         if parameters is None:
-            parameters = self._adjusted(initial(shapes, np.random.default_rng((seed, 1)), variance))
+            parameters = initial(shapes, np.random.default_rng((seed, 1)), variance)
+            for name, start in self.starts.items():
+                parameters[name][:] = start
         found = {name: array.shape for name, array in parameters.items()}
         if found != shapes:
             wrong = sorted(k for k in found | shapes if found.get(k) != shapes.get(k))[0]
@@ -102,12 +106,6 @@ class TexelNetwork(TexelCodec):
     @abc.abstractmethod
     def shapes(self) -> Shapes:
         """Names and shapes of the encoder's tensors."""
-
-    def _adjusted(
-        self, arrays: dict[str, npt.NDArray[np.float32]]
-    ) -> dict[str, npt.NDArray[np.float32]]:
-        """Random tensors, with those replaced that do not begin at random."""
-        return arrays
 
     @abc.abstractmethod
     def prepare_encoder(self, directions: Tensor) -> Any:
@@ -160,8 +158,7 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_encoder(self._inputs(wi, wo))
 
         def encode(texels: Floats) -> Floats:
-            if texels.shape[1:] != (len(wi), 3):
-                raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
+            check_shape("texels", texels, len(wi), 3)
             codes = np.empty((len(texels), self.code_dim), np.float32)
 
             def run(start: int) -> None:
@@ -184,8 +181,7 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_decoder(self._inputs(wi, wo))
 
         def decode(codes: Floats) -> Floats:
-            if codes.shape[1:] != (self.code_dim,):
-                raise ValueError(f"codes are {codes.shape}, expected (b, {self.code_dim})")
+            check_shape("codes", codes, self.code_dim)
             given = torch.from_numpy(np.array(codes, np.float32)).to(self._device)
             reflectance = np.empty((len(given), count, 3), np.float32)
             target = torch.from_numpy(reflectance)

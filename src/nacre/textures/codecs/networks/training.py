@@ -294,10 +294,8 @@ class _Training:
 
     def _patience_over(self) -> bool:
         """Whether as many validations as patience allows found nothing better."""
-        patience = self._recipe.patience
-        if not (patience and self._held_out):
-            return False
-        return bool(self._step - self._best["step"] >= patience * self._recipe.validate_every)
+        allowed = self._recipe.patience * self._recipe.validate_every
+        return bool(allowed and self._held_out and self._step - self._best["step"] >= allowed)
 
     def result(self) -> TexelNetwork:
         """The network as it is now, or its best with patience, with what is to be known of it."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
+from typing import ClassVar
 
 from nacre.numerics.mlp import forward
 from nacre.textures.codecs.networks.mlp import (
@@ -77,6 +76,7 @@ class UnifiedNetwork(TexelNetwork):
 
     kind = "unified"
     settings_type = UnifiedSettings
+    starts: ClassVar[Mapping[str, float]] = {"pooled.bias": 0.0, "pooled.slope": _SLOPE}
     settings: UnifiedSettings
 
     def shapes(self) -> Shapes:
@@ -87,13 +87,6 @@ class UnifiedNetwork(TexelNetwork):
             | {"pooled.bias": (pooled,), "pooled.slope": (1,)}
             | mlp_shapes("encoder", (pooled, *sizes.hidden, sizes.latent))
         )
-
-    def _adjusted(
-        self, arrays: dict[str, npt.NDArray[np.float32]]
-    ) -> dict[str, npt.NDArray[np.float32]]:
-        arrays["pooled.bias"] = np.zeros_like(arrays["pooled.bias"])
-        arrays["pooled.slope"] = np.full_like(arrays["pooled.slope"], _SLOPE)
-        return arrays
 
     def prepare_encoder(self, directions: Tensor) -> Tensor:
         """Outputs of the angular MLP's last hidden layer, shape (n, 128), or of its last, for max.

@@ -12,7 +12,7 @@ from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 from nacre.measured.textures.directions import SAME
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
 
 if TYPE_CHECKING:
     from nacre.textures.codecs.principal.analysis import PcaRecipe
@@ -103,10 +103,8 @@ class PcaCodec(TexelCodec):
         shift = mean @ solve
 
         def encode(texels: Floats) -> Floats:
-            if texels.shape[1:] != (len(wi), 3):
-                raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
-            codes: Floats = texels.reshape(len(texels), -1) @ solve - shift
-            return codes
+            check_shape("texels", texels, len(wi), 3)
+            return np.asarray(texels.reshape(len(texels), -1) @ solve - shift)
 
         return encode
 
@@ -121,8 +119,7 @@ class PcaCodec(TexelCodec):
         mean, columns = self._at(wi, wo)
 
         def decode(codes: Floats) -> Floats:
-            if codes.shape[1:] != (self.code_dim,):
-                raise ValueError(f"codes are {codes.shape}, expected (b, {self.code_dim})")
+            check_shape("codes", codes, self.code_dim)
             found = codes @ columns
             found += mean
             return np.maximum(found, 0.0, out=found).reshape(len(codes), len(wi), 3)
