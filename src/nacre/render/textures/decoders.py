@@ -36,15 +36,7 @@ class HitDecoder(Protocol):
 
 
 class TableDecoder(HitDecoder):
-    """Sums of a texture's own functions, which lie in a table.
-
-    Parameters
-    ----------
-    factors
-        Weights and functions.
-    stochastic
-        See :class:`AngleGrid`.
-    """
+    """Sums of a texture's own functions, which lie in a table; see :class:`AngleGrid`."""
 
     def __init__(self, mi: Any, factors: Factors, stochastic: bool) -> None:
         self._weights = Records(mi, factors.weights, half=True)
@@ -60,18 +52,10 @@ class TableDecoder(HitDecoder):
 
 
 class BasisDecoder(HitDecoder):
-    """The default codec's networks, at every hit.
+    """The default codec's networks, at every hit, for codes of shape (texels, values).
 
-    Parameters
-    ----------
-    codec
-        The codec.
-    codes
-        Shape (texels, values).
-    expanded
-        Whether coefficients of all texels are kept rather than found at every hit.
-    half
-        Whether weights, codes and coefficients have 16 bits.
+    Expanded, coefficients of all texels are kept rather than found at every hit. In half precision,
+    weights, codes and coefficients have 16 bits.
     """
 
     def __init__(
@@ -106,23 +90,10 @@ class BasisDecoder(HitDecoder):
 
 
 class NetworkDecoder(HitDecoder):
-    """The decoder that the papers' networks share, at every hit.
+    """The decoder that the papers' networks share, at every hit; codes have shape (texels, values).
 
-    Parameters
-    ----------
-    codec
-        A `nacre.textures.codecs.networks.TexelNetwork`.
-    codes
-        Shape (texels, values).
-    expanded
-        Without meaning here.
-    half
-        Whether weights and codes have 16 bits.
-
-    Raises
-    ------
-    NacreError
-        If its decoder is another than the papers'.
+    These networks see the code with the directions, so that nothing is expanded. In half precision,
+    weights and codes have 16 bits. A decoder other than the papers' is a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, codec: Any, codes: Floats, expanded: bool, half: bool) -> None:

@@ -39,16 +39,10 @@ _RIDGE = 1e-6
 class Factors:
     """Weights and functions; luma and pair, of roots, are sums of their products.
 
-    Parameters
-    ----------
-    weights
-        Of texels, row by row, then of those of coarser levels; shape (t, :data:`LUMAS` + 2
-        :data:`CHROMAS`): of the luma, then of the first and of the second value of the pair.
-    functions
-        Shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), nodes as
-        :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
-    resolution
-        Of the grid.
+    Weights, of shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`), are of texels, row by row, then of
+    those of coarser levels: of the luma, then of the first and of the second value of the pair.
+    Functions have shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), with nodes of a grid of some
+    resolution as :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
     """
 
     weights: Floats
@@ -59,24 +53,11 @@ class Factors:
 def factor(
     latent: LatentMap, resolution: int, levels: int = 1, progress: Progress = silent
 ) -> Factors:
-    """The factors of an encoded texture.
+    """The factors of an encoded texture, whose codec must decode at any directions.
 
-    Parameters
-    ----------
-    latent
-        Its codec must decode at any directions.
-    resolution
-        Of the grid of directions, at least 2.
-    levels
-        Of the pyramid of means of reflectance that weights are of, from the map itself; see
-        :func:`nacre.textures.mipmap.level_shapes`.
-    progress
-        Called with the nodes done.
-
-    Raises
-    ------
-    NacreError
-        If the codec decodes at its own directions only.
+    The grid of directions has a resolution of at least 2. Weights are of so many levels of the
+    pyramid of means of reflectance, from the map itself, see
+    :func:`nacre.textures.mipmap.level_shapes`. Progress is called with the nodes done.
     """
     height, width, _ = latent.codes.shape
     codes = latent.codes.reshape(height * width, -1).astype(np.float32)

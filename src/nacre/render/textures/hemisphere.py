@@ -22,21 +22,10 @@ class Hemisphere:
     """Directions around a direction, with spherical barycentric weights.
 
     The triangles are those of Delaunay of the stereographic projection, which are Delaunay's of the
-    sphere. A direction beyond all of them, nearer to the horizon, has weights at the edge of the
-    nearest.
-
-    Parameters
-    ----------
-    directions
-        Unit vectors, shape (n, 3).
-    stochastic
-        Whether one direction stands for the three, as likely as its weight; the same direction
-        always has the same.
-
-    Raises
-    ------
-    NacreError
-        If there are fewer than three directions, or all lie on one circle through the nadir.
+    sphere, of unit vectors of shape (n, 3). A direction beyond all of them, nearer to the horizon,
+    has weights at the edge of the nearest. Stochastically, one direction stands for the three, as
+    likely as its weight; the same direction always has the same. Fewer than three directions, or
+    directions that all lie on one circle through the nadir, are a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, directions: Floats, stochastic: bool) -> None:

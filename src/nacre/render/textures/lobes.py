@@ -25,12 +25,8 @@ _POINTS = 1 << 14  # points of the hemisphere that tell what solid angle a light
 
 
 def latent_lobes(latent: LatentMap) -> Floats:
-    """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture.
-
-    Returns
-    -------
-    array of shape (height, width, 4)
-        Every k-th row and column of the map, k = 1 where it is small.
+    """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture, shape
+    (height, width, 4): of every k-th row and column of the map, k = 1 where it is small.
     """
     lights, views = _even(_LIGHTS, 0.0), _even(_VIEWS, _LOWEST)
     wi, wo = np.tile(lights, (_VIEWS, 1)), np.repeat(views, _LIGHTS, 0)

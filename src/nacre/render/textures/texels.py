@@ -136,19 +136,8 @@ def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
 
 
 class Records:
-    """Some numbers for each texel or node, which are read together.
-
-    Parameters
-    ----------
-    values
-        Shape (count, numbers).
-    half
-        Whether they are kept in half precision, where it can hold them.
-
-    Attributes
-    ----------
-    numbers
-        Of a record.
+    """Some numbers for each texel or node, which are read together, of values (count, numbers); in
+    half precision, if asked for, where that can hold them.
     """
 
     def __init__(self, mi: Any, values: Floats, half: bool) -> None:
@@ -193,11 +182,8 @@ def _rows(numbers: int) -> tuple[int, int]:
 class AlignedBuffer:
     """Rows of numbers, each of which a kernel reads at once.
 
-    Parameters
-    ----------
-    values
-        Shape (count, size), size a power of two, of :func:`nacre.array.aligned_zeros`; float16,
-        float32 or int32. What it holds must not change.
+    Values have shape (count, size), size a power of two, and are of
+    :func:`nacre.array.aligned_zeros`: float16, float32 or int32. What they hold must not change.
     """
 
     def __init__(self, mi: Any, values: npt.NDArray[Any]) -> None:

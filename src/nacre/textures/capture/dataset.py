@@ -29,18 +29,8 @@ _MANIFEST_LIMIT = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """How to capture.
-
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, shape (n, 3).
-    texels
-        Rows, and columns.
-    samples
-        Paths a texel and view.
-    seed
-        Same seed, same values.
+    """How to capture: at pairs of unit directions, shape (n, 3), so many rows and columns of
+    texels, with so many paths a texel and view; the same seed gives the same values.
     """
 
     wi: Floats
@@ -76,23 +66,12 @@ def place(recipe: Recipe) -> Path:
 def capture_all(
     folder: Path, settings: Settings, report: Callable[[Recipe, int, int], Progress] | None = None
 ) -> None:
-    """Capture every built-in recipe that the folder does not hold yet.
+    """Capture every built-in recipe that the folder, made where it is absent, does not hold yet.
 
     A file is there only when it is whole, so a run that was killed loses one texture.
-
-    Parameters
-    ----------
-    folder
-        Made where it is absent; gets `train`, `unseen` and :data:`MANIFEST`.
-    settings
-        Those of the first run.
-    report
-        Called as `report(recipe, done, total)` before each; gives what is called with its progress.
-
-    Raises
-    ------
-    FormatError
-        If the folder was filled with other settings or recipes, or another process fills it now.
+    `report(recipe, done, total)` is called before each and gives what is called with its progress.
+    A folder that was filled with other settings or recipes, or that another process fills now, is a
+    :class:`FormatError`.
     """
     with ExitStack() as stack:
         for part in (folder, folder / "train", folder / "unseen"):

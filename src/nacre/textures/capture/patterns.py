@@ -29,12 +29,7 @@ def noise(
 ) -> npt.NDArray[np.float64]:
     """Gaussian noise of one scale, with mean 0 and variance 1; 0 where the grid is too coarse.
 
-    Parameters
-    ----------
-    frequency
-        Waves a period.
-    stretch
-        How much longer its features are in y than in x.
+    The frequency is in waves a period; features are `stretch` times as long in y as in x.
     """
     reach_x = int(np.ceil(2.0 * frequency))
     reach_y = int(np.ceil(2.0 * frequency / stretch)) + 1
@@ -65,16 +60,9 @@ def fractal(
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The Voronoi cells of points, on a grid.
-
-    Parameters
-    ----------
-    index
-        Whose cell each point of the grid lies in.
-    distance, margin
-        To its center, and how much farther the next center is, in mean spacings of centers.
-    offset
-        From the center, in spacings, shape (size, size, 2).
+    """The Voronoi cells of points: whose cell each point of a grid lies in, its distance to the
+    center and how much farther the next one is, and the offset from the center, shape (size, size,
+    2); all in mean spacings of centers.
     """
 
     index: Indices
@@ -109,19 +97,11 @@ def scattered(random: np.random.Generator, count: int, jitter: float) -> Floats:
 def lay_fibres(
     size: int, points: Floats, radius: float, owners: Indices
 ) -> tuple[npt.NDArray[np.float64], Indices]:
-    """Round fibres seen from above.
+    """Heights and owner of the uppermost of round fibres at each point of the grid, seen from
+    above; -inf and -1 where none is.
 
-    Parameters
-    ----------
-    points
-        Along their middles: x, y and height in periods, shape (k, 3), closer than `radius`.
-    owners
-        To which fibre each point belongs, shape (k,).
-
-    Returns
-    -------
-    heights, owner
-        Of the uppermost fibre at each point of the grid; height -inf and owner -1 where none is.
+    Points along their middles are x, y and height in periods, shape (k, 3), closer than the radius;
+    `owners`, shape (k,), say to which fibre each belongs.
     """
     reach = int(np.ceil(radius * size))
     steps = np.arange(-reach, reach + 1)

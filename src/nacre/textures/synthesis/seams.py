@@ -16,18 +16,10 @@ Edges = tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]
 
 
 def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bool) -> Edges:
-    """Where neighbors of the output are no neighbors in the input.
+    """Where neighbors of the output, of such sources, are no neighbors in the input.
 
-    Parameters
-    ----------
-    sources
-        Of the output's texels.
-    height, width
-        Of the input.
-    periodic
-        Whether the input tiles, so that texels of opposite edges are neighbors.
-    tile
-        Whether the output does; where it does not, nothing lies beyond its last row and column.
+    Texels of opposite edges are neighbors in an input that is periodic, and in an output that
+    tiles; where that does not, nothing lies beyond its last row and column.
     """
     y, x = np.divmod(sources, width)
 
@@ -92,12 +84,8 @@ others 1.5 and more."""
 def patch_size(features: Floats) -> int:
     """Edge of patches for a texture, from how far its texels are alike along rows and columns.
 
-    It is at least 8 texels and at most half the texture's shorter edge, though at least 2.
-
-    Parameters
-    ----------
-    features
-        Of the texture, their means zero, shape (height, width, k).
+    It is at least 8 texels and at most half the texture's shorter edge, though at least 2. Features
+    have shape (height, width, k), and means of zero.
     """
     limit = max(2, min(features.shape[:2]) // 2)
     length = max(_correlation_length(features, axis) for axis in (0, 1))

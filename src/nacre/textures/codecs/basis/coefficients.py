@@ -83,18 +83,10 @@ def training_texels(
 ) -> TrainingTexels:
     """Coefficients of random texels of every texture, each rotated about its normal at random.
 
-    Parameters
-    ----------
-    textures
-        Each gives a texture when called.
-    functions
-        At its pairs of directions, over which they are orthonormal.
-    rotations
-        Orders of the pairs, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
-    subsets
-        Of the pairs, the first of all.
-    work
-        Says how many texels of each, and where what is read of each texture is kept.
+    The functions are those at the textures' pairs of directions, over which they are orthonormal;
+    rotations are orders of the pairs, see
+    :func:`nacre.textures.codecs.symmetry.symmetric_rotations`; the first of the subsets has all
+    pairs.
     """
     recipe = work.recipe
     tables = [functions.at(subset) for subset in subsets]

@@ -31,17 +31,10 @@ _SMALLEST = 1e-9  # of the mean square of texels: what varies less is rounding
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """Principal components of texels at pairs of directions.
+    """Principal components of texels at pairs of unit directions, shape (n, 3).
 
-    Parameters
-    ----------
-    wi, wo
-        Unit directions, shape (n, 3).
-    table
-        The mean, then components of luma, then those of chroma, each of the size that it has in
-        texels, shape (n, 1 + luma_count + chroma_count).
-    luma_count
-        How many are of luma.
+    The table, of shape (n, 1 + luma_count + chroma_count), has the mean, then components of luma,
+    then those of chroma, each of the size that it has in texels.
     """
 
     wi: Floats
@@ -55,22 +48,9 @@ def principal_components(
 ) -> Components:
     """Functions whose sums are closest to roots of reflectance of texels.
 
-    Parameters
-    ----------
-    texels
-        Reflectance factors of training texels of all materials, shape (t, n, 3); any type.
-    wi, wo
-        Unit directions, shape (n, 3).
-    orders
-        Rotations about the normal, see
-        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
-    work
-        Sizes, and whom to tell.
-
-    Raises
-    ------
-    NacreError
-        If texels vary in fewer ways than codes have values.
+    Texels are reflectance factors of all materials, shape (t, n, 3), of any type; `orders` are
+    rotations, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. It is a
+    :class:`NacreError` if texels vary in fewer ways than codes have values.
     """
     count, recipe = len(texels), work.recipe
     luma = np.empty((count, len(wi)), np.float32)

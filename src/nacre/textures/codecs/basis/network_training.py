@@ -31,25 +31,10 @@ def descend(
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
-    Parameters
-    ----------
-    vectors
-        What Adam moves: biases, and matrices at the ends of a network.
-    matrices
-        Between hidden layers, for Muon (Jordan et al. 2024), which gets much further there.
-    loss
-        Of a step.
-    steps, stage
-        How many, and their name.
-    generator
-        What the loss draws from.
-    work
-        Whom to tell, and where steps are kept.
-
-    Raises
-    ------
-    NacreError
-        If some numbers are not finite in the end.
+    Adam moves the vectors: biases, and matrices at the ends of a network. Muon (Jordan et al.
+    2024), which gets much further there, moves the matrices between hidden layers. The loss, of a
+    step, draws from the generator. Numbers that are not finite in the end are a
+    :class:`NacreError`.
     """
     optimizers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:

@@ -43,15 +43,7 @@ class Prior:
 
 
 class Observation:
-    """What a set of directions says about coefficients.
-
-    Parameters
-    ----------
-    functions
-        Their values at the directions.
-    prior
-        Of coefficients.
-    """
+    """What functions' values at a set of directions say about coefficients, given their prior."""
 
     def __init__(self, functions: FunctionValues, prior: Prior) -> None:
         self.functions, self.prior = functions, prior

@@ -106,21 +106,9 @@ class Work(NamedTuple):
 
 
 def check_textures(textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe) -> None:
-    """Refuse textures of different directions, and too few texels.
+    """Refuse textures of different directions, and too few texels, with a :class:`NacreError`.
 
-    Parameters
-    ----------
-    textures
-        Each gives a texture when called; errors call it by its name.
-    recipe
-        What is to be learned from them.
-
-    Raises
-    ------
-    FormatError
-        If one cannot be opened.
-    NacreError
-        If they will not do.
+    Each is opened by a call, and errors call it by its name.
     """
     each = recipe.texels_of_each(len(textures))
     opened = of_same_directions(textures, ", as all must be; leave it out")

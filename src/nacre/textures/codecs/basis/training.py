@@ -130,18 +130,9 @@ def _texels_of(
 
 
 def uniform_texels(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
-    """A row of texels, each of one reflectance factor at all pairs of directions.
+    """A row of texels, each of one reflectance factor at all pairs of directions, shape (n, 3).
 
     Their colors lie anywhere between black and white, dark ones as often as bright ones.
-
-    Parameters
-    ----------
-    wi, wo
-        Unit directions, shape (n, 3).
-    count
-        Of texels.
-    seed
-        Of the colors.
     """
     random = np.random.default_rng([seed, count])
     colors = random.random((count, 1, 3), np.float32) * random.random((count, 1, 1), np.float32)

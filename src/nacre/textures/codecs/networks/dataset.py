@@ -28,14 +28,8 @@ _STATISTICS, _HELD_OUT = 16, 256
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Texels known at the same pairs of directions.
-
-    Parameters
-    ----------
-    values
-        Reflectance factors, shape (b, n, 3).
-    group
-        Index of the directions in :attr:`TexelStream.directions`.
+    """Texels known at the same pairs of directions: reflectance factors, shape (b, n, 3), and the
+    index of the directions in :attr:`TexelStream.directions`.
     """
 
     values: npt.NDArray[np.float32]

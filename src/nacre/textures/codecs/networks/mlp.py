@@ -49,21 +49,12 @@ def mlp_layers(parameters: Parameters, name: str) -> list[tuple[Any, Any]]:
 def initial(
     shapes: Shapes, random: np.random.Generator, variance: str = "he"
 ) -> dict[str, npt.NDArray[np.float32]]:
-    """Random weights and biases.
+    """Random weights and biases, of tensors called `x.weight`, (inputs, outputs) or of a
+    convolution (outputs, inputs, size), each followed by its `x.bias`.
 
-    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor.
-
-    Parameters
-    ----------
-    shapes
-        Of tensors called `x.weight`, (inputs, outputs) or of a convolution (outputs, inputs, size),
-        each followed by its `x.bias`.
-    random
-        Source of the numbers.
-    variance
-        Of the weights, one of :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of
-        1 / inputs; "he" with 2 / inputs, so that the variance of signals stays through layers with
-        ReLUs (He et al. 2015).
+    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor of
+    :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of 1 / inputs; "he" with 2 /
+    inputs, so that the variance of signals stays through layers with ReLUs (He et al. 2015).
     """
     arrays, bound = {}, 0.0
     for name, shape in shapes.items():
@@ -86,22 +77,14 @@ _COEFFICIENTS = 128
 
 @dataclass(frozen=True)
 class Decoder:
-    """The sizes of a decoder, and what it does with its tensors.
+    """The sizes of a decoder, and what it does with its tensors: for codes of L values, layers of
+    some widths, of one of the kinds :data:`DECODERS`.
 
     The "network" is the paper's: hidden layers with ReLUs on the code and the stereographic
     coordinates of both directions. The "bilinear" one is ours: a network of the directions alone
     gives as many features as its last width, a network of the code as many coefficients for each
     channel, and a value is their product, so that a code that is met often costs one dot product
     for each channel and pair of directions.
-
-    Parameters
-    ----------
-    latent
-        L, the values of a code.
-    hidden
-        Widths.
-    kind
-        One of :data:`DECODERS`.
     """
 
     latent: int
@@ -120,12 +103,7 @@ class Decoder:
     def prepare(self, parameters: Parameters, directions: Tensor) -> Tensor:
         """What depends on the pairs of directions only, shape (n, width).
 
-        Parameters
-        ----------
-        parameters
-            Tensors of :meth:`shapes`, and maybe others.
-        directions
-            Stereographic coordinates of light and viewer, shape (n, 4).
+        Directions are stereographic coordinates of light and viewer, shape (n, 4).
         """
         if self.kind == "bilinear":
             features = forward(directions, mlp_layers(parameters, "features"))

@@ -111,10 +111,7 @@ class TexelNetwork(TexelCodec):
     def prepare_encoder(self, directions: Tensor) -> Any:
         """What of the encoder depends on the pairs of directions only.
 
-        Parameters
-        ----------
-        directions
-            Stereographic coordinates of light and viewer, shape (n, 4).
+        Directions are stereographic coordinates of light and viewer, shape (n, 4).
         """
 
     @abc.abstractmethod
@@ -137,13 +134,7 @@ class TexelNetwork(TexelCodec):
         return {name: p.detach().cpu().numpy().copy() for name, p in self.parameters.items()}
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
-        """Refuse pairs of directions that texels cannot be encoded at.
-
-        Raises
-        ------
-        NacreError
-            If the network is for others only.
-        """
+        """Refuse pairs of directions that texels cannot be encoded at: a :class:`NacreError`."""
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`nacre.textures.codecs.TexelCodec.encoder`.
