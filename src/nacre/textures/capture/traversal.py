@@ -73,12 +73,13 @@ def intersect(
             ua, va = u0 + start * dx, v0 + start * dy
             ub, vb = u0 + stop * dx, v0 + stop * dy
             before, after = ua - va, ub - vb
-            upper = before + after < 0.0
-            if before * after < 0.0:  # the ray changes triangles within the cell
-                upper = before < 0.0
+            changes = before * after < 0.0  # the ray crosses both triangles of the cell
+            upper = before < 0.0 if changes else before + after < 0.0
+            h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
+            gap_a = max(0.0, z + start * dz - h - sx * ua - sy * va)
+            first = start
+            if changes:
                 middle = start + (stop - start) * before / (before - after)
-                h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
-                gap_a = max(0.0, z + start * dz - h - sx * ua - sy * va)
                 um = u0 + middle * dx
                 gap_b = z + middle * dz - h - (sx + sy) * um
                 if gap_b < 0.0:
@@ -86,12 +87,7 @@ def intersect(
                     return t, wrapped_row, wrapped_column, upper
                 upper = not upper
                 h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
-                gap_a = gap_b
-                first = middle
-            else:
-                h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
-                gap_a = max(0.0, z + start * dz - h - sx * ua - sy * va)
-                first = start
+                gap_a, first = gap_b, middle
             gap_b = z + stop * dz - h - sx * ub - sy * vb
             if gap_b < 0.0:
                 t = first + (stop - first) * gap_a / (gap_a - gap_b)

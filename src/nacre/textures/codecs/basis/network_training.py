@@ -113,11 +113,10 @@ class SkipTraining:
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
         """The network for inputs and outputs in other units: divided and multiplied by scales."""
-        layers = [to_layer(pair) for pair in self.layers]
-        first, last = layers[0], layers[-1]
+        first, middle, last = (to_layer(pair) for pair in self.layers)
         scale_in = np.broadcast_to(np.float32(input_scale), len(first.weights))[:, None]
-        layers[0] = Layer(first.weights / scale_in, first.biases)
-        layers[-1] = Layer(last.weights * output_scale, last.biases * output_scale)
+        first = Layer(first.weights / scale_in, first.biases)
+        last = Layer(last.weights * output_scale, last.biases * output_scale)
         linear = self.linear.detach().numpy()
         linear = linear / scale_in[: len(linear)] * output_scale
-        return SkipNetwork(np.ascontiguousarray(linear, np.float32), layers)
+        return SkipNetwork(np.ascontiguousarray(linear, np.float32), [first, middle, last])
