@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,7 @@ from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import codec_fingerprint
 from nacre.textures.latent_map import LatentMap
 
-_BLOCK = 1 << 13
-"""Texels at a time."""
+_BLOCK = 1 << 13  # texels at a time
 
 
 @dataclass(frozen=True)
@@ -80,20 +78,14 @@ def nearest_texels(
     found: list[Neighbor] = []
     for index, texture in enumerate(textures):
         codes = texture.codes.reshape(-1, texture.codes.shape[2])
-        distances = np.concatenate(
-            [
-                np.linalg.norm(place(codes[i : i + _BLOCK].astype(np.float32)) - wanted, axis=1)
-                for i in range(0, len(codes), _BLOCK)
-            ]
-        )
+        blocks = (codes[start : start + _BLOCK] for start in range(0, len(codes), _BLOCK))
+        places = (place(block.astype(np.float32)) for block in blocks)
+        distances = np.concatenate([np.linalg.norm(p - wanted, axis=1) for p in places])
         if leave_out is not None and index == leave_out[0]:
             distances[leave_out[1]] = np.inf
         closest = np.argsort(distances, kind="stable")[: 1 if one_each else count]
-        found += [
-            Neighbor(index, int(texel), float(distances[texel]))
-            for texel in closest
-            if np.isfinite(distances[texel])
-        ]
+        closest = closest[np.isfinite(distances[closest])]
+        found += [Neighbor(index, int(texel), float(distances[texel])) for texel in closest]
         found = sorted(found, key=lambda neighbor: neighbor.distance)[:count]
         progress("searching", index + 1, len(textures), "")
     return found
@@ -103,8 +95,9 @@ VERSION = 1
 KEY = "nacre map of texels"
 _LIMIT = 1 << 28
 _LARGEST = 1e9
-_COLOR_PAIRS = 64
-"""Pairs of directions whose mean reflectance is the color of a texel."""
+_TYPES = {"texture": "i8", "xy": "i8", "codes": "f4", "places": "f8", "colors": "f4"}
+"""Of arrays in files."""
+_COLOR_PAIRS = 64  # pairs of directions whose mean reflectance is the color of a texel
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,30 +207,18 @@ def embed_texels(
         places = embed(coordinates(new), seed, "texels")
     else:
         places = embed_into(coordinates(onto.codes), onto.places, coordinates(new), seed)
-    made = EmbeddingMap(
-        (*known, *names),
-        np.concatenate(which),
-        np.concatenate(xy),
-        new,
-        places,
-        _colors(codec, new),
-        fingerprint,
-    )
-    return made if onto is None else _joined(onto, made)
-
-
-def _joined(old: EmbeddingMap, new: EmbeddingMap) -> EmbeddingMap:
-    arrays = ("texture", "xy", "codes", "places", "colors")
-    both = {name: np.concatenate([getattr(old, name), getattr(new, name)]) for name in arrays}
-    return EmbeddingMap(new.names, **both, fingerprint=new.fingerprint)
+    found = (np.concatenate(which), np.concatenate(xy), new, places, _colors(codec, new))
+    arrays = dict(zip(_TYPES, found, strict=True))
+    if onto is not None:
+        arrays = {name: np.concatenate([getattr(onto, name), arrays[name]]) for name in _TYPES}
+    return EmbeddingMap((*known, *names), **arrays, fingerprint=fingerprint)
 
 
 def _colors(codec: TexelCodec, codes: Floats) -> Floats:
     wi, wo = BONN.pairs()
     chosen = np.random.default_rng(0).choice(len(wi), _COLOR_PAIRS, replace=False)
     decode = on_all_cores(codec, codec.decoder(wi[chosen], wo[chosen]))
-    means: Floats = decode(codes).mean(axis=1)
-    return means
+    return np.asarray(decode(codes).mean(axis=1))
 
 
 def save_embedding_map(places: EmbeddingMap, path: PathLike) -> None:
@@ -252,14 +233,9 @@ def save_embedding_map(places: EmbeddingMap, path: PathLike) -> None:
 
 
 def _encode(places: EmbeddingMap) -> bytes:
-    names = ("texture", "xy", "codes", "places", "colors")
-    tensors = {name: np.ascontiguousarray(getattr(places, name)) for name in names}
-    header = {
-        "version": VERSION,
-        "names": list(places.names),
-        "model": places.fingerprint,
-        "metadata": {},
-    }
+    tensors = {name: np.ascontiguousarray(getattr(places, name)) for name in _TYPES}
+    names, model = list(places.names), places.fingerprint
+    header = {"version": VERSION, "names": names, "model": model, "metadata": {}}
     return to_bytes(KEY, header, tensors, _LIMIT)
 
 
@@ -271,10 +247,8 @@ def load_embedding_map(path: PathLike) -> EmbeddingMap:
     FormatError
         If the file is not a whole map of a version we know.
     """
-    path = Path(path)
-    header, tensors = from_file(
-        path, KEY, _LIMIT, "a map of texels; nacre btf map --save makes one"
-    )
+    what = "a map of texels; nacre btf map --save makes one"
+    header, tensors = from_file(path, KEY, _LIMIT, what)
     with format_errors(path):
         check_header(header, VERSION)
         return _decode(header, tensors)
@@ -286,13 +260,11 @@ def _decode(header: dict[str, Any], tensors: dict[str, npt.NDArray[Any]]) -> Emb
         raise ValueError("model is no text, or names are no list")
     if not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
         raise ValueError("names are no texts, each once")
-    types = {"texture": "i8", "xy": "i8", "codes": "f4", "places": "f8", "colors": "f4"}
-    for name, kind in types.items():
+    for name, kind in _TYPES.items():
         if tensors[name].dtype != np.dtype(kind):
             raise ValueError(f"{name} is of type {tensors[name].dtype}, expected {np.dtype(kind)}")
     check_numbers({name: tensors[name] for name in ("codes", "places", "colors")}, _LARGEST)
     if (tensors["xy"] < 0).any():
         raise ValueError("xy has numbers below 0")
-    return EmbeddingMap(
-        tuple(names), fingerprint=fingerprint, **{name: tensors[name] for name in types}
-    )
+    arrays = {name: tensors[name] for name in _TYPES}
+    return EmbeddingMap(tuple(names), **arrays, fingerprint=fingerprint)

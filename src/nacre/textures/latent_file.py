@@ -29,12 +29,7 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import (
-    PUBLISHED,
-    codec_fingerprint,
-    load_codec,
-    unpack_codec,
-)
+from nacre.textures.codecs.codec_file import PUBLISHED, codec_fingerprint, load_codec, unpack_codec
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.textures.uniform import TexelBrdf, material_of
 
@@ -43,8 +38,7 @@ KEY = "nacre latent map"
 _LIMIT = 1 << 32
 _LARGEST = 1e9
 """Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
-_CODEC = "codec."
-"""In front of the names of an embedded codec's tensors."""
+_CODEC = "codec."  # in front of the names of an embedded codec's tensors
 
 
 def check_latent_path(path: PathLike) -> Path:
@@ -127,12 +121,7 @@ def _encode(latent: LatentMap) -> bytes:
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
     else:
         model = {"file": latent.reference.name, "sha256": latent.reference.sha256}
-    header = {
-        "version": VERSION,
-        "name": latent.name,
-        "codec": model,
-        "metadata": latent.metadata,
-    }
+    header = {"version": VERSION, "name": latent.name, "codec": model, "metadata": latent.metadata}
     return to_bytes(KEY, header, tensors, _LIMIT)
 
 
@@ -225,24 +214,19 @@ def _unpack_pairs(where: str, tensors: Tensors) -> tuple[Floats, Floats]:
     return lights[index[:, 0]], views[index[:, 1]]
 
 
-def _load(path: PathLike) -> NeuralBtf:
-    return NeuralBtf(load_latent_map(path), where=str(path))
-
-
 def _load_material(path: Path) -> TexelBrdf:
     latent = load_latent_map(path)
     try:
         return material_of(latent)
     except ValueError as error:
-        advice = "nacre btf average makes one of it"
-        raise FormatError(f"{path}: {error}; {advice}") from error
+        raise FormatError(f"{path}: {error}; nacre btf average makes one of it") from error
 
 
 FORMAT = Format(
     "nacre encoded texture",
     (".safetensors",),
     lambda head: looks_like_tensors(head) and header_key(head) in (None, KEY),
-    _load,
+    lambda path: NeuralBtf(load_latent_map(path), where=str(path)),
     kind="btf",
     claims=lambda path: has_header(path, KEY),
     load_material=_load_material,

@@ -14,8 +14,7 @@ from nacre.btf import Btf, Indices
 from nacre.errors import FormatError
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
 
-_BLOCK = 1 << 26
-"""Bytes of values that are decoded at a time for pictures."""
+_BLOCK = 1 << 26  # bytes of values that are decoded at a time for pictures
 
 
 @dataclass(frozen=True)
@@ -68,18 +67,20 @@ class LatentMap:
     metadata: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if (
-            self.codes.ndim != 3
-            or self.codes.shape[2] != self.codec.code_dim
-            or not self.codes.size
-        ):
-            raise ValueError(
-                f"codes are {self.codes.shape}, expected (height, width, {self.codec.code_dim})"
-            )
+        shape, values = self.codes.shape, self.codec.code_dim
+        if len(shape) != 3 or shape[2] != values or 0 in shape:
+            raise ValueError(f"codes are {shape}, expected (height, width, {values})")
         if self.codes.dtype not in (np.float16, np.float32):
             raise ValueError(f"codes are {self.codes.dtype}, expected float16 or float32")
         if self.wi.shape != self.wo.shape or self.wi.ndim != 2 or self.wi.shape[1] != 3:
             raise ValueError(f"directions are {self.wi.shape}, {self.wo.shape}, expected (n, 3)")
+
+
+def check_decoded(values: Floats, where: str) -> Floats:
+    """The values, which codes of a file or material decode to, if all of them are finite."""
+    if not np.isfinite(values).all():
+        raise FormatError(f"{where}: some codes decode to values that are not finite")
+    return values
 
 
 class NeuralBtf(Btf):
@@ -98,10 +99,7 @@ class NeuralBtf(Btf):
     decodable = True
 
     def __init__(
-        self,
-        latent: LatentMap,
-        directions: tuple[Floats, Floats] | None = None,
-        where: str = "",
+        self, latent: LatentMap, directions: tuple[Floats, Floats] | None = None, where: str = ""
     ) -> None:
         height, width, _ = latent.codes.shape
         wi, wo = directions or (latent.wi, latent.wo)
@@ -109,11 +107,9 @@ class NeuralBtf(Btf):
         self.latent, self._where = latent, where or latent.name
 
     def at_directions(self, wi: Floats, wo: Floats) -> NeuralBtf:
-        """See :meth:`Btf.at_directions`."""
         return NeuralBtf(self.latent, (np.asarray(wi), np.asarray(wo)), self._where)
 
     def describe(self) -> dict[str, Any]:
-        """See :meth:`Btf.describe`."""
         latent = self.latent
         reference = latent.reference
         facts = super().describe() | {
@@ -132,7 +128,7 @@ class NeuralBtf(Btf):
         FormatError
             If a code decodes to what is no number.
         """
-        return self._checked(self._decode(self._codes[chosen].astype(np.float32)))
+        return check_decoded(self._decode(self._codes[chosen].astype(np.float32)), self._where)
 
     def images(self, chosen: Indices | slice) -> Floats:
         """See :meth:`Btf.images` and :meth:`texels`."""
@@ -143,12 +139,8 @@ class NeuralBtf(Btf):
         for start in range(0, self.texel_count, step):
             rows = slice(start, start + step)
             pictures[:, rows] = decode(self._codes[rows].astype(np.float32)).swapaxes(0, 1)
-        return self._checked(pictures.reshape(len(wi), self.height, self.width, 3))
-
-    def _checked(self, values: Floats) -> Floats:
-        if not np.isfinite(values).all():
-            raise FormatError(f"{self._where}: some codes decode to values that are not finite")
-        return values
+        shape = len(wi), self.height, self.width, 3
+        return check_decoded(pictures.reshape(shape), self._where)
 
     @property
     def _codes(self) -> npt.NDArray[Any]:

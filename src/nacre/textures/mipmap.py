@@ -61,28 +61,24 @@ def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
     """
     down = box_weights(height)
     across: Floats | None = None
-    sums: list[Floats | None] = [None] * (len(down) + 1)
+    sums: dict[Any, Floats] = {}
     done = 0
     for y, row in enumerate(rows):
         if across is None:
             across = box_weights(len(row))
         narrow = np.tensordot(across, row, 1)
         for target in np.flatnonzero(down[:, y]):
-            part, sum_ = down[target, y] * narrow, sums[target]
-            sums[target] = part if sum_ is None else sum_ + part
+            part = down[target, y] * narrow
+            sums[target] = sums[target] + part if target in sums else part
         while done < len(down) and not down[done, y + 1 :].any():
-            found = sums[done]
-            assert found is not None
-            sums[done] = None
+            yield sums.pop(done)
             done += 1
-            yield found
 
 
 Filter: TypeAlias = Literal["reflectance", "codes"]
 FILTERS: tuple[Filter, ...] = ("reflectance", "codes")
 
-_PAIRS = 512
-"""Pairs of directions that reflectance is averaged at."""
+_PAIRS = 512  # pairs of directions that reflectance is averaged at
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +150,10 @@ class LatentPyramid:
             rows: Iterable[Floats] = levels[0]
             record: TexelMap = np.asarray
         else:
-            wi, wo = _some_pairs(latent, pairs, seed)
+            count = len(latent.wi)
+            chosen = np.random.default_rng(seed).choice(count, min(pairs, count), replace=False)
+            chosen.sort()
+            wi, wo = latent.wi[chosen], latent.wo[chosen]
             decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
             record = on_all_cores(latent.codec, latent.codec.encoder(wi, wo))
             rows = (decode(row) for row in levels[0])
@@ -235,21 +234,13 @@ def filtered_reflectance(latent: LatentMap, wi: Floats, wo: Floats) -> list[Floa
     list
         Of each level after the map itself, reflectance factors of shape (height, width, n, 3).
     """
-    height, width = latent.codes.shape[:2]
     decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
     rows: Iterable[Floats] = (decode(row.astype(np.float32)) for row in latent.codes)
     levels: list[Floats] = []
-    for size in level_shapes(height, width)[:-1]:
-        levels.append(np.stack(list(halved_rows(rows, size[0]))))
-        rows = levels[-1]
+    for height, _ in level_shapes(*latent.codes.shape[:2])[:-1]:
+        rows = np.stack(list(halved_rows(rows, height)))
+        levels.append(rows)
     return levels
-
-
-def _some_pairs(latent: LatentMap, pairs: int, seed: int) -> tuple[Floats, Floats]:
-    count = len(latent.wi)
-    chosen = np.random.default_rng(seed).choice(count, min(pairs, count), replace=False)
-    chosen.sort()
-    return latent.wi[chosen], latent.wo[chosen]
 
 
 def _reported(rows: Iterable[Floats], count: int, progress: Progress) -> Iterator[Floats]:
@@ -261,10 +252,8 @@ def _reported(rows: Iterable[Floats], count: int, progress: Progress) -> Iterato
 def _bilinear(codes: Floats, uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     """Codes between the four texels around each place, of a map that repeats."""
     height, width = codes.shape[:2]
-    x, y = (
-        np.mod(uv[:, axis].astype(np.float64), 1.0) * n - 0.5
-        for axis, n in enumerate((width, height))
-    )
+    sizes = enumerate((width, height))
+    x, y = (np.mod(uv[:, axis].astype(np.float64), 1.0) * n - 0.5 for axis, n in sizes)
     left, top = np.floor(x).astype(np.intp), np.floor(y).astype(np.intp)
     across, down = (x - left)[:, None], (y - top)[:, None]
 

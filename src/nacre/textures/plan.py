@@ -123,9 +123,8 @@ class _Unknown:
         """What variance of the target each measurement would take off."""
         variances = np.einsum("nk,nk->n", self._cross, self._functions)
         explained = np.einsum("nk,nk->n", self._seen, self._seen)
-        scaled = self._block.channels * explained
-        gains: Floats = scaled / (self._block.noise + np.maximum(variances, 0.0))
-        return gains
+        left = self._block.noise + np.maximum(variances, 0.0)
+        return np.asarray(self._block.channels * explained / left)
 
     def observe(self, index: int) -> None:
         """Know the outcome of a measurement."""
@@ -150,7 +149,8 @@ def write_plan(wi: Floats, wo: Floats, path: PathLike) -> None:
     angles = np.degrees(np.stack([*to_spherical(split(wi)), *to_spherical(split(wo))], axis=1))
     angles[:, 1::2] %= 360.0
     digits = max(3, len(str(len(wi))))
-    rows = [["file", "theta_l", "phi_l", "theta_v", "phi_v"]]
-    for index, row in enumerate(angles):
-        rows.append([f"{index + 1:0{digits}d}.png", *(f"{angle:.2f}" for angle in row)])
-    write_rows(rows, path)
+    rows = (
+        [f"{index:0{digits}d}.png", *(f"{angle:.2f}" for angle in row)]
+        for index, row in enumerate(angles, 1)
+    )
+    write_rows([["file", "theta_l", "phi_l", "theta_v", "phi_v"], *rows], path)

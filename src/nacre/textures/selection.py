@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.measured.textures.directions import same_pairs
 
 _TEXELS, _IMAGES = 64, 16
 
@@ -15,6 +19,19 @@ def random_texels(texture: Btf, count: int, random: np.random.Generator) -> npt.
     """Distinct texels in order, `count` of them or all."""
     count = min(count, texture.texel_count)
     return np.sort(random.choice(texture.texel_count, count, replace=False))
+
+
+def of_same_directions(textures: Sequence[Callable[[], Btf]], advice: str = "") -> Iterator[Btf]:
+    """Opens textures in turn; raises :class:`NacreError` for one of other directions."""
+    first: Btf | None = None
+    for open_texture in textures:
+        texture = open_texture()
+        first = first or texture
+        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
+            raise NacreError(
+                f"{texture.name}: is not measured at the directions of {first.name}{advice}"
+            )
+        yield texture
 
 
 def some_values(btf: Btf, seed: int = 0) -> Floats:

@@ -14,8 +14,7 @@ from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.latent_map import LatentMap
 
-_BLOCK = 1 << 25
-"""Bytes of values that are read at a time."""
+_BLOCK = 1 << 25  # bytes of values that are read at a time
 
 
 def average(texture: Btf, progress: Progress = silent) -> TableBtf:
@@ -102,7 +101,6 @@ class TexelBrdf(Brdf):
         return LatentMap(self.code[None, None], self.codec, up, up, self.name)
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`."""
         light, view = (np.ascontiguousarray(join(w), np.float32) for w in (wi, wo))
         return split(self.codec.decoder(light, view)(self.code[None])[0] / np.float32(math.pi))
 

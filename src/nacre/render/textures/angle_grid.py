@@ -27,17 +27,11 @@ def node_directions(resolution: int) -> Floats:
 
 
 class AngleGrid:
-    """What is between nodes; the index of light p with view q is p * resolution^2 + q.
+    """What is between nodes, `resolution` along each of the four axes; the index of light p with
+    view q is p * resolution^2 + q.
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    resolution
-        Nodes along each of the four axes.
-    stochastic
-        Whether one node stands for the sixteen around a pair, as likely as its weight; the same
-        pair always has the same node.
+    Stochastically, one node stands for the sixteen around a pair, as likely as its weight; the same
+    pair always has the same node.
     """
 
     def __init__(self, mi: Any, resolution: int, stochastic: bool) -> None:

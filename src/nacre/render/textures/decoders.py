@@ -10,14 +10,14 @@ import numpy as np
 from nacre.array import Components, Floats
 from nacre.errors import require
 from nacre.geometry import stereographic
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import SILU, Layer, dense, forward
 from nacre.render.network import pack_layers
 from nacre.render.textures.angle_grid import AngleGrid
 from nacre.render.textures.factors import CHROMAS, LUMAS, Factors
 from nacre.render.textures.texels import Corners, Records
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import join_components
-from nacre.textures.codecs.basis.networks import SkipNetwork, direction_components
+from nacre.textures.codecs.basis.networks import direction_components, wide_features
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
 """Weights of functions, of each texel around a hit, and its weight."""
@@ -35,18 +35,8 @@ class HitDecoder(Protocol):
         ...
 
 
-class TableDecoder:
-    """Sums of a texture's own functions, which lie in a table.
-
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    factors
-        Weights and functions.
-    stochastic
-        See :class:`AngleGrid`.
-    """
+class TableDecoder(HitDecoder):
+    """Sums of a texture's own functions, which lie in a table; see :class:`AngleGrid`."""
 
     def __init__(self, mi: Any, factors: Factors, stochastic: bool) -> None:
         self._weights = Records(mi, factors.weights, half=True)
@@ -54,30 +44,18 @@ class TableDecoder:
         self._grid = AngleGrid(mi, factors.resolution, stochastic)
 
     def texels(self, corners: Corners) -> Weighed:
-        """See :class:`HitDecoder`."""
         return [(self._weights[index], weight) for index, weight in corners]
 
     def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
-        """See :class:`HitDecoder`."""
         functions = self._grid.interpolated(self._functions, wi, wo)
         return _joined(texels, functions, LUMAS, CHROMAS)
 
 
-class BasisDecoder:
-    """The default codec's networks, at every hit.
+class BasisDecoder(HitDecoder):
+    """The default codec's networks, at every hit, for codes of shape (texels, values).
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    codec
-        The codec.
-    codes
-        Shape (texels, values).
-    expanded
-        Whether coefficients of all texels are kept rather than found at every hit.
-    half
-        Whether weights, codes and coefficients have 16 bits.
+    Expanded, coefficients of all texels are kept rather than found at every hit. In half precision,
+    weights, codes and coefficients have 16 bits.
     """
 
     def __init__(
@@ -87,48 +65,35 @@ class BasisDecoder:
         self._counts = functions.luma_count, functions.chroma_count
         layers = [*functions.hidden, functions.wide, functions.last]
         self._functions = _Chain(mi, layers, half)
-        self._expansion = None if expanded else _Expansion(mi, codec.decode, half)
+        self._expansion = None
+        if not expanded:
+            network = codec.decode
+            skip = Layer(network.linear, np.zeros(network.linear.shape[1], np.float32))
+            self._expansion = _Chain(mi, [skip, *network.layers], half)
         self._records = Records(mi, codec.decode(codes) if expanded else codes, half)
 
     def texels(self, corners: Corners) -> Weighed:
-        """See :class:`HitDecoder`."""
-        expand = self._expansion
-        if expand is not None:
-            return [(expand(self._records.at(corners)), self._mi.Float(1.0))]
-        return [(self._records[index], weight) for index, weight in corners]
+        expansion = self._expansion
+        if expansion is None:
+            return [(self._records[index], weight) for index, weight in corners]
+        code = expansion.vector(self._records.at(corners))
+        skip, *layers = expansion.layers
+        found = forward(code, layers, SILU) + dense(code, skip)
+        return [(expansion.numbers(found), self._mi.Float(1.0))]
 
     def reflectance(self, texels: Weighed, wi: Components, wo: Components) -> Components:
-        """See :class:`HitDecoder`."""
         chain = self._functions
-        first, *middle, wide, last = range(len(chain))
-        state = _silu(chain.layer(first, chain.vector(direction_components(wi, wo))))
-        for index in middle:
-            state = state + _silu(chain.layer(index, state))
-        state = _silu(chain.layer(wide, state))
-        mean, *functions = chain.numbers(chain.layer(last, state))
+        *hidden, wide, last = chain.layers
+        features = wide_features(chain.vector(direction_components(wi, wo)), hidden, wide)
+        mean, *functions = chain.numbers(dense(features, last))
         return _joined(texels, functions, *self._counts, mean)
 
 
-class NetworkDecoder:
-    """The decoder that the papers' networks share, at every hit.
+class NetworkDecoder(HitDecoder):
+    """The decoder that the papers' networks share, at every hit; codes have shape (texels, values).
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    codec
-        A `nacre.textures.codecs.networks.TexelNetwork`.
-    codes
-        Shape (texels, values).
-    expanded
-        Without meaning here.
-    half
-        Whether weights and codes have 16 bits.
-
-    Raises
-    ------
-    NacreError
-        If its decoder is another than the papers'.
+    These networks see the code with the directions, so that nothing is expanded. In half precision,
+    weights and codes have 16 bits. A decoder other than the papers' is a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, codec: Any, codes: Floats, expanded: bool, half: bool) -> None:
@@ -138,18 +103,13 @@ class NetworkDecoder:
         self._chain, self._codes = _Chain(mi, layers, half), Records(mi, codes, half)
 
     def texels(self, corners: Corners) -> list[Any]:
-        """See :class:`HitDecoder`."""
         return self._codes.at(corners)
 
     def reflectance(self, texels: list[Any], wi: Components, wo: Components) -> Components:
-        """See :class:`HitDecoder`."""
-        dr, chain = require("drjit", "render"), self._chain
-        state = chain.vector([*texels, *stereographic(wi), *stereographic(wo)])
-        for index in range(len(chain)):
-            if index:
-                state = dr.maximum(state, 0.0)
-            state = chain.layer(index, state)
-        red, green, blue = (self._whitening.restore(v) for v in chain.numbers(state))
+        chain = self._chain
+        seen = chain.vector([*texels, *stereographic(wi), *stereographic(wo)])
+        values = chain.numbers(forward(seen, chain.layers))
+        red, green, blue = (self._whitening.restore(v) for v in values)
         return red, green, blue
 
 
@@ -164,49 +124,16 @@ class _Chain:
     """Layers on cooperative vectors."""
 
     def __init__(self, mi: Any, layers: Sequence[Layer], half: bool) -> None:
-        self._mi, self._half = mi, half
-        self._nn = require("drjit.nn", "render")
-        self._layers = pack_layers(mi, layers, half, "inference")
-
-    def __len__(self) -> int:
-        return len(self._layers)
+        self._mi, self._kind = mi, mi.Float16 if half else mi.Float
+        self.layers = pack_layers(mi, layers, half, "inference")
 
     def vector(self, values: Sequence[Any]) -> Any:
         """Numbers as a cooperative vector."""
-        kind = self._mi.Float16 if self._half else self._mi.Float
-        return self._nn.CoopVec(*(kind(v) for v in values))
-
-    def layer(self, index: int, state: Any) -> Any:
-        """One of the layers, without what follows it."""
-        matrix, bias = self._layers[index]
-        return self._nn.matvec(matrix, state, bias)
+        return require("drjit.nn", "render").CoopVec(*(self._kind(v) for v in values))
 
     def numbers(self, state: Any) -> list[Any]:
         """A cooperative vector as single numbers."""
         return [self._mi.Float(v) for v in state]
-
-
-class _Expansion:
-    """Codes to coefficients at every hit."""
-
-    def __init__(self, mi: Any, network: SkipNetwork, half: bool) -> None:
-        skip = Layer(network.linear, np.zeros(network.linear.shape[1], np.float32))
-        self._chain = _Chain(mi, [skip, *network.layers], half)
-
-    def __call__(self, values: list[Any]) -> list[Any]:
-        chain = self._chain
-        code = state = chain.vector(values)
-        *hidden, last = range(1, len(chain))
-        for index in hidden:
-            state = _silu(chain.layer(index, state))
-        return chain.numbers(chain.layer(last, state) + chain.layer(0, code))
-
-
-def _silu(state: Any) -> Any:
-    """X / (1 + exp(-x)), which cooperative vectors have by way of tanh."""
-    dr = require("drjit", "render")
-    half = state * 0.5
-    return dr.fma(half, dr.tanh(half), half)
 
 
 def _joined(
@@ -226,11 +153,8 @@ def _joined(
     total: list[Any] = [0.0] * 3
     for weights, texel_weight in texels:
         luma = product(weights[:luma_count], functions[:luma_count], mean)
-        first, second = (
-            weights[luma_count : luma_count + chroma_count],
-            weights[luma_count + chroma_count :],
-        )
-        pairs = [product(w, functions[luma_count:], 0.0) for w in (first, second)]
-        rgb = join_components(luma, *pairs)
+        starts = luma_count, luma_count + chroma_count
+        pairs = (weights[start : start + chroma_count] for start in starts)
+        rgb = join_components(luma, *(product(w, functions[luma_count:], 0.0) for w in pairs))
         total = [dr.fma(value, texel_weight, sum_) for value, sum_ in zip(rgb, total, strict=True)]
     return total[0], total[1], total[2]

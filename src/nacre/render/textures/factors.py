@@ -21,22 +21,17 @@ from nacre.numerics.pca import leading_directions
 from nacre.render.textures.angle_grid import node_directions
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.colors import split_reflectance
-from nacre.textures.codecs.codec import TexelMap, on_all_cores
+from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
 from nacre.textures.mipmap import fill_levels, level_shapes, recorded
 
 LUMAS, CHROMAS = 96, 16
 """Functions of luma, and of both values of pairs of colors."""
-_PAIRS = 2048
-"""Pairs of directions that weights are found from."""
-_TEXELS = 2048
-"""Texels whose values there give the subspace; the weights of others follow from it."""
-_DECODED = 256
-"""Texels that are decoded at all nodes."""
-_BLOCK = 1 << 12
-"""Nodes at a time."""
-_LOWEST = 0.15
-"""Cosine of the steepest directions at which functions are compared."""
+_PAIRS = 2048  # pairs of directions that weights are found from
+_TEXELS = 2048  # texels whose values there give the subspace; the weights of others follow from it
+_DECODED = 256  # texels that are decoded at all nodes
+_BLOCK = 1 << 12  # nodes at a time
+_LOWEST = 0.15  # cosine of the steepest directions at which functions are compared
 _RIDGE = 1e-6
 
 
@@ -44,16 +39,10 @@ _RIDGE = 1e-6
 class Factors:
     """Weights and functions; luma and pair, of roots, are sums of their products.
 
-    Parameters
-    ----------
-    weights
-        Of texels, row by row, then of those of coarser levels; shape (t, :data:`LUMAS` + 2
-        :data:`CHROMAS`): of the luma, then of the first and of the second value of the pair.
-    functions
-        Shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), nodes as
-        :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
-    resolution
-        Of the grid.
+    Weights, of shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`), are of texels, row by row, then of
+    those of coarser levels: of the luma, then of the first and of the second value of the pair.
+    Functions have shape (nodes, :data:`LUMAS` + :data:`CHROMAS`), with nodes of a grid of some
+    resolution as :class:`nacre.render.textures.angle_grid.AngleGrid` has them.
     """
 
     weights: Floats
@@ -64,24 +53,11 @@ class Factors:
 def factor(
     latent: LatentMap, resolution: int, levels: int = 1, progress: Progress = silent
 ) -> Factors:
-    """The factors of an encoded texture.
+    """The factors of an encoded texture, whose codec must decode at any directions.
 
-    Parameters
-    ----------
-    latent
-        Its codec must decode at any directions.
-    resolution
-        Of the grid of directions, at least 2.
-    levels
-        Of the pyramid of means of reflectance that weights are of, from the map itself; see
-        :func:`nacre.textures.mipmap.level_shapes`.
-    progress
-        Called with the nodes done.
-
-    Raises
-    ------
-    NacreError
-        If the codec decodes at its own directions only.
+    The grid of directions has a resolution of at least 2. Weights are of so many levels of the
+    pyramid of means of reflectance, from the map itself, see
+    :func:`nacre.textures.mipmap.level_shapes`. Progress is called with the nodes done.
     """
     height, width, _ = latent.codes.shape
     codes = latent.codes.reshape(height * width, -1).astype(np.float32)
@@ -117,16 +93,13 @@ def factor(
     for start in range(0, len(side), step):
         lights = side[start : start + step]
         nodes = slice(start * len(side), (start + len(lights)) * len(side))
-        decoded = _decoded(latent, np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1)))
-        luma, chroma = _split(decoded(codes[several]))
+        wi, wo = np.repeat(lights, len(side), 0), np.tile(side, (len(lights), 1))
+        decode_nodes = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
+        luma, chroma = _split(decode_nodes(codes[several]))
         functions[nodes, :LUMAS] = (luma_solve @ luma).T
         functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
         progress("functions", nodes.stop, len(functions), "")
     return Factors(weights, functions, resolution)
-
-
-def _decoded(latent: LatentMap, wi: Floats, wo: Floats) -> TexelMap:
-    return on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:

@@ -12,8 +12,7 @@ from nacre.errors import NacreError, require
 from nacre.geometry import from_stereographic, join, split, stereographic
 from nacre.render.textures.texels import AlignedBuffer, Corners, jitters
 
-_CELLS = 128
-"""Along an edge of the square that tells where to begin to look for a triangle."""
+_CELLS = 128  # along an edge of the square that tells where to begin to look for a triangle
 _STEPS = 4
 """Triangles that are walked through from there; from cells of this size one or two are enough."""
 _FLAT = 1e-7
@@ -23,23 +22,10 @@ class Hemisphere:
     """Directions around a direction, with spherical barycentric weights.
 
     The triangles are those of Delaunay of the stereographic projection, which are Delaunay's of the
-    sphere. A direction beyond all of them, nearer to the horizon, has weights at the edge of the
-    nearest.
-
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    directions
-        Unit vectors, shape (n, 3).
-    stochastic
-        Whether one direction stands for the three, as likely as its weight; the same direction
-        always has the same.
-
-    Raises
-    ------
-    NacreError
-        If there are fewer than three directions, or all lie on one circle through the nadir.
+    sphere, of unit vectors of shape (n, 3). A direction beyond all of them, nearer to the horizon,
+    has weights at the edge of the nearest. Stochastically, one direction stands for the three, as
+    likely as its weight; the same direction always has the same. Fewer than three directions, or
+    directions that all lie on one circle through the nadir, are a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, directions: Floats, stochastic: bool) -> None:
@@ -92,11 +78,8 @@ class Hemisphere:
         if not self._stochastic:
             return list(zip(corners, weights, strict=True))
         (place,) = jitters(mi, (w[0], w[1]), 1)
-        index = dr.select(
-            place < weights[0],
-            corners[0],
-            dr.select(place < weights[0] + weights[1], corners[1], corners[2]),
-        )
+        others = dr.select(place < weights[0] + weights[1], corners[1], corners[2])
+        index = dr.select(place < weights[0], corners[0], others)
         return [(index, mi.Float(1.0))]
 
     def _triangle(self, triangle: Any, w: Components) -> tuple[list[Any], list[Any], list[Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -17,22 +18,15 @@ from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
 
 _LIGHTS, _VIEWS = 160, 12
-_TEXELS = 2048
-"""Texels that have lobes of their own; larger maps share those of a coarser one."""
+_TEXELS = 2048  # texels that have lobes of their own; larger maps share those of a coarser one
 _BLOCK = 256
-_LOWEST = 0.17
-"""Cosine of the steepest of the views."""
-_POINTS = 1 << 14
-"""Points of the hemisphere that tell what solid angle a light stands for."""
+_LOWEST = 0.17  # cosine of the steepest of the views
+_POINTS = 1 << 14  # points of the hemisphere that tell what solid angle a light stands for
 
 
 def latent_lobes(latent: LatentMap) -> Floats:
-    """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture.
-
-    Returns
-    -------
-    array of shape (height, width, 4)
-        Every k-th row and column of the map, k = 1 where it is small.
+    """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture, shape
+    (height, width, 4): of every k-th row and column of the map, k = 1 where it is small.
     """
     lights, views = _even(_LIGHTS, 0.0), _even(_VIEWS, _LOWEST)
     wi, wo = np.tile(lights, (_VIEWS, 1)), np.repeat(views, _LIGHTS, 0)
@@ -40,10 +34,7 @@ def latent_lobes(latent: LatentMap) -> Floats:
     codes = latent.codes[_coarse(*latent.codes.shape[:2])]
     flat = codes.reshape(-1, codes.shape[2]).astype(np.float32)
     areas = np.full(len(wi), 2.0 * math.pi / _LIGHTS, np.float32)
-    found = np.empty((len(flat), PARAMETERS), np.float32)
-    for start in range(0, len(flat), _BLOCK):
-        part = slice(start, start + _BLOCK)
-        found[part] = fit_tilted(_brightness(decode(flat[part])), wi, wo, areas)
+    found = _fitted(len(flat), lambda part: decode(flat[part]), wi, wo, areas)
     return found.reshape(*codes.shape[:2], PARAMETERS)
 
 
@@ -58,19 +49,21 @@ def table_lobes(btf: Btf, sides: Sides) -> Floats:
     areas = np.tile(counts * (2.0 * math.pi / _POINTS), len(chosen)).astype(np.float32)
     rows, columns = _coarse(btf.height, btf.width)
     index = np.arange(btf.texel_count).reshape(btf.height, btf.width)[rows, columns]
-    flat = index.ravel()
-    found = np.empty((len(flat), PARAMETERS), np.float32)
-    for start in range(0, len(flat), _BLOCK):
-        part = slice(start, start + _BLOCK)
-        values = btf.texels(flat[part])[:, pairs]
-        found[part] = fit_tilted(_brightness(values), btf.wi[pairs], btf.wo[pairs], areas)
+    flat, wi, wo = index.ravel(), btf.wi[pairs], btf.wo[pairs]
+    found = _fitted(len(flat), lambda part: btf.texels(flat[part])[:, pairs], wi, wo, areas)
     return found.reshape(*index.shape, PARAMETERS)
 
 
-def _brightness(values: Floats) -> Floats:
-    """Luminance of values (t, n, 3), where none is below 0."""
-    brightness: Floats = np.maximum(luminance(split(values)), 0.0)
-    return brightness
+def _fitted(
+    count: int, values: Callable[[slice], Floats], wi: Floats, wo: Floats, areas: Floats
+) -> Floats:
+    """Parameters of texels, shape (count, 4), by the luminance of their values (t, n, 3)."""
+    found = np.empty((count, PARAMETERS), np.float32)
+    for start in range(0, count, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        brightness = np.maximum(luminance(split(values(part))), 0.0)
+        found[part] = fit_tilted(brightness, wi, wo, areas)
+    return found
 
 
 def _coarse(height: int, width: int) -> tuple[slice, slice]:

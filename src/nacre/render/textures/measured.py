@@ -15,32 +15,16 @@ from nacre.render.textures.hemisphere import Hemisphere
 from nacre.render.textures.texels import AlignedBuffer, Corners
 
 _BLOCK = 1 << 26
-_MOST = 1 << 32
-"""Values that 32 bits can number."""
-_DIGITS = 5
-"""To which directions are the same."""
+_MOST = 1 << 32  # values that 32 bits can number
+_DIGITS = 5  # to which directions are the same
 
 
 class MeasuredDecoder:
     """Interpolation between three lights and three views around a pair (Rainer et al. 2020).
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    btf
-        Read once, into half precision; values below 0 count as 0.
-    sides
-        Its directions.
-    stochastic
-        See :class:`nacre.render.textures.hemisphere.Hemisphere`.
-    memory
-        Bytes that the table may have.
-
-    Raises
-    ------
-    NacreError
-        If the table is larger, or a value is too large for half precision.
+    The texture is read once, into half precision; values below 0 count as 0. For `stochastic` see
+    :class:`nacre.render.textures.hemisphere.Hemisphere`. A table of more bytes than the memory, or
+    a value that is too large for half precision, is a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, btf: Btf, sides: Sides, stochastic: bool, memory: int) -> None:
@@ -79,22 +63,16 @@ class MeasuredDecoder:
                 for light, light_weight in lights:
                     *rgb, _ = self._table[start + light]
                     weight = texel_weight * view_weight * light_weight
-                    total = [
-                        dr.fma(mi.Float(v), weight, t) for v, t in zip(rgb, total, strict=True)
-                    ]
+                    terms = zip(rgb, total, strict=True)
+                    total = [dr.fma(mi.Float(v), weight, sum_) for v, sum_ in terms]
         return total[0], total[1], total[2]
 
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Lights and views of a texture that is measured at every light with every view.
-
-    Parameters
-    ----------
-    lights, views
-        Unit directions, shapes (l, 3) and (v, 3).
-    order
-        Pairs of the texture, shape (v * l,): every light with the first view, and so on.
+    """Lights and views of a texture that is measured at every light with every view: unit
+    directions, shapes (l, 3) and (v, 3), and the order of its pairs, shape (v * l,), with every
+    light with the first view, and so on.
     """
 
     lights: Floats
@@ -103,12 +81,8 @@ class Sides:
 
     @classmethod
     def of(cls, btf: Btf) -> Sides:
-        """Those of a texture.
-
-        Raises
-        ------
-        NacreError
-            If a light is not measured with every view, or is twice.
+        """Those of a texture; a :class:`NacreError` if a light is not measured with every view, or
+        is twice.
         """
         (lights, light), (views, view) = (
             np.unique(w.round(_DIGITS), axis=0, return_inverse=True) for w in (btf.wi, btf.wo)

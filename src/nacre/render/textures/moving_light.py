@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from nacre.render.engine import mitsuba
 from nacre.render.preview import render_scene
 from nacre.render.textures.scene import facing, light_direction, point_position
 
-PathName = Literal["around", "over"]
-
-PATHS: tuple[str, ...] = get_args(PathName)
+PATHS = "around", "over"
 
 _LOWEST = 80.0
 """Degrees to the left and to the right at which the arc over an object begins and ends."""
@@ -56,13 +54,11 @@ def light_path(path: str, count: int, angle: float, geometry: str = "cylinder") 
         angles = (2.0 * math.pi / count * np.arange(count))[:, None]
         along = (start @ axis) * axis  # Rodrigues' formula of a rotation
         rotated = np.cos(angles) * (start - along) + np.sin(angles) * np.cross(axis, start)
-        around: Floats = along + rotated
-        return around
+        return np.asarray(along + rotated)
     if path == "over":
         aside = np.radians(np.linspace(-_LOWEST, _LOWEST, count))[:, None]
         top = np.array([0.0, math.sin(math.radians(angle)), math.cos(math.radians(angle))])
-        over: Floats = np.sin(aside) * np.array([1.0, 0.0, 0.0]) + np.cos(aside) * top
-        return over
+        return np.asarray(np.sin(aside) * np.array([1.0, 0.0, 0.0]) + np.cos(aside) * top)
     raise NacreError(f"no path {path!r}: choose one of {', '.join(PATHS)}")
 
 

@@ -11,28 +11,16 @@ from nacre.array import Components
 from nacre.errors import NacreError, require
 
 _MIN_DETERMINANT = 1e-9
-_MIN_COSINE = 0.02
-"""Cosine of the view below which footprints grow no more."""
+_MIN_COSINE = 0.02  # cosine of the view below which footprints grow no more
 
 
 class Placement:
     """Coordinates and directions of a texture from those of a surface.
 
     A texture's x runs along its rows, its y from the last row to the first, as in a photograph;
-    Mitsuba's v runs with the rows. Where `to_uv` rotates the texture, directions rotate too; of
-    what it stretches, the nearest rotation counts.
-
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    to_uv
-        Mitsuba's transformation of texture coordinates, of 3 or 4 rows.
-
-    Raises
-    ------
-    NacreError
-        If it maps the plane to less than a plane.
+    Mitsuba's v runs with the rows. Where `to_uv`, Mitsuba's transformation of 3 or 4 rows, rotates
+    the texture, directions rotate too; of what it stretches, the nearest rotation counts. One that
+    maps the plane to less than a plane is a :class:`NacreError`.
     """
 
     def __init__(self, mi: Any, to_uv: Any = None) -> None:
@@ -75,14 +63,8 @@ class Placement:
 
 @dataclass(frozen=True)
 class Footprint:
-    """The parallelogram about a point of a texture that a pixel sees, as its two sides.
-
-    Parameters
-    ----------
-    long
-        The longer side in texture coordinates, `mi.Point2f`.
-    texels
-        Lengths of both in texels, the longer one first.
+    """The parallelogram about a point of a texture that a pixel sees: its longer side in texture
+    coordinates, `mi.Point2f`, and the lengths of both in texels, the longer one first.
     """
 
     long: Any
@@ -92,24 +74,11 @@ class Footprint:
 def footprint(
     mi: Any, si: Any, placement: Placement, angle: float, height: int, width: int
 ) -> Footprint:
-    """The footprint of a cone of rays (Akenine-Moller et al. 2021, "Improved Shader and Texture
-    Level of Detail Using Ray Cones").
+    """The footprint of a cone of rays, with an angle in radians between neighboring pixels
+    (Akenine-Moller et al. 2021, "Improved Shader and Texture Level of Detail Using Ray Cones").
 
     A cone begins anew at each hit of a path: behind the first, footprints are smaller than they
     might be, which costs speed of convergence at most.
-
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    si
-        Interactions.
-    placement
-        Of the texture on the surface.
-    angle
-        Between neighboring pixels, in radians.
-    height, width
-        Of the texture in texels.
     """
     dr = require("drjit", "render")
     view, normal = si.to_world(si.wi), si.sh_frame.n

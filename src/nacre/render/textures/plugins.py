@@ -49,9 +49,8 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
     options
         Properties of the plugin:
 
-        - `interpolation`: see :data:`nacre.render.textures.texels.Interpolation`; of directions
-        too,
-          where "nearest" is "linear".
+        - `interpolation`: see :class:`nacre.render.textures.texels.TexelGrid`; of directions
+          too, where "nearest" is "linear".
         - `pixel_angle`: degrees between neighboring pixels of the camera. Given, a hit shows
           what a pixel sees of an encoded texture, from afar and at grazing angles: means of
           reflectance, of a pyramid of levels that takes a third more memory. Mitsuba's paths
@@ -78,8 +77,7 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
         more memory than is allowed, or its codec knows its own directions only.
     """
     mi = mitsuba()
-    latent = getattr(texture, "latent", None)
-    source = texture if latent is None else latent
+    source = getattr(texture, "latent", None) or texture
     name = "neuralbtf" if isinstance(source, LatentMap) else "measuredbtf"
     properties = mi.Properties(name)
     for key, value in options.items():
@@ -97,12 +95,7 @@ def plugins(variant: str) -> dict[str, Any]:
 
         decoder: HitDecoder
 
-        def prepare(
-            self,
-            properties: Any,
-            source: LatentMap | Btf | None = None,
-            progress: Progress = silent,
-        ) -> Any:
+        def prepare(self, properties: Any, source: Any = None, progress: Progress = silent) -> Any:
             name = properties.plugin_name()
             if mi.Float is float:
                 raise NacreError(f"{name}: needs a variant that compiles, got {variant}")
@@ -153,17 +146,12 @@ def plugins(variant: str) -> dict[str, Any]:
             return self.decoder.texels(self.grid.seen(uv, seen)), mixture
 
         def f_r(self, state: Any, wi: Components, wo: Components) -> Components:
-            factors = self.decoder.reflectance(state, wi, wo)
-            red, green, blue = (c * (1.0 / math.pi) for c in factors)
-            return red, green, blue
+            red, green, blue = self.decoder.reflectance(state, wi, wo)
+            return red * (1.0 / math.pi), green * (1.0 / math.pi), blue * (1.0 / math.pi)
 
         def describe(self) -> dict[str, Any]:
-            return {
-                "width": self.width,
-                "height": self.height,
-                "interpolation": self.interpolation,
-                "decoder": type(self.decoder).__name__,
-            }
+            shown = {name: getattr(self, name) for name in ("width", "height", "interpolation")}
+            return shown | {"decoder": type(self.decoder).__name__}
 
     class NeuralTexture(Texture):
         """The plugin `neuralbtf`."""
@@ -191,19 +179,19 @@ def plugins(variant: str) -> dict[str, Any]:
 
             levels = level_shapes(height, width)[: None if self.pixel_angle else 1]
             texels = sum(rows * columns for rows, columns in levels)
-
-            def texel_bytes(numbers: int, half: bool) -> int:
-                return texels * record_bytes(numbers, half)
-
             wide = codec.expanded_dim or values
             expanded = codec.expanded_dim is not None and coefficients != "hit"
-            if coefficients == "auto" and texel_bytes(wide, half) > self.memory:
+            if coefficients == "auto" and texels * record_bytes(wide, half) > self.memory:
                 expanded = False
-            needed = texel_bytes(wide if expanded else values, half)
+            needed = texels * record_bytes(wide if expanded else values, half)
             if tabulated:
-                needed = texel_bytes(LUMAS + 2 * CHROMAS, half=True)
+                needed = texels * record_bytes(LUMAS + 2 * CHROMAS, half=True)
                 needed += resolution**4 * record_bytes(LUMAS + CHROMAS, half=True)
-            _check_memory(latent.name, needed, self.memory)
+            if needed > self.memory:
+                raise NacreError(
+                    f"{latent.name}: needs {needed / 2**20:,.0f} MiB, {self.memory / 2**20:,.0f} "
+                    "are allowed; lower the resolution, or raise memory"
+                )
             if tabulated:
                 factors = factor(latent, resolution, len(levels), progress)
                 self.decoder = TableDecoder(mi, factors, self.stochastic)
@@ -235,11 +223,3 @@ def plugins(variant: str) -> dict[str, Any]:
             return btf.height, btf.width, table_lobes(btf, sides)
 
     return {"neuralbtf": NeuralTexture, "measuredbtf": MeasuredTexture}
-
-
-def _check_memory(name: str, needed: int, limit: int) -> None:
-    if needed > limit:
-        raise NacreError(
-            f"{name}: needs {needed / 2**20:,.0f} MiB, {limit / 2**20:,.0f} are allowed; lower the "
-            "resolution, or raise memory"
-        )

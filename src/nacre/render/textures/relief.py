@@ -10,28 +10,16 @@ from nacre.array import Components
 from nacre.errors import FormatError, reason, require
 from nacre.io.files import PathLike
 
-_STEPS = 16
-"""Heights at which a ray is compared with the field."""
-_LOWEST = 0.1
-"""Cosine of the view below which the shift grows no more."""
+_STEPS = 16  # heights at which a ray is compared with the field
+_LOWEST = 0.1  # cosine of the view below which the shift grows no more
 
 
 class Relief:
     """A height field over a texture, met by rays (parallax occlusion mapping; Tatarchuk 2006).
 
-    Heights are of the plane of the mean height, to which texels of a rectified measurement refer,
-    so that a flat field changes nothing.
-
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    heights
-        Shape (height, width), the texture's rows and columns or more or fewer.
-    depth
-        Widths of the texture that a difference of 1 in `heights` stands for.
-    aspect
-        Width of the texture over its height.
+    Heights, of shape (height, width), are of the plane of the mean height, to which texels of a
+    rectified measurement refer, so that a flat field changes nothing. A difference of 1 stands for
+    `depth` widths of the texture; `aspect` is its width over its height.
     """
 
     def __init__(self, mi: Any, heights: Any, depth: float, aspect: float) -> None:
@@ -43,14 +31,9 @@ class Relief:
         self._field = mi.Texture2f(tensor, wrap_mode=dr.WrapMode.Repeat, migrate=False)
 
     def seen(self, uv: Any, view: Components) -> Any:
-        """Where the ray that would meet the plane at `uv` meets the field.
+        """Where the ray that would meet the plane at `uv`, an `mi.Point2f`, meets the field.
 
-        Parameters
-        ----------
-        uv
-            `mi.Point2f` of the texture.
-        view
-            Direction to the viewer in the texture's frame: x along u, y against v.
+        The view, the direction to the viewer, is in the texture's frame: x along u, y against v.
         """
         if self._bottom == self._top:
             return uv

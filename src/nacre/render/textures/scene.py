@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, get_args
+from typing import Any
 
 from nacre.array import Floats
 from nacre.errors import NacreError
@@ -15,24 +15,15 @@ from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
 from nacre.render.scene import camera, check_name, emitter, floor, matte
 
-Geometry = Literal["cylinder", "sphere", "plane", "ground"]
-LightName = Literal["environment", "directional", "point"]
+GEOMETRIES = "cylinder", "sphere", "plane", "ground"
+LIGHTS = "environment", "directional", "point"
 
-GEOMETRIES: tuple[str, ...] = get_args(Geometry)
-LIGHTS: tuple[str, ...] = get_args(LightName)
-
-_RADIUS, _HEIGHT = 0.75, 2.1
-"""Of the cylinder."""
-_PLANE = 1.3
-"""Half an edge of the plane."""
-_GROUND = 40.0
-"""Half an edge of the ground."""
-_FIELD = 20.0
-"""Degrees that the shorter edge of the picture sees."""
-_DISTANCE = 12.0
-"""Of the point light, from the object's middle."""
-_TILT = 35.0
-"""Degrees from upright by which the plane leans back."""
+_RADIUS, _HEIGHT = 0.75, 2.1  # of the cylinder
+_PLANE = 1.3  # half an edge of the plane
+_GROUND = 40.0  # half an edge of the ground
+_FIELD = 20.0  # degrees that the shorter edge of the picture sees
+_DISTANCE = 12.0  # of the point light, from the object's middle
+_TILT = 35.0  # degrees from upright by which the plane leans back
 
 
 def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
@@ -56,15 +47,11 @@ def texture_scale(geometry: str, repeat: int, aspect: float = 1.0) -> Any:
     """
     if repeat < 1:
         raise NacreError(f"a texture is repeated 1 time or more, not {repeat}")
-    upward = {
-        "cylinder": -_HEIGHT / (2.0 * math.pi * _RADIUS),  # v runs upwards, rows do not
-        "sphere": 0.5,
-        "plane": -1.0,
-        "ground": -1.0,
-    }
     check_name("geometry", geometry, GEOMETRIES)
+    around = -_HEIGHT / (2.0 * math.pi * _RADIUS)  # v runs upwards, rows do not
+    upward = {"cylinder": around, "sphere": 0.5}.get(geometry, -1.0)
     across = float(repeat) * (_GROUND / _PLANE if geometry == "ground" else 1.0)
-    return mitsuba().ScalarTransform4f().scale([across, upward[geometry] * across * aspect, 1.0])
+    return mitsuba().ScalarTransform4f().scale([across, upward * across * aspect, 1.0])
 
 
 def describe_texture_scene(
@@ -142,35 +129,25 @@ def _light(mi: Any, light: str, angle: float, environment: Environment | None) -
         return emitter(mi, light, environment)
     toward = light_direction(angle)
     if light == "directional":
-        return {
-            "type": "directional",
-            "direction": [-x for x in toward],
-            "irradiance": {"type": "rgb", "value": math.pi},
-        }
-    return {
-        "type": "point",
-        "position": point_position(toward),
-        "intensity": {"type": "rgb", "value": math.pi * _DISTANCE**2},
-    }
+        irradiance = {"type": "rgb", "value": math.pi}
+        return {"type": light, "direction": [-x for x in toward], "irradiance": irradiance}
+    intensity = {"type": "rgb", "value": math.pi * _DISTANCE**2}
+    return {"type": light, "position": point_position(toward), "intensity": intensity}
 
 
 def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
     place = mi.ScalarTransform4f()
-    if geometry == "sphere":
-        upright = place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
-        return {"object": {"type": "sphere", "to_world": upright, "bsdf": bsdf}}
-    if geometry == "plane":
-        lying = place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE)
-        return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
-    if geometry == "ground":
-        lying = place.rotate([1, 0, 0], -90.0).scale(_GROUND)
-        return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}
-    cylinder = {
-        "type": "cylinder",
-        "p0": [0, 0, 0],
-        "p1": [0, _HEIGHT, 0],
-        "radius": _RADIUS,
-        "bsdf": bsdf,
+    places = {
+        "sphere": place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0),
+        "plane": place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE),
+        "ground": place.rotate([1, 0, 0], -90.0).scale(_GROUND),
     }
+    if geometry in places:
+        kind = "sphere" if geometry == "sphere" else "rectangle"
+        return {"object": {"type": kind, "to_world": places[geometry], "bsdf": bsdf}}
+    ends = {"p0": [0, 0, 0], "p1": [0, _HEIGHT, 0], "radius": _RADIUS}
     lid = place.translate([0, _HEIGHT, 0]).rotate([1, 0, 0], -90.0).scale(_RADIUS)
-    return {"object": cylinder, "lid": {"type": "disk", "to_world": lid, "bsdf": matte(0.05)}}
+    return {
+        "object": {"type": "cylinder", **ends, "bsdf": bsdf},
+        "lid": {"type": "disk", "to_world": lid, "bsdf": matte(0.05)},
+    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,16 +14,13 @@ from nacre.errors import require
 from nacre.io.tensors import HALF_LARGEST
 from nacre.render.textures.placement import Footprint
 
-Interpolation: TypeAlias = Literal["stochastic", "linear", "nearest"]
-INTERPOLATIONS: tuple[str, ...] = get_args(Interpolation)
+INTERPOLATIONS = "stochastic", "linear", "nearest"
 
 Corners: TypeAlias = "list[tuple[Any, Any]]"
 """Indices of texels or nodes, and weights that add up to 1."""
 
-_ROW = 16
-"""Numbers that are read at a time."""
-_PARTS = 16
-"""Bits of a random number for each of two coordinates."""
+_ROW = 16  # numbers that are read at a time
+_PARTS = 16  # bits of a random number for each of two coordinates
 
 
 class TexelGrid:
@@ -34,8 +31,6 @@ class TexelGrid:
 
     Parameters
     ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
     height, width
         Of the map.
     interpolation
@@ -141,33 +136,19 @@ def jitters(mi: Any, numbers: tuple[Any, ...], count: int) -> list[Any]:
 
 
 class Records:
-    """Some numbers for each texel or node, which are read together.
-
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    values
-        Shape (count, numbers).
-    half
-        Whether they are kept in half precision, where it can hold them.
-
-    Attributes
-    ----------
-    numbers
-        Of a record.
+    """Some numbers for each texel or node, which are read together, of values (count, numbers); in
+    half precision, if asked for, where that can hold them.
     """
 
     def __init__(self, mi: Any, values: Floats, half: bool) -> None:
         self._mi = mi
         count, self.numbers = values.shape
-        self._row = min(_ROW, 1 << (self.numbers - 1).bit_length())
-        self._rows = -(-self.numbers // self._row)
+        self._rows, row = _rows(self.numbers)
         half = half and float(np.abs(values).max()) < HALF_LARGEST
         dtype: npt.DTypeLike = np.float16 if half else np.float32
-        padded = aligned_zeros((count, self._rows * self._row), dtype)
+        padded = aligned_zeros((count, self._rows * row), dtype)
         padded[:, : self.numbers] = values
-        self._data = AlignedBuffer(mi, padded.reshape(-1, self._row))
+        self._data = AlignedBuffer(mi, padded.reshape(-1, row))
 
     def at(self, corners: Corners) -> list[Any]:
         """The weighted sums of the numbers of some records."""
@@ -176,9 +157,8 @@ class Records:
         dr = require("drjit", "render")
         total: list[Any] = [self._mi.Float(0.0)] * self.numbers
         for index, weight in corners:
-            total = [
-                dr.fma(value, weight, sum_) for value, sum_ in zip(self[index], total, strict=True)
-            ]
+            terms = zip(self[index], total, strict=True)
+            total = [dr.fma(value, weight, sum_) for value, sum_ in terms]
         return total
 
     def __getitem__(self, index: Any) -> list[Any]:
@@ -189,20 +169,21 @@ class Records:
 
 def record_bytes(numbers: int, half: bool) -> int:
     """Memory of a record."""
+    rows, row = _rows(numbers)
+    return rows * row * (2 if half else 4)
+
+
+def _rows(numbers: int) -> tuple[int, int]:
+    """Of a record: how many, and how many numbers each has."""
     row = min(_ROW, 1 << (numbers - 1).bit_length())
-    return -(-numbers // row) * row * (2 if half else 4)
+    return -(-numbers // row), row
 
 
 class AlignedBuffer:
     """Rows of numbers, each of which a kernel reads at once.
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module with a JIT variant set.
-    values
-        Shape (count, size), size a power of two, of :func:`nacre.array.aligned_zeros`; float16,
-        float32 or int32. What it holds must not change.
+    Values have shape (count, size), size a power of two, and are of
+    :func:`nacre.array.aligned_zeros`: float16, float32 or int32. What they hold must not change.
     """
 
     def __init__(self, mi: Any, values: npt.NDArray[Any]) -> None:

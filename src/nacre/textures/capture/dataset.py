@@ -29,18 +29,8 @@ _MANIFEST_LIMIT = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """How to capture.
-
-    Parameters
-    ----------
-    wi, wo
-        Unit directions to the light and to the viewer, shape (n, 3).
-    texels
-        Rows, and columns.
-    samples
-        Paths a texel and view.
-    seed
-        Same seed, same values.
+    """How to capture: at pairs of unit directions, shape (n, 3), so many rows and columns of
+    texels, with so many paths a texel and view; the same seed gives the same values.
     """
 
     wi: Floats
@@ -57,26 +47,15 @@ class Settings:
     def take(self, recipe: Recipe, progress: Progress | None = None) -> TableBtf:
         """Capture the surface of a recipe."""
         return capture(
-            recipe.build(self.cells),
-            self.wi,
-            self.wo,
-            self.texels,
-            samples=self.samples,
-            seed=self.seed,
-            name=recipe.name,
-            progress=progress,
-        )
+            recipe.build(self.cells), self.wi, self.wo, self.texels, samples=self.samples,
+            seed=self.seed, name=recipe.name, progress=progress,
+        )  # fmt: skip
 
     def describe(self) -> dict[str, Any]:
         """As plain data; directions by number and SHA-256."""
         directions = hashlib.sha256(self.wi.tobytes() + self.wo.tobytes()).hexdigest()
-        return {
-            "texels": self.texels,
-            "samples": self.samples,
-            "seed": self.seed,
-            "pairs": len(self.wi),
-            "directions": directions,
-        }
+        numbers = {name: getattr(self, name) for name in ("texels", "samples", "seed")}
+        return numbers | {"pairs": len(self.wi), "directions": directions}
 
 
 def place(recipe: Recipe) -> Path:
@@ -87,23 +66,12 @@ def place(recipe: Recipe) -> Path:
 def capture_all(
     folder: Path, settings: Settings, report: Callable[[Recipe, int, int], Progress] | None = None
 ) -> None:
-    """Capture every built-in recipe that the folder does not hold yet.
+    """Capture every built-in recipe that the folder, made where it is absent, does not hold yet.
 
     A file is there only when it is whole, so a run that was killed loses one texture.
-
-    Parameters
-    ----------
-    folder
-        Made where it is absent; gets `train`, `unseen` and :data:`MANIFEST`.
-    settings
-        Those of the first run.
-    report
-        Called as `report(recipe, done, total)` before each; gives what is called with its progress.
-
-    Raises
-    ------
-    FormatError
-        If the folder was filled with other settings or recipes, or another process fills it now.
+    `report(recipe, done, total)` is called before each and gives what is called with its progress.
+    A folder that was filled with other settings or recipes, or that another process fills now, is a
+    :class:`FormatError`.
     """
     with ExitStack() as stack:
         for part in (folder, folder / "train", folder / "unseen"):
@@ -126,15 +94,13 @@ def capture_all(
 
 def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None:
     """Write the manifest, or compare with the one that is there."""
-    new = settings.describe() | {
-        "textures": {
-            str(place(r).as_posix()): {
-                "family": r.generator.name, "seed": r.seed, "parameters": asdict(r.generator)
-            }
-            for r in recipes
+    textures = {
+        place(r).as_posix(): {
+            "family": r.generator.name, "seed": r.seed, "parameters": asdict(r.generator)
         }
+        for r in recipes
     }  # fmt: skip
-    new = json.loads(json.dumps(new))
+    new = json.loads(json.dumps(settings.describe() | {"textures": textures}))
     if not path.exists():
         with atomic_path(path) as temporary:
             temporary.write_text(json.dumps(new, indent=1), "utf-8")
@@ -147,11 +113,6 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
     if not isinstance(old, dict):
         raise FormatError(f"{path}: is no manifest; choose another folder")
-    for texture in (
-        old.get("textures", {}).values() if isinstance(old.get("textures"), dict) else ()
-    ):
-        if isinstance(texture, dict) and isinstance(texture.get("parameters"), dict):
-            texture["parameters"] = current_names(texture["parameters"])
     for key, value in new.items():
         if old.get(key) != value:
             note = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"

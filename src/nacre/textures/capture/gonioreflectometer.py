@@ -32,14 +32,10 @@ STEEPEST = 89.0
 DEPTH = 3
 """Surface points of the longest paths."""
 
-_SHADOW_RAYS = 1 << 18
-"""Least number a light, over all triangles."""
-_BAND = 1 << 28
-"""Bytes of values that are worked on at a time."""
-_VISIBLE = 1 << 30
-"""Bytes of what the triangles see of the lights that are worked on at a time."""
-_IN_MEMORY = 1 << 31
-"""Values of more bytes lie in a file without a name."""
+_SHADOW_RAYS = 1 << 18  # least number a light, over all triangles
+_BAND = 1 << 28  # bytes of values that are worked on at a time
+_VISIBLE = 1 << 30  # bytes of what the triangles see of the lights that are worked on at a time
+_IN_MEMORY = 1 << 31  # values of more bytes lie in a file without a name
 
 
 def capture(
@@ -115,8 +111,11 @@ def capture(
     def take(part: tuple[int, npt.NDArray[np.int64]]) -> None:
         first, pairs = part
         view = view_of[pairs[0]]
-        out = np.empty((min(band, height - first), width, scene.light_count, 3), np.float32)
-        scene.photograph(views[view], depth, samples, height, first, seeds[view], out)
+        out = np.empty((min(band, height - first), width, scene.lights.shape[1], 3), np.float32)
+        photograph(
+            *scene.geometry, scene.coverings, scene.visible, scene.lights,
+            views[view].astype(np.float64), depth, samples, width, height, first, seeds[view], out,
+        )  # fmt: skip
         values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % limit]
 
     for group, its_runs in groupby(runs, lambda pairs: group_of[pairs[0]]):
@@ -150,35 +149,19 @@ class _Scene:
         heights = surface.heights_in_cells()
         above = np.maximum(heights, np.roll(heights, -1, 0))
         tops = np.maximum(above, np.roll(above, -1, 1))
-        self._geometry = heights, tops, float(heights.min()), float(heights.max())
-        self._coverings = surface.coverings()
+        self.geometry = heights, tops, float(heights.min()), float(heights.max())
+        self.coverings = surface.coverings()
 
     def light(self, lights: Floats) -> None:
         """Put up other lights: unit directions, shape (k, 3)."""
-        self.light_count, size = len(lights), len(self._coverings)
-        self._lights = np.ascontiguousarray(lights.T, np.float32)
-        self._visible = np.empty((size, size, 2, len(lights)), np.uint8)
+        size = len(self.coverings)
+        self.lights = np.ascontiguousarray(lights.T, np.float32)
+        self.visible = np.empty((size, size, 2, len(lights)), np.uint8)
         points = max(1, _SHADOW_RAYS // (2 * size * size))
 
         def shade(first: int) -> None:
-            out = self._visible[first : first + 8]
-            visibility(*self._geometry, self._lights, points, first, out)
+            out = self.visible[first : first + 8]
+            visibility(*self.geometry, self.lights, points, first, out)
 
         for _ in thread_map(shade, range(0, size, 8)):
             pass
-
-    def photograph(
-        self,
-        view: Floats,
-        depth: int,
-        samples: int,
-        height: int,
-        first: int,
-        seed: np.uint64,
-        out: npt.NDArray[np.float32],
-    ) -> None:
-        """Values in one view under all lights, of rows of texels, (rows, width, k, 3)."""
-        photograph(
-            *self._geometry, self._coverings, self._visible, self._lights,
-            view.astype(np.float64), depth, samples, out.shape[1], height, first, seed, out,
-        )  # fmt: skip

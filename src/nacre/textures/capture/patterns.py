@@ -29,12 +29,7 @@ def noise(
 ) -> npt.NDArray[np.float64]:
     """Gaussian noise of one scale, with mean 0 and variance 1; 0 where the grid is too coarse.
 
-    Parameters
-    ----------
-    frequency
-        Waves a period.
-    stretch
-        How much longer its features are in y than in x.
+    The frequency is in waves a period; features are `stretch` times as long in y as in x.
     """
     reach_x = int(np.ceil(2.0 * frequency))
     reach_y = int(np.ceil(2.0 * frequency / stretch)) + 1
@@ -48,8 +43,7 @@ def noise(
     fits = (abs(fy) < size // 2) & (abs(fx) < size // 2)
     rows, columns = np.broadcast_arrays(fy % size, fx % size)
     spectrum[rows[fits], columns[fits]] = weights[fits]
-    field: npt.NDArray[np.float64] = np.fft.ifft2(spectrum, norm="forward").real
-    return field
+    return np.asarray(np.fft.ifft2(spectrum, norm="forward").real)
 
 
 def fractal(
@@ -66,16 +60,9 @@ def fractal(
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The Voronoi cells of points, on a grid.
-
-    Parameters
-    ----------
-    index
-        Whose cell each point of the grid lies in.
-    distance, margin
-        To its center, and how much farther the next center is, in mean spacings of centers.
-    offset
-        From the center, in spacings, shape (size, size, 2).
+    """The Voronoi cells of points: whose cell each point of a grid lies in, its distance to the
+    center and how much farther the next one is, and the offset from the center, shape (size, size,
+    2); all in mean spacings of centers.
     """
 
     index: Indices
@@ -104,26 +91,17 @@ def scattered(random: np.random.Generator, count: int, jitter: float) -> Floats:
     row, column = np.divmod(np.arange(count * count), count)
     shift = 0.5 * (row % 2) if count % 2 == 0 else 0.0
     points = np.stack([column + 0.5 + shift, row + 0.5], -1)
-    moved: Floats = (points + jitter * random.uniform(-0.5, 0.5, points.shape)) / count % 1.0
-    return moved
+    return np.asarray((points + jitter * random.uniform(-0.5, 0.5, points.shape)) / count % 1.0)
 
 
 def lay_fibres(
     size: int, points: Floats, radius: float, owners: Indices
 ) -> tuple[npt.NDArray[np.float64], Indices]:
-    """Round fibres seen from above.
+    """Heights and owner of the uppermost of round fibres at each point of the grid, seen from
+    above; -inf and -1 where none is.
 
-    Parameters
-    ----------
-    points
-        Along their middles: x, y and height in periods, shape (k, 3), closer than `radius`.
-    owners
-        To which fibre each point belongs, shape (k,).
-
-    Returns
-    -------
-    heights, owner
-        Of the uppermost fibre at each point of the grid; height -inf and owner -1 where none is.
+    Points along their middles are x, y and height in periods, shape (k, 3), closer than the radius;
+    `owners`, shape (k,), say to which fibre each belongs.
     """
     reach = int(np.ceil(radius * size))
     steps = np.arange(-reach, reach + 1)
@@ -162,5 +140,4 @@ def blend(colors: Floats, place: Floats) -> Floats:
 def smooth_step(low: float, high: float, x: Floats) -> Floats:
     """0 below `low`, 1 above `high`, smooth between."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
-    smooth: Floats = t * t * (3.0 - 2.0 * t)
-    return smooth
+    return np.asarray(t * t * (3.0 - 2.0 * t))

@@ -44,16 +44,8 @@ def lobe(
 ) -> Any:  # fmt: skip
     """The GGX lobe without its Fresnel factor, the density of its light directions, and h.v.
 
-    Parameters
-    ----------
-    lt, lb, ln, vt, vb, vn
-        Light and viewer.
-    root
-        :func:`smith` of the viewer.
-    cosine
-        Of the angle between light and viewer.
-    along, across
-        Roughness alpha.
+    Of light and viewer in the frame of the surface, :func:`smith` of the viewer, the cosine between
+    both, and roughness alpha.
     """
     ht, hb, hn = (lt + vt) / along, (lb + vb) / across, ln + vn
     square = 2.0 * (1.0 + cosine) + 1e-12
@@ -66,16 +58,8 @@ def lobe(
 def channel(
     albedo: Any, specular: Any, edge: Any, shine: Any, half: Any, light: Any, view: Any
 ) -> Any:
-    """One color channel of the reflectance.
-
-    Parameters
-    ----------
-    albedo, specular, edge
-        Of the diffuse part, and Fresnel reflectance at 0 and 90 degrees.
-    shine
-        The lobe without its Fresnel factor.
-    half, light, view
-        (1 - c)^5 of the cosines h.v, n.l and n.v.
+    """One color channel of the reflectance: of the diffuse part, Fresnel reflectance at 0 and 90
+    degrees, the lobe without its Fresnel factor, and (1 - c)^5 of the cosines h.v, n.l and n.v.
     """
     rise = edge - specular
     through = (1.0 - specular - rise * light) * (1.0 - specular - rise * view)
@@ -88,13 +72,8 @@ def sample_light(
 ) -> Any:
     """A direction from the lobe, with probability `chance`, or else by the cosine.
 
-    Half vectors of the lobe have the distribution of visible normals (Heitz 2018, "Sampling the
-    GGX Distribution of Visible Normals").
-
-    Parameters
-    ----------
-    choice, u, v
-        Random numbers in [0, 1).
+    Half vectors of the lobe have the distribution of visible normals (Heitz 2018, "Sampling the GGX
+    Distribution of Visible Normals"). `choice`, `u` and `v` are random numbers in [0, 1).
     """
     radius, phi = math.sqrt(u), 2.0 * math.pi * v
     p1, p2 = radius * math.cos(phi), radius * math.sin(phi)

@@ -22,8 +22,7 @@ FIREFLY = 8.0
 """Most that each surface point of a path behind the first adds to a channel, in units of what a
 white diffuse surface that faces the light sends."""
 
-_OFFSET = 1e-4
-"""How far above the surface a ray leaves it, in cells."""
+_OFFSET = 1e-4  # how far above the surface a ray leaves it, in cells
 
 
 @inner  # type: ignore[untyped-decorator]
@@ -42,18 +41,9 @@ def visibility(
 ) -> None:
     """Share of points of each triangle that a light reaches, in 255ths.
 
-    Parameters
-    ----------
-    heights, tops, floor, peak
-        As :func:`nacre.textures.capture.traversal.intersect` takes them.
-    lights
-        Unit directions, shape (3, k).
-    points
-        Random points a triangle, the same for all lights.
-    first
-        Row of cells that `out` begins with.
-    out
-        Shape (rows, size, 2, k).
+    `heights` to `peak` are as :func:`nacre.textures.capture.traversal.intersect` takes them,
+    `lights` unit directions of shape (3, k), `points` the number of random points a triangle, the
+    same for all lights. `out`, of shape (rows, size, 2, k), begins with row `first` of the cells.
     """
     size = heights.shape[0]
     for row in range(first, first + out.shape[0]):
@@ -191,24 +181,12 @@ def photograph(
 ) -> None:  # fmt: skip
     """Reflectance factors of some rows of texels in one view, under all lights.
 
-    Parameters
-    ----------
-    heights, tops, floor, peak
-        As :func:`nacre.textures.capture.traversal.intersect` takes them.
-    coverings
-        See :meth:`nacre.textures.capture.mesostructure.Mesostructure.coverings`.
-    visible, lights
-        See :func:`visibility`.
-    view
-        Unit direction, shape (3,).
-    depth, samples
-        Largest number of surface points of a path, and paths a texel.
-    width, height, first
-        Texels of the whole picture, and row from the top that `out` begins with.
-    seed
-        Of type uint64.
-    out
-        Shape (rows, width, k, 3).
+    For `heights` to `peak`, see :func:`nacre.textures.capture.traversal.intersect`; for
+    `coverings`, :meth:`nacre.textures.capture.mesostructure.Mesostructure.coverings`; for `visible`
+    and `lights`, :func:`visibility`. `view` is a unit direction, `depth` the largest number of
+    surface points of a path, `samples` the paths a texel, `width` and `height` the texels of the
+    whole picture, the seed of type uint64. `out`, of shape (rows, width, k, 3), begins with row
+    `first` from the top.
     """
     size = heights.shape[0]
     sums = np.zeros((3, lights.shape[1]), np.float32)

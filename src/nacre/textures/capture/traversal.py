@@ -13,8 +13,7 @@ from typing import Any
 from nacre.runtime.compilation import inner
 
 _FAR = 1e30
-_PERIODS = 8
-"""A ray that has crossed so many periods without meeting anything has left."""
+_PERIODS = 8  # A ray that has crossed so many periods without meeting anything has left
 
 
 @inner  # type: ignore[untyped-decorator]
@@ -33,17 +32,9 @@ def slopes(heights: Any, row: Any, column: Any, upper: Any) -> Any:
 
 @inner  # type: ignore[untyped-decorator]
 def intersect(
-    heights: Any,
-    tops: Any,
-    floor: Any,
-    peak: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    dx: Any,
-    dy: Any,
+    heights: Any, tops: Any, floor: Any, peak: Any, x: Any, y: Any, z: Any, dx: Any, dy: Any,
     dz: Any,
-) -> Any:
+) -> Any:  # fmt: skip
     """Where a ray meets the surface first (Amanatides and Woo 1987, in two dimensions).
 
     Parameters
@@ -71,12 +62,9 @@ def intersect(
     per_y = 1.0 / abs(dy) if dy != 0.0 else _FAR
     next_x = (1.0 - u0 if dx > 0.0 else u0) * per_x if dx != 0.0 else _FAR
     next_y = (1.0 - v0 if dy > 0.0 else v0) * per_y if dy != 0.0 else _FAR
-    if dz < 0.0:
-        end = (floor - 1.0 - z) / dz
-    elif dz > 0.0:
-        end = (peak - z) / dz
-    else:
-        end = _FAR
+    end = _FAR
+    if dz != 0.0:
+        end = ((floor - 1.0 if dz < 0.0 else peak) - z) / dz
     end = min(end, _PERIODS * size / max(abs(dx), abs(dy), 1e-9))
     start = 0.0
     while start < end:
@@ -85,12 +73,13 @@ def intersect(
             ua, va = u0 + start * dx, v0 + start * dy
             ub, vb = u0 + stop * dx, v0 + stop * dy
             before, after = ua - va, ub - vb
-            upper = before + after < 0.0
-            if before * after < 0.0:  # the ray changes triangles within the cell
-                upper = before < 0.0
+            changes = before * after < 0.0  # the ray crosses both triangles of the cell
+            upper = before < 0.0 if changes else before + after < 0.0
+            h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
+            gap_a = max(0.0, z + start * dz - h - sx * ua - sy * va)
+            first = start
+            if changes:
                 middle = start + (stop - start) * before / (before - after)
-                h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
-                gap_a = max(0.0, z + start * dz - h - sx * ua - sy * va)
                 um = u0 + middle * dx
                 gap_b = z + middle * dz - h - (sx + sy) * um
                 if gap_b < 0.0:
@@ -98,12 +87,7 @@ def intersect(
                     return t, wrapped_row, wrapped_column, upper
                 upper = not upper
                 h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
-                gap_a = gap_b
-                first = middle
-            else:
-                h, sx, sy = slopes(heights, wrapped_row, wrapped_column, upper)
-                gap_a = max(0.0, z + start * dz - h - sx * ua - sy * va)
-                first = start
+                gap_a, first = gap_b, middle
             gap_b = z + stop * dz - h - sx * ub - sy * vb
             if gap_b < 0.0:
                 t = first + (stop - first) * gap_a / (gap_a - gap_b)

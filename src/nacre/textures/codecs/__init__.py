@@ -4,12 +4,6 @@ from nacre.textures.codecs.codec import CODECS, LinearBlock, TexelCodec, TexelMa
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec, save_codec
 
 __all__ = [
-    "CODECS",
-    "PUBLISHED",
-    "LinearBlock",
-    "TexelCodec",
-    "TexelMap",
-    "TrainingRun",
-    "load_codec",
+    "CODECS", "PUBLISHED", "LinearBlock", "TexelCodec", "TexelMap", "TrainingRun", "load_codec",
     "save_codec",
-]
+]  # fmt: skip

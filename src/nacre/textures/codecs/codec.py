@@ -11,6 +11,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
 
@@ -29,10 +30,8 @@ from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
 
-_PART = 64
-"""Texels that one core takes at a time."""
-_EMBEDDED_PAIRS = 512
-"""Pairs of directions that texels are decoded at for distances between them."""
+_PART = 64  # texels that one core takes at a time
+_EMBEDDED_PAIRS = 512  # pairs of directions that texels are decoded at for distances between them
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,6 +297,12 @@ CODECS: Registry[type[TexelCodec]] = Registry(
 """All kinds of texture codecs, the default one first."""
 
 
+def check_shape(what: str, array: Floats, *expected: int) -> None:
+    """Refuse an array of another shape than (b, expected...)."""
+    if array.shape[1:] != expected:
+        raise ValueError(f"{what} are {array.shape}, expected (b, {', '.join(map(str, expected))})")
+
+
 def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
     """The same encoder or decoder of a codec, with texels shared among the cores.
 
@@ -315,12 +320,10 @@ def on_all_cores(codec: TexelCodec, run: TexelMap) -> TexelMap:
             return quiet(texels)
         starts = range(0, len(texels), _PART)
         parts = thread_map(lambda start: quiet(texels[start : start + _PART]), starts)
-        result: Floats | None = None
-        for start, part in zip(starts, parts, strict=True):
-            if result is None:
-                result = np.empty((len(texels), *part.shape[1:]), part.dtype)
+        first = next(parts)
+        result: Floats = np.empty((len(texels), *first.shape[1:]), first.dtype)
+        for start, part in zip(starts, chain([first], parts), strict=True):
             result[start : start + _PART] = part
-        assert result is not None
         return result
 
     return shared

@@ -22,8 +22,7 @@ KEY = "nacre texel network"
 LIMIT = 1 << 29
 """Bytes of a file."""
 _WHAT = "a model of textures"
-_OTHER_NAMES = {"principal components": "pca"}
-"""Kinds of codecs by names that files have for them."""
+_OTHER_NAMES = {"principal components": "pca"}  # kinds of codecs by names that files have for them
 
 
 def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "single") -> None:

@@ -24,10 +24,8 @@ _PIXEL_LIMIT = 1 << 26
 _GRAY = {"1": 1.0, "L": 255.0, "I;16": 65535.0, "I;16B": 65535.0}
 """Largest values of pixels, by Pillow's names of kinds of images."""
 _COLORED = {"RGB", "RGBA", "LA"}
-_SPOTS = 16
-"""Of noise along an edge, about."""
-_STEEP = 0.5
-"""Of noise: standard deviations within which the mask goes from a half to an end."""
+_SPOTS = 16  # of noise along an edge, about
+_STEEP = 0.5  # of noise: standard deviations within which the mask goes from a half to an end
 
 
 def named_mask(source: PathLike, height: int, width: int, seed: int = 0) -> Floats:
@@ -118,21 +116,15 @@ def _gray(path: Path, pixels: npt.NDArray[np.uint8], mode: str) -> Floats:
 
 def _stretched(mask: Floats, height: int, width: int) -> Floats:
     """The mask at the centers of that many texels, linear between its own."""
-    rows, columns = (
-        (np.arange(n) + 0.5) * size / n - 0.5
-        for n, size in zip((height, width), mask.shape, strict=True)
-    )
+    sizes = zip((height, width), mask.shape, strict=True)
+    rows, columns = ((np.arange(n) + 0.5) * size / n - 0.5 for n, size in sizes)
     where = np.meshgrid(rows, columns, indexing="ij")
     found: Floats = map_coordinates(mask, where, order=1, mode="nearest")
     return np.clip(found, 0.0, 1.0)
 
 
 def blend(
-    first: LatentMap,
-    second: LatentMap,
-    mask: Floats,
-    *,
-    keep_contrast: bool = True,
+    first: LatentMap, second: LatentMap, mask: Floats, *, keep_contrast: bool = True
 ) -> LatentMap:
     """A texture that goes from one material to another.
 
@@ -166,10 +158,9 @@ def blend(
         raise NacreError("values of a mask are numbers within 0 and 1")
     weights = np.asarray(mask, np.float32)[..., None]
     mixed = np.zeros((*mask.shape, first.codec.code_dim), np.float32)
+    scale = np.ones_like(weights)
     if keep_contrast:
-        scale = 1.0 / np.sqrt(np.square(weights) + np.square(1.0 - weights))
-    else:
-        scale = np.ones_like(weights)
+        scale /= np.sqrt(np.square(weights) + np.square(1.0 - weights))
     for latent, weight in ((first, 1.0 - weights), (second, weights)):
         mean = latent.codes.mean((0, 1), dtype=np.float64).astype(np.float32)
         mixed += weight * (mean + scale * (_repeated(latent, mask.shape) - mean))

@@ -16,16 +16,8 @@ class PatchSearch:
 
     A sum over a patch is the energy of the given texels, less twice their correlation with the
     texture, plus the correlation of the texture's energy with where texels are given. All
-    correlations of a search come back in a single inverse transform.
-
-    Parameters
-    ----------
-    features
-        Of the texture, shape (height, width, k).
-    patch
-        Edge of a patch in texels.
-    periodic
-        Whether patches may reach over an edge and go on at the opposite one.
+    correlations of a search come back in a single inverse transform. Features have shape (height,
+    width, k); patches of a periodic texture may reach over an edge and go on at the opposite one.
     """
 
     def __init__(self, features: Floats, patch: int, periodic: bool) -> None:
@@ -33,26 +25,13 @@ class PatchSearch:
         self._shape = planes.shape[1:]
         self._spectra = scipy.fft.rfft2(planes)
         self._energy = scipy.fft.rfft2(np.square(planes).sum(0))
-        height, width = self._shape
-        self.rows, self.columns = (
-            self._shape if periodic else (height - patch + 1, width - patch + 1)
-        )
-        """Positions of the first texel of a patch."""
+        (height, width), beyond = self._shape, 0 if periodic else patch - 1
+        self.rows, self.columns = height - beyond, width - beyond  # places of a first texel
 
     def errors(self, given: Floats, known: npt.NDArray[np.bool_]) -> Double:
-        """Of every patch, by the position of its first texel.
+        """Sums of squares of every patch, shape (rows, columns), by the place of its first texel.
 
-        Parameters
-        ----------
-        given
-            Features of the texels, shape (patch, patch, k).
-        known
-            Which of them count, shape (patch, patch).
-
-        Returns
-        -------
-        array
-            Sums of squares, shape (:attr:`rows`, :attr:`columns`).
+        Features of the given texels have shape (patch, patch, k); those that are known count.
         """
         planes = np.moveaxis(np.where(known[..., None], given, 0.0), 2, 0).astype(np.float64)
         spectra = scipy.fft.rfft2(planes, self._shape)
@@ -65,20 +44,11 @@ class PatchSearch:
 
 
 def minimum_error_cut(errors: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
-    """The path from the first row to the last whose errors have the lowest sum.
+    """The path from the first row to the last whose errors, of shape (rows, columns), have the
+    lowest sum: its column in each row, shape (rows,).
 
     It steps by at most one column a row (Efros and Freeman 2001, section 2.1). Of paths with the
     same sum, it is the one that ends, and then goes, most to the left.
-
-    Parameters
-    ----------
-    errors
-        Of a path through each place, shape (rows, columns).
-
-    Returns
-    -------
-    array
-        Its column in each row, shape (rows,).
     """
     rows, columns = errors.shape
     total = np.empty((rows, columns + 2))
@@ -103,14 +73,8 @@ def inside_cuts(
 
     What a cut costs is the squared difference across it, between the last texel of what was there
     and the first of the patch: the seam that will be seen. The paper takes the difference of the
-    two at the same texel.
-
-    Parameters
-    ----------
-    old, new
-        Features of what the patch is laid over and of the patch, shape (n, n, k).
-    top, bottom, left, right
-        Widths of the overlaps, below n; 0 where there is none.
+    two at the same texel. Features have shape (n, n, k); widths of overlaps are below n, 0 where
+    there is none.
     """
     inside = np.ones(new.shape[:2], np.bool_)
     old_down, new_down = old.swapaxes(0, 1), new.swapaxes(0, 1)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
-from nacre.errors import FormatError, NacreError
+from nacre.errors import NacreError
 from nacre.numerics.pca import largest_first
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.latent_map import LatentMap
+from nacre.textures.latent_map import LatentMap, check_decoded
 from nacre.textures.synthesis.quilting import Quilting, Sources, quilt
 from nacre.textures.synthesis.seams import (
     SeamContrast,
@@ -23,12 +23,9 @@ from nacre.textures.synthesis.seams import (
     tiles,
 )
 
-_TEXELS = 4096
-"""Texels that components are found from, at most."""
-_LEFT_OUT = 0.01
-"""Fraction of the variance that components may leave."""
-_BLOCK = 1 << 12
-"""Texels at a time."""
+_TEXELS = 4096  # texels that components are found from, at most
+_LEFT_OUT = 0.01  # fraction of the variance that components may leave
+_BLOCK = 1 << 12  # texels at a time
 
 
 def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Floats:
@@ -62,9 +59,7 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
     some = np.random.default_rng(seed).choice(total, min(_TEXELS, total), replace=False)
     with one_blas_thread():  # the same features on any number of cores
         embed = latent.codec.embedding(latent.wi, latent.wo)
-        seen = embed(codes[np.sort(some)]).astype(np.float64)
-        if not np.isfinite(seen).all():
-            raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
+        seen = check_decoded(embed(codes[np.sort(some)]).astype(np.float64), latent.name)
         mean = seen.mean(0)
         variances, directions = largest_first(np.cov(seen, rowvar=False, bias=True))
         left_out = np.cumsum(np.maximum(variances[::-1], 0.0))
@@ -73,9 +68,7 @@ def texel_features(latent: LatentMap, max_count: int = 16, seed: int = 0) -> Flo
         blocks = (codes[start : start + _BLOCK] for start in range(0, total, _BLOCK))
         features = np.concatenate([(embed(block) - mean) @ kept for block in blocks])
     features -= features.mean(0)
-    if not np.isfinite(features).all():
-        raise FormatError(f"{latent.name}: some codes decode to values that are not finite")
-    return features.reshape(height, width, -1)
+    return check_decoded(features, latent.name).reshape(height, width, -1)
 
 
 TEXEL_LIMIT = 1 << 24
@@ -108,13 +101,9 @@ class QuiltedMap:
 
     def facts(self) -> dict[str, Any]:
         """JSON-able."""
-        return {
-            "patch": self.settings.patch,
-            "overlap": self.settings.overlap,
-            "tolerance": self.settings.tolerance,
-            "input tiles": self.settings.periodic,
-            "output tiles": self.settings.tile,
-            "seed": self.settings.seed,
+        names = {"periodic": "input tiles", "tile": "output tiles"}
+        settings = {names.get(key, key): value for key, value in asdict(self.settings).items()}
+        return settings | {
             "contrast of seams": self.contrast.ratio,
             "share of neighbors with a seam between": self.contrast.fraction,
             "share of the input used": self.used,
@@ -184,18 +173,13 @@ def synthesize(
             f"output ({width} x {height}); {edge} at most"
         )
     try:
-        settings = Quilting(
-            patch,
-            overlap_of(patch) if overlap is None else overlap,
-            tolerance,
-            tiles(features) if periodic is None else periodic,
-            tile,
-            seed,
-        )
+        overlap = overlap_of(patch) if overlap is None else overlap
+        periodic = tiles(features) if periodic is None else periodic
+        settings = Quilting(patch, overlap, tolerance, periodic, tile, seed)
     except ValueError as error:
         raise NacreError(str(error)) from error
     sources = quilt(features, height, width, settings, progress)
-    edges = seams(sources, rows, columns, periodic=settings.periodic, tile=tile)
+    edges = seams(sources, rows, columns, periodic=periodic, tile=tile)
     contrast = seam_contrast(features.reshape(rows * columns, -1)[sources], edges, tile=tile)
     used = int(np.count_nonzero(np.bincount(sources.reshape(-1)))) / (rows * columns)
     codes = latent.codes.reshape(-1, values)[sources]

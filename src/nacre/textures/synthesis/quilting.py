@@ -15,8 +15,7 @@ from nacre.textures.synthesis.patches import PatchSearch, inside_cuts
 
 _REPETITION = 0.3
 """How much errors of patches count more where the input has been used as often as on average."""
-_APART = 0.1
-"""Fraction of a patch by which patches are kept away from where a neighbor would go on."""
+_APART = 0.1  # fraction of a patch by which patches are kept away from where a neighbor would go on
 
 Sources = npt.NDArray[np.intp]
 """Which texel of the input every texel of the output is, y * width + x, shape (height, width)."""
@@ -67,11 +66,7 @@ class Quilting:
 
 
 def quilt(
-    features: Floats,
-    height: int,
-    width: int,
-    settings: Quilting,
-    progress: Progress = silent,
+    features: Floats, height: int, width: int, settings: Quilting, progress: Progress = silent
 ) -> Sources:
     """Lay patches in rows, each where it fits best over those before, and cut the overlaps.
 
@@ -129,14 +124,9 @@ class _Canvas:
     def lay(self, row: int, column: int) -> None:
         """Lay the patch of a row and a column of patches."""
         around = np.arange(self._settings.patch)
-        place = np.ix_(
-            *(
-                (starts[index] + around) % edge
-                for starts, index, edge in zip(
-                    self.starts, (row, column), self.sources.shape, strict=True
-                )
-            )
-        )
+        height, width = self.sources.shape
+        down, across = self.starts
+        place = np.ix_((down[row] + around) % height, (across[column] + around) % width)
         before = self.sources[place]
         known = before >= 0
         given = self._features[before]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,18 +16,10 @@ Edges = tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]
 
 
 def seams(sources: Sources, height: int, width: int, *, periodic: bool, tile: bool) -> Edges:
-    """Where neighbors of the output are no neighbors in the input.
+    """Where neighbors of the output, of such sources, are no neighbors in the input.
 
-    Parameters
-    ----------
-    sources
-        Of the output's texels.
-    height, width
-        Of the input.
-    periodic
-        Whether the input tiles, so that texels of opposite edges are neighbors.
-    tile
-        Whether the output does; where it does not, nothing lies beyond its last row and column.
+    Texels of opposite edges are neighbors in an input that is periodic, and in an output that
+    tiles; where that does not, nothing lies beyond its last row and column.
     """
     y, x = np.divmod(sources, width)
 
@@ -68,10 +59,9 @@ def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:
     counts = np.zeros(2)
     for axis, seam in zip((1, 0), edges, strict=True):
         steps = np.square(np.roll(values, -1, axis) - values).sum(-1, dtype=np.float64)
-        inner: Any = slice(None) if tile else (slice(None), slice(-1))
         if not tile:
             inner = (slice(-1), slice(None)) if axis == 0 else (slice(None), slice(-1))
-        steps, seam = steps[inner], seam[inner]
+            steps, seam = steps[inner], seam[inner]
         for index, chosen in enumerate((seam, ~seam)):
             squares[index] += steps[chosen].sum()
             counts[index] += np.count_nonzero(chosen)
@@ -82,8 +72,7 @@ def seam_contrast(values: Floats, edges: Edges, *, tile: bool) -> SeamContrast:
     return SeamContrast(float(np.sqrt(means[0] / means[1])), fraction)
 
 
-_CORRELATED = 0.2
-"""Correlation below which texels count as unlike."""
+_CORRELATED = 0.2  # correlation below which texels count as unlike
 _LENGTHS = 5
 """Of correlation in an edge of a patch, so that it holds a few of what the texture is made of."""
 _SMALLEST = 8
@@ -95,12 +84,8 @@ others 1.5 and more."""
 def patch_size(features: Floats) -> int:
     """Edge of patches for a texture, from how far its texels are alike along rows and columns.
 
-    It is at least 8 texels and at most half the texture's shorter edge, though at least 2.
-
-    Parameters
-    ----------
-    features
-        Of the texture, their means zero, shape (height, width, k).
+    It is at least 8 texels and at most half the texture's shorter edge, though at least 2. Features
+    have shape (height, width, k), and means of zero.
     """
     limit = max(2, min(features.shape[:2]) // 2)
     length = max(_correlation_length(features, axis) for axis in (0, 1))
@@ -114,14 +99,10 @@ def overlap_of(patch: int) -> int:
 
 def tiles(features: Floats) -> bool:
     """Whether a texture goes on at its opposite edges, by differences there and inside."""
-    shape = features.shape[:2]
-    last_column, last_row = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
+    none, last_column, last_row = np.zeros((3, *features.shape[:2]), np.bool_)
     last_column[:, -1] = last_row[-1] = True
-    none = np.zeros(shape, np.bool_)
-    contrasts = [
-        seam_contrast(features, edges, tile=True).ratio
-        for edges in ((last_column, none), (none, last_row))
-    ]
+    borders = (last_column, none), (none, last_row)
+    contrasts = [seam_contrast(features, edges, tile=True).ratio for edges in borders]
     return all(ratio is None or ratio < _EVEN for ratio in contrasts)
 
 

@@ -46,6 +46,10 @@ class Generator(abc.ABC):
     """
 
     name: ClassVar[str]
+    """In recipes: that of the class, in lower case."""
+
+    def __init_subclass__(cls) -> None:
+        cls.name = cls.__name__.lower()
 
     @abc.abstractmethod
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
@@ -103,7 +107,6 @@ def cover(
     specular: Floats | float,
     along: Floats | float,
     across: Floats | float | None = None,
-    *,
     direction: Floats | float = 0.0,
     tint: Floats | float = 0.0,
 ) -> Mesostructure:
@@ -127,11 +130,7 @@ def cover(
     hue = albedo / np.maximum(albedo.max(-1, keepdims=True), 1e-6)
     gray, hue_fraction = (np.broadcast_to(v, shape)[..., None] for v in (specular, tint))
     across = along if across is None else across
+    color = np.clip(gray * (1.0 - hue_fraction + hue_fraction * hue), 0.0, 1.0)
     rough = np.stack([np.broadcast_to(v, shape) for v in (along, across)], -1)
-    return Mesostructure(
-        height - height.mean(),
-        albedo,
-        np.clip(gray * (1.0 - hue_fraction + hue_fraction * hue), 0.0, 1.0),
-        np.clip(rough, SMOOTHEST, 1.0),
-        np.array(np.broadcast_to(direction, shape)),
-    )
+    rough, azimuth = np.clip(rough, SMOOTHEST, 1.0), np.array(np.broadcast_to(direction, shape))
+    return Mesostructure(height - height.mean(), albedo, color, rough, azimuth)

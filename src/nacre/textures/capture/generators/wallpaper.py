@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -33,7 +32,6 @@ from nacre.textures.capture.patterns import (
 class Wallpaper(Generator):
     """Paper with a printed and embossed motif; the first color is the ground's, then the inks'."""
 
-    name: ClassVar[str] = "wallpaper"
     motif: str = choice("stripes", "dots", "diamonds", "damask", "waves", "chips", "linen")
     repeats: int = whole(4, 1, 24)
     cover: float = number(0.5, 0.05, 0.95)
@@ -49,7 +47,6 @@ class Wallpaper(Generator):
     ink_roughness: float = number(0.35, 0.15, 1.0)
 
     def build(self, random: np.random.Generator, size: int) -> Mesostructure:
-        """See :class:`Generator`."""
         field, inks = self._motif(random, size)
         low = np.quantile(field, 1.0 - self.cover)
         soft = self.softness * field.std()
@@ -60,13 +57,9 @@ class Wallpaper(Generator):
         ink = paint[1 + inks % (len(paint) - 1)] if len(paint) > 1 else paint[0]
         albedo = np.where(printed[..., None], ink, paint[0])
         albedo = albedo * (1.0 + self.fading * fractal(random, size, 4.0, 4))[..., None]
-        return cover(
-            height,
-            albedo,
-            np.where(printed, self.ink_specular, self.specular),
-            np.where(printed, self.ink_roughness, self.roughness),
-            tint=np.where(printed, self.ink_tint, 0.0),
-        )
+        specular = np.where(printed, self.ink_specular, self.specular)
+        rough = np.where(printed, self.ink_roughness, self.roughness)
+        return cover(height, albedo, specular, rough, tint=np.where(printed, self.ink_tint, 0.0))
 
     def _motif(self, random: np.random.Generator, size: int) -> tuple[Floats, Indices]:
         """A field that is high where ink goes, and which of the inks goes there."""

@@ -7,65 +7,37 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from nacre.array import Floats
 from nacre.numerics.channels import CHROMA_PERMUTATIONS
 from nacre.numerics.pca import largest_first
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.coefficients import TrainingTexels
 from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.network_training import SkipTraining, Tensor, descend, torch
 from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 from nacre.textures.codecs.basis.posterior import Observation, Prior
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import Work
 
-_BATCH = 512
-"""Texels in a step."""
-_PARTS = 4
-"""Of a batch: each with its own order of the channels, and subset of directions."""
-_MIXED = 0.5
-"""Share of texels that are mixed with another."""
+_BATCH = 512  # texels in a step
+_PARTS = 4  # of a batch: each with its own order of the channels, and subset of directions
+_MIXED = 0.5  # share of texels that are mixed with another
 _CAUTION = 20.0
 """Times that noise counts where measurements override what is completed: unlike noise, what the
 functions cannot express is alike at neighboring directions."""
 
 
-class Networks(NamedTuple):
-    """What :class:`nacre.textures.codecs.basis.codec.BasisCodec` is made of beside its
-    functions.
-    """
-
-    complete: SkipNetwork
-    encode: SkipNetwork
-    decode: SkipNetwork
-    prior: Prior
-
-
 def train_codes(
-    data: TrainingTexels,
-    functions: FunctionValues,
-    recipe: BasisRecipe,
-    report: Progress,
-    store: Store,
-) -> Networks:
-    """The networks between coefficients and codes, the one that completes coefficients, the prior.
+    data: TrainingTexels, functions: FunctionValues, work: Work
+) -> tuple[SkipNetwork, SkipNetwork, SkipNetwork, Prior]:
+    """The networks that complete, encode and decode coefficients, and the prior.
 
-    Parameters
-    ----------
-    data
-        Coefficients of texels, from all directions and from subsets.
-    functions
-        At all directions, over which they are orthonormal.
-    recipe
-        Sizes and efforts.
-    report, store
-        Called as it goes on, and where results and steps are kept.
+    The functions are those at all directions, over which they are orthonormal.
     """
-    training = _Training(data, functions, recipe)
-    coder = kept(store, "coder", _Coder, lambda: training.autoencoder(report, store))
-    complete = training.completion(report, store)
-    return Networks(complete, coder.encode, coder.decode, training.prior(complete))
+    training = _Training(data, functions, work)
+    coder = kept(work.store, "coder", _Coder, training.autoencoder)
+    complete = training.completion()
+    return complete, coder.encode, coder.decode, training.prior(complete)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,19 +51,17 @@ class _Coder:
 class _Training:
     """Texels to train on, and what is found on the way."""
 
-    def __init__(
-        self, data: TrainingTexels, functions: FunctionValues, recipe: BasisRecipe
-    ) -> None:
-        self._data, self._recipe = data, recipe
+    def __init__(self, data: TrainingTexels, functions: FunctionValues, work: Work) -> None:
+        self._data, self._work, self._recipe = data, work, work.recipe
         self._first = _first_prior(data)
         self._estimates, self._known = _estimates(data, functions, self._first)
-        self._generator = torch.Generator().manual_seed(recipe.seed)
+        self._generator = torch.Generator().manual_seed(self._recipe.seed)
         self._orders = torch.from_numpy(_orders_of_channels(functions))
         self._scale = torch.from_numpy(self._first.deviations)
         self._values = torch.from_numpy(data.values)
         self._residuals = torch.from_numpy(data.residuals)
 
-    def autoencoder(self, report: Progress, store: Store) -> _Coder:
+    def autoencoder(self) -> _Coder:
         """From coefficients to codes, and back."""
         deviations, hidden = self._first.deviations, self._recipe.hidden
         forward, back = _linear_start(self._data, deviations, self._recipe.code_dim)
@@ -104,12 +74,11 @@ class _Training:
             found = decode(encode(seen / self._scale)) * self._scale
             return self._error(found - seen, parts)
 
-        self._descend([encode, decode], loss, "codes", report, store)
-        return _Coder(
-            encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
-        )
+        self._descend([encode, decode], loss, "codes")
+        trained = encode.trained(input_scale=deviations), decode.trained(output_scale=deviations)
+        return _Coder(*trained)
 
-    def completion(self, report: Progress, store: Store) -> SkipNetwork:
+    def completion(self) -> SkipNetwork:
         """From estimates of coefficients by some directions to those by all."""
         self._generator.manual_seed(self._recipe.seed)  # whatever has been drawn before
         deviations, count = self._first.deviations, self._values.shape[1]
@@ -123,13 +92,11 @@ class _Training:
             wanted = torch.cat([part.of(self._values) for part in parts])
             pairs = list(zip(parts, subsets, strict=True))
             seen = torch.cat([part.of(estimates[subset]) for part, subset in pairs])
-            fractions = torch.cat(
-                [known[subset].expand(len(part.one), -1) for part, subset in pairs]
-            )
+            fractions = torch.cat([known[k].expand(len(part.one), -1) for part, k in pairs])
             found = complete(torch.cat([seen / self._scale, fractions], 1)) * self._scale
             return self._error(found - wanted, parts)
 
-        self._descend([complete], loss, "completion", report, store)
+        self._descend([complete], loss, "completion")
         scale = np.concatenate([deviations, np.ones(count, np.float32)])
         return complete.trained(input_scale=scale, output_scale=deviations)
 
@@ -147,17 +114,12 @@ class _Training:
         return replace(self._first, covariance=covariance.astype(np.float32), relative_noise=noise)
 
     def _descend(
-        self,
-        networks: list[SkipTraining],
-        loss: Callable[[int], Tensor],
-        stage: str,
-        report: Progress,
-        store: Store,
+        self, networks: list[SkipTraining], loss: Callable[[int], Tensor], stage: str
     ) -> None:
-        steps = self._recipe.code_steps
         vectors = [vector for network in networks for vector in network.vectors]
         matrices = [matrix for network in networks for matrix in network.matrices]
-        descend(vectors, matrices, loss, steps, stage, report, self._generator, store)
+        steps, generator = self._recipe.code_steps, self._generator
+        descend(vectors, matrices, loss, steps, stage, generator, self._work)
 
     def _draw(self, limit: int, count: int) -> Tensor:
         return torch.randint(limit, (count,), generator=self._generator)
@@ -219,13 +181,9 @@ def _estimates(
 
 def _orders_of_channels(functions: FunctionValues) -> Floats:
     """What orders of the channels do to coefficients: (6, K, K), to multiply from the right."""
-    luma_count, chroma_count = functions.luma.shape[1], functions.chroma.shape[1]
-    changes = np.tile(
-        np.eye(luma_count + 2 * chroma_count, dtype=np.float32), (len(CHROMA_PERMUTATIONS), 1, 1)
-    )
-    for change, permutation in zip(changes, CHROMA_PERMUTATIONS, strict=True):
-        change[luma_count:, luma_count:] = np.kron(permutation, np.eye(chroma_count))
-    return changes
+    luma, chroma = np.eye(functions.luma.shape[1]), np.eye(functions.chroma.shape[1])
+    changes = [block_diag(luma, np.kron(order, chroma)) for order in CHROMA_PERMUTATIONS]
+    return np.array(changes, np.float32)
 
 
 def _linear_start(data: TrainingTexels, deviations: Floats, count: int) -> tuple[Floats, Floats]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.io.tensors import HALF_LARGEST, Tensors, check_header, in_precision, in_single
 from nacre.measured.textures.domes import pairs
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import widths
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import join_reflectance
 from nacre.textures.codecs.basis.fields import pack_fields, unpack_fields
@@ -21,19 +20,15 @@ from nacre.textures.codecs.basis.posterior import Observation, Prior, project
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import LinearBlock, TexelCodec, TexelMap, TrainingRun
 
-_STEPS = 2
-"""Gauss-Newton steps of a code; more lower the error by less than a thousandth."""
-_CHUNK = 512
-"""Texels at a time whose codes are found."""
-_PAIRS = 1 << 9
-"""Pairs of directions at a time that are decoded: few enough for the cache."""
+_STEPS = 2  # Gauss-Newton steps of a code; more lower the error by less than a thousandth
+_CHUNK = 512  # texels at a time whose codes are found
+_PAIRS = 1 << 9  # pairs of directions at a time that are decoded: few enough for the cache
 VERSION = 2
 _VALUES = "roots of pi f_r, linear Rec. 709, as grey values and pairs of colours"
 """Stays as it is: maps of texels know their codec by the hash of its header and weights."""
 _EXACT = "prior."
 """What is single in every file, as is what half cannot hold: inverses magnify rounding."""
-_LARGEST = 1e9
-"""Weights of coefficients that hardly vary in the training data are large."""
+_LARGEST = 1e9  # weights of coefficients that hardly vary in the training data are large
 _MAX_WIDTH, _MAX_FUNCTIONS, _MAX_CODE_DIM = 1 << 13, 1 << 10, 1 << 10
 
 
@@ -85,10 +80,8 @@ class BasisCodec(TexelCodec):
         shapes = [self.encode.linear.shape, self.decode.linear.shape[::-1]]
         if shapes != [(count, self.code_dim)] * 2:
             raise ValueError(f"networks of shapes {shapes} for {count} coefficients")
-        if (len(self.complete.layers[0].weights), *self.complete.linear.shape) != (
-            *(2 * count, count),
-            count,
-        ):
+        seen = len(self.complete.layers[0].weights)
+        if (seen, *self.complete.linear.shape) != (2 * count, count, count):
             raise ValueError(f"the network that completes is not for {count} coefficients")
         if self.prior.deviations.shape != (count,) or self.prior.covariance.shape != (count, count):
             raise ValueError(f"the prior is not of {count} coefficients")
@@ -104,7 +97,6 @@ class BasisCodec(TexelCodec):
         return self.functions.luma_count + 2 * self.functions.chroma_count
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.encoder`."""
         observation = Observation(self.functions(wi, wo), self.prior)
         complete = self.complete.given(observation.known)
 
@@ -122,7 +114,6 @@ class BasisCodec(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`TexelCodec.decoder`."""
         functions = self.functions(wi, wo)
         luma_count, chroma_count = self.functions.luma_count, self.functions.chroma_count
 
@@ -169,29 +160,21 @@ class BasisCodec(TexelCodec):
         return {
             "luma functions": functions.luma_count,
             "chroma functions": functions.chroma_count,
-            **{f"layers, {name}": _widths(layers) for name, layers in networks.items()},
+            **{f"layers, {name}": list(widths(layers)) for name, layers in networks.items()},
         }
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
-        """See :meth:`TexelCodec.pack`."""
         numbers, tensors = pack_fields(self)
         metadata = numbers.pop("metadata")
         written: Tensors = {}
         for name, array in tensors.items():
             exact = name.startswith(_EXACT) or np.abs(array).max() >= HALF_LARGEST
             written |= in_precision({name: array}, "single" if exact else precision, _LARGEST)
-        header = {
-            "version": VERSION,
-            "model": self.kind,
-            "numbers": numbers,
-            "values": _VALUES,
-            "metadata": metadata,
-        }
-        return header, written
+        header = {"version": VERSION, "model": self.kind, "numbers": numbers, "values": _VALUES}
+        return header | {"metadata": metadata}, written
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> BasisCodec:
-        """See :meth:`TexelCodec.unpack`."""
         check_header(header, VERSION)
         metadata, numbers = header["metadata"], header["numbers"]
         if not isinstance(numbers, dict):
@@ -200,7 +183,6 @@ class BasisCodec(TexelCodec):
         for name, array in tensors.items():
             if max(array.shape, default=0) > _MAX_WIDTH:
                 raise ValueError(f"{name} is {array.shape}, wider than {_MAX_WIDTH:,}")
-        for name, array in tensors.items():
             single |= in_single({name: array}, _LARGEST)
         codec = unpack_fields(BasisCodec, {**numbers, "metadata": metadata}, single)
         functions = len(codec.functions.last.biases)
@@ -233,25 +215,16 @@ class BasisCodec(TexelCodec):
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
-        """See :meth:`TexelCodec.train`."""
         from nacre.textures.codecs.basis.training import train_basis  # needs PyTorch
 
         codec = train_basis(run, recipe)
-        facts = {
-            "materials": [Path(path).stem for path in run.paths],
-            "training": asdict(recipe),
-            "steps": recipe.steps,
-        }
+        names = [Path(path).stem for path in run.paths]
+        facts = {"materials": names, "training": asdict(recipe), "steps": recipe.steps}
         return replace(codec, metadata=facts)
 
     @classmethod
     def state_files(cls, state: Path) -> list[Path]:
-        """See :meth:`TexelCodec.state_files`."""
         return [path for path in Store(state).files() if path != state]
-
-
-def _widths(layers: Sequence[Layer]) -> list[int]:
-    return [len(layers[0].weights), *(len(layer.biases) for layer in layers)]
 
 
 def _try(codec: BasisCodec) -> None:

@@ -14,26 +14,20 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.measured.textures.domes import below
 from nacre.measured.textures.transposition import transposed
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.fields import kept
 from nacre.textures.codecs.basis.networks import FunctionValues
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.recipe import Work
 from nacre.textures.selection import random_texels
 
-_BLOCK = 64
-"""Texels that are worked on at a time."""
-_COEFFICIENT_BYTES = 3 * 4
-"""Of a subset: products with functions, gathered, and estimates."""
+_BLOCK = 64  # texels that are worked on at a time
+_COEFFICIENT_BYTES = 3 * 4  # of a subset: products with functions, gathered, and estimates
 _FRACTIONS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8)
 _VIEWS = (38.0, 45.0, 53.0, 60.0, 68.0)
 _LIGHTS = (45.0, 60.0)
 _BOTH = (45.0, 53.0, 60.0, 68.0)
-_FLASH = 10.0
-"""Degrees from the view to a light that counts as being at the camera."""
-_FLASHES = (1.0, 0.5, 0.2)
-"""Fractions of the pairs with such a light."""
+_FLASH = 10.0  # degrees from the view to a light that counts as being at the camera
+_FLASHES = (1.0, 0.5, 0.2)  # fractions of the pairs with such a light
 
 Indices = npt.NDArray[np.intp]
 
@@ -85,27 +79,16 @@ def training_texels(
     functions: FunctionValues,
     rotations: Sequence[npt.NDArray[Any]],
     subsets: Sequence[Indices],
-    recipe: BasisRecipe,
-    progress: Progress,
-    store: Store,
+    work: Work,
 ) -> TrainingTexels:
     """Coefficients of random texels of every texture, each rotated about its normal at random.
 
-    Parameters
-    ----------
-    textures
-        Each gives a texture when called.
-    functions
-        At its pairs of directions, over which they are orthonormal.
-    rotations
-        Orders of the pairs, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
-    subsets
-        Of the pairs, the first of all.
-    recipe
-        Says how many texels of each.
-    progress, store
-        Called as it goes on, and where what is read of each texture is kept.
+    The functions are those at the textures' pairs of directions, over which they are orthonormal;
+    rotations are orders of the pairs, see
+    :func:`nacre.textures.codecs.symmetry.symmetric_rotations`; the first of the subsets has all
+    pairs.
     """
+    recipe = work.recipe
     tables = [functions.at(subset) for subset in subsets]
     coefficients = functions.luma.shape[1] + 2 * functions.chroma.shape[1]
     each = _COEFFICIENT_BYTES * len(subsets) * coefficients
@@ -120,8 +103,8 @@ def training_texels(
 
     found: list[_Read] = []
     for index in range(len(textures)):
-        found.append(kept(store, f"coefficients-{index}", _Read, partial(read, index)))
-        progress("coefficients", index + 1, len(textures), "")
+        found.append(kept(work.store, f"coefficients-{index}", _Read, partial(read, index)))
+        work.report("coefficients", index + 1, len(textures), "")
     moments = np.concatenate([part.moments for part in found], axis=1)
     residuals = np.concatenate([part.residuals for part in found])
     return TrainingTexels(moments[0] / np.float32(len(functions.mean)), residuals, subsets, moments)
@@ -153,11 +136,7 @@ def _coefficients(
             texel[:] = texel[order]
         luma, chroma = split_reflectance(texels, mean)
         for subset, table, found in zip(subsets, tables, moments, strict=True):
-            products = [
-                luma[:, subset] @ table.luma,
-                *(c[:, subset] @ table.chroma for c in chroma),
-            ]
-            found.append(np.concatenate(products, axis=1))
+            found.append(table.products(luma[:, subset], (c[:, subset] for c in chroma)))
         energy = np.square(luma).mean(1) + np.square(chroma).mean(2).sum(0)
         explained = np.square(moments[0][-1] / len(mean)).sum(1)
         residuals.append(np.maximum(energy - explained, 0.0) / 3.0)

@@ -16,8 +16,7 @@ import numpy as np
 from nacre.io.tensors import Tensors, format_errors
 from nacre.runtime.store import Store
 
-_LAYERS = 1 << 6
-"""Items of a sequence that are read."""
+_LAYERS = 1 << 6  # items of a sequence that are read
 _Part = TypeVar("_Part")
 
 

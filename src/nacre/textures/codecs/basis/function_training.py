@@ -11,36 +11,30 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.errors import NacreError
-from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.mlp import Layer, dense
 from nacre.numerics.pca import leading_components
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.basis.network_training import Tensor, descend, new_layer, to_layer, torch
-from nacre.textures.codecs.basis.networks import INPUTS, AngularFunctions, direction_inputs
-from nacre.textures.codecs.basis.recipe import BasisRecipe
+from nacre.textures.codecs.basis.networks import (
+    INPUTS,
+    AngularFunctions,
+    direction_inputs,
+    wide_features,
+)
+from nacre.textures.codecs.basis.recipe import Work
 
 _BATCH = 1024
-_BLOCK = 64
-"""Texels at a time whose colors are split."""
+_BLOCK = 64  # texels at a time whose colors are split
 _RIDGE = 1e-8
-_SMALLEST = 1e-9
-"""Of the mean square of texels: what varies less is rounding."""
+_SMALLEST = 1e-9  # of the mean square of texels: what varies less is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """Principal components of texels at pairs of directions.
+    """Principal components of texels at pairs of unit directions, shape (n, 3).
 
-    Parameters
-    ----------
-    wi, wo
-        Unit directions, shape (n, 3).
-    table
-        The mean, then components of luma, then those of chroma, each of the size that it has in
-        texels, shape (n, 1 + luma_count + chroma_count).
-    luma_count
-        How many are of luma.
+    The table, of shape (n, 1 + luma_count + chroma_count), has the mean, then components of luma,
+    then those of chroma, each of the size that it has in texels.
     """
 
     wi: Floats
@@ -50,35 +44,15 @@ class Components:
 
 
 def principal_components(
-    texels: Floats,
-    wi: Floats,
-    wo: Floats,
-    orders: list[npt.NDArray[Any]],
-    recipe: BasisRecipe,
-    report: Progress,
+    texels: Floats, wi: Floats, wo: Floats, orders: list[npt.NDArray[Any]], work: Work
 ) -> Components:
     """Functions whose sums are closest to roots of reflectance of texels.
 
-    Parameters
-    ----------
-    texels
-        Reflectance factors of training texels of all materials, shape (t, n, 3); any type.
-    wi, wo
-        Unit directions, shape (n, 3).
-    orders
-        Rotations about the normal, see
-        :func:`nacre.textures.codecs.symmetry.symmetric_rotations`.
-    recipe
-        Sizes and efforts.
-    report
-        Called as it goes on.
-
-    Raises
-    ------
-    NacreError
-        If texels vary in fewer ways than codes have values.
+    Texels are reflectance factors of all materials, shape (t, n, 3), of any type; `orders` are
+    rotations, see :func:`nacre.textures.codecs.symmetry.symmetric_rotations`. It is a
+    :class:`NacreError` if texels vary in fewer ways than codes have values.
     """
-    count = len(texels)
+    count, recipe = len(texels), work.recipe
     luma = np.empty((count, len(wi)), np.float32)
     chroma = np.empty((2, count, len(wi)), np.float32)
     for start in range(0, count, _BLOCK):
@@ -87,25 +61,18 @@ def principal_components(
     mean = luma.mean(0)
     mean = np.mean([mean[order] for order in orders], axis=0)
     luma -= mean
-    report("components", 0, 2, "")
-    luma_functions, luma_variances = leading_components(
-        luma, orders, recipe.luma_count, recipe.seed
-    )
-    report("components", 1, 2, "")
-    pairs = chroma.reshape(2 * count, -1)
-    pair_functions, chroma_variances = leading_components(
-        pairs, orders, recipe.chroma_count, recipe.seed
-    )
-    report("components", 2, 2, "")
     # A function counts by what it adds to a texel: its root mean square there.
     smallest = _SMALLEST * float(np.square(mean).sum())
-    parts = [
-        block[:, variances > smallest] * np.sqrt(variances[variances > smallest])
-        for block, variances in (
-            (luma_functions, luma_variances),
-            (pair_functions, 2.0 * chroma_variances),
-        )
-    ]
+    parts = []
+    pairs = chroma.reshape(2 * count, -1)
+    blocks = (luma, recipe.luma_count, 1.0), (pairs, recipe.chroma_count, 2.0)
+    for done, (rows, wanted, weight) in enumerate(blocks):
+        work.report("components", done, 2, "")
+        block, variances = leading_components(rows, orders, wanted, recipe.seed)
+        variances = weight * variances
+        strong = variances > smallest
+        parts.append(block[:, strong] * np.sqrt(variances[strong]))
+    work.report("components", 2, 2, "")
     found = [part.shape[1] for part in parts]
     if not found[0] or found[0] + 2 * found[1] < recipe.code_dim:
         raise NacreError(
@@ -116,20 +83,9 @@ def principal_components(
     return Components(wi, wo, table, found[0])
 
 
-def train_functions(
-    components: Components, recipe: BasisRecipe, report: Progress, store: Store
-) -> AngularFunctions:
-    """A network of components; all but the mean become orthonormal at their directions.
-
-    Parameters
-    ----------
-    components
-        What it learns.
-    recipe
-        Sizes and efforts.
-    report, store
-        Called as it goes on, and where steps are kept.
-    """
+def train_functions(components: Components, work: Work) -> AngularFunctions:
+    """A network of components; all but the mean become orthonormal at their directions."""
+    recipe = work.recipe
     table, inputs = components.table, direction_inputs(components.wi, components.wo)
     generator = torch.Generator().manual_seed(recipe.seed)
     sizes = [INPUTS, *[recipe.width] * recipe.depth, recipe.wide, table.shape[1]]
@@ -140,30 +96,24 @@ def train_functions(
     wanted, scales = torch.from_numpy(table), torch.from_numpy(scale)
     total = float(np.square(table).mean(0).sum())
 
-    def features(state: Tensor) -> Tensor:
-        first, *hidden, wide = layers[:-1]
-        state = dense(state, first, SILU)
-        for layer in hidden:
-            state = state + dense(state, layer, SILU)
-        return dense(state, wide, SILU)
+    *hidden, wide, last = layers
 
     def loss(_step: int) -> Tensor:
         chosen = torch.randint(len(seen), (_BATCH,), generator=generator)
-        found = dense(features(seen[chosen]), layers[-1]) * scales
+        found = dense(wide_features(seen[chosen], hidden, wide), last) * scales
         return (found - wanted[chosen]).square().sum(1).mean() / total
 
     matrices = [weights for weights, _ in layers[1:-2]]
     vectors = [*(biases for _, biases in layers), *(layers[i][0] for i in (0, -2, -1))]
-    descend(vectors, matrices, loss, recipe.function_steps, "functions", report, generator, store)
-    first, *hidden, wide, _ = [to_layer(pair) for pair in layers]
-    first = Layer(
-        first.weights / scatter[:, None], first.biases - (shift / scatter) @ first.weights
-    )
+    descend(vectors, matrices, loss, recipe.function_steps, "functions", generator, work)
     with torch.no_grad():
-        units = features(seen).numpy()
-    last = _least_squares(units, table)
-    rough = AngularFunctions([first, *hidden], wide, last, components.luma_count)
-    return _orthonormal(rough, units @ last.weights + last.biases)
+        units = wide_features(seen, hidden, wide).numpy()
+    first, *others = [to_layer(pair) for pair in hidden]
+    weights = first.weights / scatter[:, None]
+    first = Layer(weights, first.biases - (shift / scatter) @ first.weights)
+    best = _least_squares(units, table)
+    rough = AngularFunctions([first, *others], to_layer(wide), best, components.luma_count)
+    return _orthonormal(rough, units @ best.weights + best.biases)
 
 
 def _least_squares(units: Floats, table: Floats) -> Layer:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.errors import NacreError, require
-from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.runtime.device import one_thread
-from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.networks import SkipNetwork
+from nacre.textures.codecs.basis.recipe import Work
 
 torch: Any = require("torch", "btf")
 Tensor: TypeAlias = Any
@@ -28,29 +26,15 @@ def descend(
     loss: Callable[[int], Tensor],
     steps: int,
     stage: str,
-    report: Progress,
     generator: Any,
-    store: Store,
+    work: Work,
 ) -> None:
     """Take steps with a rate that rises for the first 2 % and then falls to nothing.
 
-    Parameters
-    ----------
-    vectors
-        What Adam moves: biases, and matrices at the ends of a network.
-    matrices
-        Between hidden layers, for Muon (Jordan et al. 2024), which gets much further there.
-    loss
-        Of a step.
-    steps, stage, report
-        How many, their name, and what is called as they go on.
-    generator, store
-        What the loss draws from, and where steps are kept.
-
-    Raises
-    ------
-    NacreError
-        If some numbers are not finite in the end.
+    Adam moves the vectors: biases, and matrices at the ends of a network. Muon (Jordan et al.
+    2024), which gets much further there, moves the matrices between hidden layers. The loss, of a
+    step, draws from the generator. Numbers that are not finite in the end are a
+    :class:`NacreError`.
     """
     optimizers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:
@@ -59,11 +43,8 @@ def descend(
     changed = [*vectors, *matrices]
 
     def state() -> dict[str, Any]:
-        return {
-            "tensors": changed,
-            "optimizers": [optimizer.state_dict() for optimizer, _ in optimizers],
-            "generator": generator.get_state(),
-        }
+        states = [optimizer.state_dict() for optimizer, _ in optimizers]
+        return {"tensors": changed, "optimizers": states, "generator": generator.get_state()}
 
     def restore(state: dict[str, Any]) -> None:
         for tensor, saved in zip(changed, state["tensors"], strict=True):
@@ -72,32 +53,21 @@ def descend(
             optimizer.load_state_dict(saved)
         generator.set_state(state["generator"])
 
-    left = store.steps(steps, state, restore, f"{stage}-steps")
     with one_thread():
-        _steps(left, optimizers, loss, steps, partial(report, stage))
+        for step in work.store.steps(steps, state, restore, f"{stage}-steps"):
+            fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
+            fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
+            current = loss(step)
+            for optimizer, _ in optimizers:
+                optimizer.zero_grad()
+            current.backward()
+            for optimizer, rate in optimizers:
+                optimizer.param_groups[0]["lr"] = rate * fraction
+                optimizer.step()
+            if (step + 1) % 50 == 0 or step + 1 == steps:
+                work.report(stage, step + 1, steps, f"loss {float(current.item()):.4g}")
     if not all(bool(torch.isfinite(tensor).all()) for tensor in changed):
         raise NacreError(f"{stage} diverged; take another seed")
-
-
-def _steps(
-    left: Iterator[int],
-    optimizers: list[tuple[Any, float]],
-    loss: Callable[[int], Tensor],
-    steps: int,
-    report: Callable[[int, int, str], None],
-) -> None:
-    for step in left:
-        fraction = min(1.0, (step + 1) / (0.02 * steps + 1.0))
-        fraction *= 0.5 * (1.0 + math.cos(math.pi * step / steps))
-        current = loss(step)
-        for optimizer, _ in optimizers:
-            optimizer.zero_grad()
-        current.backward()
-        for optimizer, rate in optimizers:
-            optimizer.param_groups[0]["lr"] = rate * fraction
-            optimizer.step()
-        if (step + 1) % 50 == 0 or step + 1 == steps:
-            report(step + 1, steps, f"loss {float(current.item()):.4g}")
 
 
 def new_layer(
@@ -139,19 +109,14 @@ class SkipTraining:
 
     def __call__(self, x: Tensor) -> Tensor:
         """See :class:`SkipNetwork`."""
-        *hidden, (weights, biases) = self.layers
-        state = x
-        for matrix, bias in hidden:
-            state = dense(state, (matrix, bias), SILU)
-        return x[:, : len(self.linear)] @ self.linear + dense(state, (weights, biases))
+        return x[:, : len(self.linear)] @ self.linear + forward(x, self.layers, SILU)
 
     def trained(self, input_scale: Any = 1.0, output_scale: Any = 1.0) -> SkipNetwork:
         """The network for inputs and outputs in other units: divided and multiplied by scales."""
-        layers = [to_layer(pair) for pair in self.layers]
-        first, last = layers[0], layers[-1]
+        first, middle, last = (to_layer(pair) for pair in self.layers)
         scale_in = np.broadcast_to(np.float32(input_scale), len(first.weights))[:, None]
-        layers[0] = Layer(first.weights / scale_in, first.biases)
-        layers[-1] = Layer(last.weights * output_scale, last.biases * output_scale)
+        first = Layer(first.weights / scale_in, first.biases)
+        last = Layer(last.weights * output_scale, last.biases * output_scale)
         linear = self.linear.detach().numpy()
         linear = linear / scale_in[: len(linear)] * output_scale
-        return SkipNetwork(np.ascontiguousarray(linear, np.float32), layers)
+        return SkipNetwork(np.ascontiguousarray(linear, np.float32), [first, middle, last])

@@ -2,38 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
 from nacre.geometry import dot, half_vector, split, stereographic
-from nacre.numerics.mlp import SILU, Layer, dense
+from nacre.numerics.mlp import SILU, AnyLayer, Layer, dense
 
-_CHUNK = 1 << 12
-"""Pairs of directions at a time."""
-_SHARPEST = 0.005
-"""Added to the sine of half-vector angles, so that their logarithm is bounded."""
+_CHUNK = 1 << 12  # pairs of directions at a time
+_SHARPEST = 0.005  # added to the sine of half-vector angles, so that their logarithm is bounded
 INPUTS = 12
 """Of the network."""
 
 
 class FunctionValues(NamedTuple):
-    """The functions at n pairs of directions."""
+    """The functions at n pairs of directions.
+
+    They are the mean that all texels have, shape (n,), and what is summed, shapes (n, luma_count)
+    and (n, chroma_count).
+    """
 
     mean: Floats
-    """What all texels have, shape (n,)."""
     luma: Floats
-    """Shape (n, luma_count)."""
     chroma: Floats
-    """Shape (n, chroma_count)."""
 
     def at(self, chosen: npt.NDArray[np.intp]) -> FunctionValues:
         """The values at some of the pairs."""
         return FunctionValues(self.mean[chosen], self.luma[chosen], self.chroma[chosen])
+
+    def products(self, luma: Floats, chroma: Iterable[Floats]) -> Floats:
+        """Sums over pairs of the functions times luma (b, n) and chroma, two of (b, n): (b, K)."""
+        return np.concatenate([luma @ self.luma, *(c @ self.chroma for c in chroma)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +70,7 @@ class AngularFunctions:
     luma_count: int = field(metadata={"file": "greys"})
 
     def __post_init__(self) -> None:
-        width = INPUTS
-        for layer in [*self.hidden, self.wide, self.last]:
-            if layer.weights.shape != (width, len(layer.biases)):
-                raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
-            width = len(layer.biases)
+        width = _outputs(INPUTS, [*self.hidden, self.wide, self.last])
         if not 0 < self.luma_count < width or len({len(h.biases) for h in self.hidden}) != 1:
             raise ValueError(f"{self.luma_count} of {width - 1} functions are of luma")
 
@@ -82,21 +81,21 @@ class AngularFunctions:
 
     def __call__(self, wi: Floats, wo: Floats) -> FunctionValues:
         """The functions at pairs of unit directions, shapes (n, 3)."""
-        chunks = [
-            self._values(direction_inputs(wi[i : i + _CHUNK], wo[i : i + _CHUNK]))
-            for i in range(0, len(wi), _CHUNK)
-        ]
+        parts = [slice(start, start + _CHUNK) for start in range(0, len(wi), _CHUNK)]
+        inputs = (direction_inputs(wi[part], wo[part]) for part in parts)
+        chunks = [dense(wide_features(i, self.hidden, self.wide), self.last) for i in inputs]
         values = np.concatenate(chunks) if chunks else np.empty((0, len(self.last.biases)))
         mean, luma, chroma = np.split(values, [1, 1 + self.luma_count], axis=1)
         return FunctionValues(mean[:, 0].copy(), np.ascontiguousarray(luma), chroma.copy())
 
-    def _values(self, inputs: Floats) -> Floats:
-        first, *others = self.hidden
-        state: Floats = dense(inputs, first, SILU)
-        for layer in others:
-            state = state + dense(state, layer, SILU)
-        outputs: Floats = dense(dense(state, self.wide, SILU), self.last)
-        return outputs
+
+def wide_features(values: Any, hidden: Sequence[AnyLayer], wide: AnyLayer) -> Any:
+    """What the last layer of :class:`AngularFunctions` sees, of inputs of any library."""
+    first, *others = hidden
+    state = dense(values, first, SILU)
+    for layer in others:
+        state = state + dense(state, layer, SILU)
+    return dense(state, wide, SILU)
 
 
 def direction_inputs(wi: Floats, wo: Floats) -> Floats:
@@ -147,11 +146,8 @@ class SkipNetwork:
 
     def __post_init__(self) -> None:
         inputs, outputs = self.linear.shape
-        width = max(inputs, len(self.layers[0].weights)) if self.layers else inputs
-        for layer in self.layers:
-            if layer.weights.shape != (width, len(layer.biases)):
-                raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
-            width = len(layer.biases)
+        seen = max(inputs, len(self.layers[0].weights)) if self.layers else inputs
+        width = _outputs(seen, self.layers)
         if len(self.layers) < 2 or width != outputs:
             raise ValueError(f"layers end in {width} values, the linear map in {outputs}")
 
@@ -184,6 +180,15 @@ class SkipNetwork:
         slopes = _rows_times(change, last.weights)
         slopes += self.linear
         return value, slopes
+
+
+def _outputs(width: int, layers: Sequence[Layer]) -> int:
+    """How many values come out of layers that see so many; refuses those that do not chain."""
+    for layer in layers:
+        if layer.weights.shape != (width, len(layer.biases)):
+            raise ValueError(f"a layer of shape {layer.weights.shape} follows {width} values")
+        width = len(layer.biases)
+    return width
 
 
 def _rows_times(many: Floats, matrix: Floats) -> Floats:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag
 
 from nacre.array import Floats
 from nacre.textures.codecs.basis.colors import split_reflectance
@@ -14,8 +15,7 @@ from nacre.textures.codecs.basis.networks import FunctionValues, SkipNetwork
 
 Double = npt.NDArray[np.float64]
 
-_DAMPING = 1e-2
-"""Relative, of steps."""
+_DAMPING = 1e-2  # relative, of steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,33 +43,18 @@ class Prior:
 
 
 class Observation:
-    """What a set of directions says about coefficients.
-
-    Parameters
-    ----------
-    functions
-        Their values at the directions.
-    prior
-        Of coefficients.
-    """
+    """What functions' values at a set of directions say about coefficients, given their prior."""
 
     def __init__(self, functions: FunctionValues, prior: Prior) -> None:
         self.functions, self.prior = functions, prior
         luma, chroma = (
             block.astype(np.float64).T @ block for block in (functions.luma, functions.chroma)
         )
-        self.sizes = [len(luma), len(chroma), len(chroma)]
-        self.gram = np.zeros((sum(self.sizes),) * 2)
-        start = 0
-        for block in (luma, chroma, chroma):
-            self.gram[start : start + len(block), start : start + len(block)] = block
-            start += len(block)
+        self.gram: Double = block_diag(luma, chroma, chroma)
 
     def moments(self, texels: Floats) -> Floats:
         """Products of the functions with roots of reflectance (b, n, 3) less the mean: (b, K)."""
-        luma, chroma = split_reflectance(texels, self.functions.mean)
-        parts = [luma @ self.functions.luma, *(c @ self.functions.chroma for c in chroma)]
-        return np.concatenate(parts, axis=1)
+        return self.functions.products(*split_reflectance(texels, self.functions.mean))
 
     @cached_property
     def _ridge(self) -> Double:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
 
 from nacre.btf import Btf
 from nacre.errors import NacreError
-from nacre.measured.textures.directions import same_pairs
+from nacre.runtime.progress import Progress
+from nacre.runtime.store import Store
+from nacre.textures.selection import of_same_directions
 
-_MIN_TEXELS = 2048
-"""That functions are found from."""
+_MIN_TEXELS = 2048  # that functions are found from
 
 
 @dataclass(frozen=True)
@@ -95,34 +97,22 @@ class BasisRecipe:
         return max(self.texels, math.ceil(_MIN_TEXELS / max(1, materials)))
 
 
+class Work(NamedTuple):
+    """What every stage of a training needs: the recipe, whom to tell, and where results stay."""
+
+    recipe: BasisRecipe
+    report: Progress
+    store: Store
+
+
 def check_textures(textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe) -> None:
-    """Refuse textures of different directions, and too few texels.
+    """Refuse textures of different directions, and too few texels, with a :class:`NacreError`.
 
-    Parameters
-    ----------
-    textures
-        Each gives a texture when called; errors call it by its name.
-    recipe
-        What is to be learned from them.
-
-    Raises
-    ------
-    FormatError
-        If one cannot be opened.
-    NacreError
-        If they will not do.
+    Each is opened by a call, and errors call it by its name.
     """
-    first: Btf | None = None
-    texels, each = 0, recipe.texels_of_each(len(textures))
-    for open_texture in textures:
-        texture = open_texture()
-        first = first or texture
-        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
-            raise NacreError(
-                f"{texture.name}: is not measured at the directions of {first.name}, as all must "
-                "be; leave it out"
-            )
-        texels += min(texture.texel_count, each)
+    each = recipe.texels_of_each(len(textures))
+    opened = of_same_directions(textures, ", as all must be; leave it out")
+    texels = sum(min(texture.texel_count, each) for texture in opened)
     if texels < (fewest := 4 * recipe.code_dim):
         raise NacreError(
             f"codes of {recipe.code_dim} values need at least {fewest} texels to learn from; there "

@@ -14,7 +14,6 @@ from nacre.btf import Btf, TableBtf
 from nacre.errors import NacreError
 from nacre.io.files import PathLike
 from nacre.measured.textures.transposition import narrowed, transposed
-from nacre.runtime.progress import Progress
 from nacre.runtime.store import Store
 from nacre.textures.codecs.basis.code_training import train_codes
 from nacre.textures.codecs.basis.codec import VERSION, BasisCodec
@@ -30,7 +29,7 @@ from nacre.textures.codecs.basis.function_training import (
     train_functions,
 )
 from nacre.textures.codecs.basis.networks import AngularFunctions
-from nacre.textures.codecs.basis.recipe import BasisRecipe, check_textures
+from nacre.textures.codecs.basis.recipe import BasisRecipe, Work, check_textures
 from nacre.textures.codecs.codec import TrainingRun
 from nacre.textures.codecs.symmetry import symmetric_rotations
 from nacre.textures.selection import random_texels
@@ -61,13 +60,13 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
         state is of another training.
     """
     textures = [partial(_open, run.load, path) for path in run.paths]
-    progress = run.progress
     check_textures(textures, recipe)
     store = Store(run.state, f"{VERSION} {recipe} {run.fingerprint}")
+    work = Work(recipe, run.progress, store)
 
     def found_components() -> Components:
-        wi, wo, texels = _gathered(textures, recipe, progress, store)
-        return principal_components(texels, wi, wo, symmetric_rotations(wi, wo), recipe, progress)
+        wi, wo, texels = _gathered(textures, work)
+        return principal_components(texels, wi, wo, symmetric_rotations(wi, wo), work)
 
     try:
         components = kept(store, "components", Components, found_components)
@@ -75,12 +74,8 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
         store.remove()  # no more than some texels, and one may be to blame
         raise
     store.remove("texels-*")
-    functions = kept(
-        store,
-        "functions",
-        AngularFunctions,
-        lambda: train_functions(components, recipe, progress, store),
-    )
+    learn = partial(train_functions, components, work)
+    functions = kept(store, "functions", AngularFunctions, learn)
     wi, wo = components.wi, components.wo
     values = functions(wi, wo)
 
@@ -88,13 +83,11 @@ def train_basis(run: TrainingRun, recipe: BasisRecipe) -> BasisCodec:
         subsets = partial_measurements(wi, wo, np.random.default_rng(recipe.seed))
         rotations = symmetric_rotations(wi, wo)
         plain = partial(uniform_texels, wi, wo, recipe.coded_texels, recipe.seed)
-        return training_texels(
-            [*textures, plain], values, rotations, subsets, recipe, progress, store
-        )
+        return training_texels([*textures, plain], values, rotations, subsets, work)
 
     data = kept(store, "coefficients", TrainingTexels, found_texels)
     store.remove("coefficients-*")
-    return BasisCodec(functions, *train_codes(data, values, recipe, progress, store))
+    return BasisCodec(functions, *train_codes(data, values, work))
 
 
 def _open(load: Callable[[PathLike], Btf], path: PathLike) -> Btf:
@@ -111,15 +104,14 @@ class _Texels:
     values: npt.NDArray[np.float16]
 
 
-def _gathered(
-    textures: Sequence[Callable[[], Btf]], recipe: BasisRecipe, progress: Progress, store: Store
-) -> tuple[Floats, Floats, Floats]:
+def _gathered(textures: Sequence[Callable[[], Btf]], work: Work) -> tuple[Floats, Floats, Floats]:
     """Directions, and random texels of every texture as half floats, shape (t, n, 3)."""
     found: list[_Texels] = []
+    recipe = work.recipe
     for index, open_texture in enumerate(textures):
         read = partial(_texels_of, open_texture, recipe, index, len(textures))
-        found.append(kept(store, f"texels-{index}", _Texels, read))
-        progress("reading", index + 1, len(textures), "")
+        found.append(kept(work.store, f"texels-{index}", _Texels, read))
+        work.report("reading", index + 1, len(textures), "")
     wi, wo = found[0].wi, found[0].wo
     plain = uniform_texels(wi, wo, recipe.texels, recipe.seed).texels(slice(None))
     return wi, wo, np.concatenate([*(texels.values for texels in found), plain.astype(np.float16)])
@@ -138,18 +130,9 @@ def _texels_of(
 
 
 def uniform_texels(wi: Floats, wo: Floats, count: int, seed: int) -> TableBtf:
-    """A row of texels, each of one reflectance factor at all pairs of directions.
+    """A row of texels, each of one reflectance factor at all pairs of directions, shape (n, 3).
 
     Their colors lie anywhere between black and white, dark ones as often as bright ones.
-
-    Parameters
-    ----------
-    wi, wo
-        Unit directions, shape (n, 3).
-    count
-        Of texels.
-    seed
-        Of the colors.
     """
     random = np.random.default_rng([seed, count])
     colors = random.random((count, 1, 3), np.float32) * random.random((count, 1, 1), np.float32)

@@ -62,15 +62,7 @@ class CustomSettings:
     decoder_hidden: tuple[int, ...] = HIDDEN
 
     def __post_init__(self) -> None:
-        check_sizes(
-            self.latent,
-            self.decoder,
-            channels=self.channels,
-            kernel=(self.kernel,),
-            pool=(self.pool,),
-            hidden=self.hidden,
-            decoder_hidden=self.decoder_hidden,
-        )
+        check_sizes(self)
         if self.kernel % 2 == 0 or self.kernel > 255 or not 2 <= self.pool <= 256:
             raise ValueError(
                 f"kernel must be odd and pool 2 or more, got {self.kernel}, {self.pool}"
@@ -117,19 +109,7 @@ class CustomNetwork(TexelNetwork):
         self.wi, self.wo = (np.ascontiguousarray(w, np.float32) for w in (wi, wo))
         super().__init__(settings, whitening, parameters, seed, variance)
 
-    @classmethod
-    def made(
-        cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
-    ) -> CustomNetwork:
-        """See :meth:`TexelNetwork.made`."""
-        return cls(directions["wi"], directions["wo"], settings, whitening, *others)
-
-    def directions(self) -> dict[str, Floats]:
-        """See :meth:`TexelNetwork.directions`."""
-        return {"wi": self.wi, "wo": self.wo}
-
     def shapes(self) -> Shapes:
-        """See :class:`TexelNetwork`."""
         sizes, shapes, length, inputs = self.settings, Shapes(), len(self.wi), 3
         for index, outputs in enumerate(sizes.channels):
             shapes[f"convolution.{index}.weight"] = (outputs, inputs, sizes.kernel)
@@ -138,7 +118,6 @@ class CustomNetwork(TexelNetwork):
         return shapes | mlp_shapes("encoder", (inputs * length, *sizes.hidden, sizes.latent))
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
-        """See :class:`TexelNetwork`."""
         if same_pairs(wi, wo, self.wi, self.wo):
             return
         own = len(self.wi)
@@ -152,7 +131,6 @@ class CustomNetwork(TexelNetwork):
         """Nothing: the order of the entries stands for the directions."""
 
     def encode(self, values: Tensor, prepared: None) -> Tensor:
-        """See :class:`TexelNetwork`."""
         del prepared
         sizes, functional = self.settings, torch.nn.functional
         for weight, bias in mlp_layers(self.parameters, "convolution"):

@@ -28,14 +28,8 @@ _STATISTICS, _HELD_OUT = 16, 256
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Texels known at the same pairs of directions.
-
-    Parameters
-    ----------
-    values
-        Reflectance factors, shape (b, n, 3).
-    group
-        Index of the directions in :attr:`TexelStream.directions`.
+    """Texels known at the same pairs of directions: reflectance factors, shape (b, n, 3), and the
+    index of the directions in :attr:`TexelStream.directions`.
     """
 
     values: npt.NDArray[np.float32]
@@ -120,12 +114,9 @@ class TexelStream:
         self._paths, self._load, self._batch, self._seed = paths, load, batch, seed
         self._part = slice(rank * batch // size, (rank + 1) * batch // size)
         self._memory = memory
-        self.directions: list[tuple[Floats, Floats]] = []
-        """`wi` and `wo` of every set of directions that files have."""
-        self.examples: list[PathLike] = []
-        """The first file of each."""
-        self.names: list[str] = []
-        """Of the materials."""
+        self.directions: list[tuple[Floats, Floats]] = []  # every wi and wo that files have
+        self.examples: list[PathLike] = []  # the first file of each
+        self.names: list[str] = []  # of the materials
         self._groups: list[int] = []
         self._own: list[Picks] = []
         self._kept: list[Picks] = []
@@ -206,11 +197,8 @@ class TexelStream:
         random = np.random.default_rng((self._seed, 3, epoch))
         batches: list[Picks] = []
         for group, steps in enumerate(self._steps):
-            drawn = [
-                random.permutation(own)[: self._texels]
-                for own, of in zip(self._own, self._groups, strict=True)
-                if of == group
-            ]
+            owned = zip(self._own, self._groups, strict=True)
+            drawn = [random.permutation(own)[: self._texels] for own, of in owned if of == group]
             picks = random.permutation(np.concatenate(drawn))
             batches += list(np.resize(picks, (steps, self._batch, 2)))
         return [batches[index] for index in random.permutation(len(batches))]

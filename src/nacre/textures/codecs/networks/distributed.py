@@ -13,13 +13,7 @@ from nacre.textures.codecs.networks.mlp import Tensor, torch
 
 @dataclass(frozen=True)
 class Processes:
-    """One process among those that train together; alone by default.
-
-    Parameters
-    ----------
-    rank, size
-        Its number, and the number of all.
-    """
+    """One of the processes that train together: its number, and that of all; alone by default."""
 
     rank: int = 0
     size: int = 1
@@ -49,10 +43,7 @@ class Processes:
 def processes(device: str) -> Iterator[tuple[Processes, str]]:
     """Join those that `torchrun` has started; gives them, and the device of this one.
 
-    Parameters
-    ----------
-    device
-        "cpu" or "cuda"; the latter becomes one device a process.
+    "cuda" becomes one device a process.
     """
     size = int(os.environ.get("WORLD_SIZE", "1"))
     if size == 1:

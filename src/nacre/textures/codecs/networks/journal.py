@@ -5,37 +5,20 @@ from __future__ import annotations
 import csv
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
 from nacre.errors import FormatError, NacreError, require
 
 COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
-_LINE = 80
-"""Characters that the first line may have, and more."""
+_LINE = 80  # characters that the first line may have, and more
 
 
 class Journal:
-    """A CSV file with a row for every report, and TensorBoard events of the same.
+    """A context manager that writes a row of a CSV file and TensorBoard events for every report.
 
-    Use as a context manager.
-
-    Parameters
-    ----------
-    path
-        The CSV file; None for none. Rows of steps after `step` are taken out, so that training
-        that goes on writes every step once.
-    step
-        Where training begins.
-    events
-        Folder for the events; None for none.
-
-    Raises
-    ------
-    MissingExtraError
-        If there is no writer of events.
-    NacreError
-        If a file of this name is none of these, or cannot be read or written.
+    Either may be None. Rows of steps after `step`, where training begins, are taken out of the
+    file, so that training that goes on writes every step once. A file of this name that is no such
+    table, or cannot be read or written, is a :class:`NacreError`.
     """
 
     def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:
@@ -54,12 +37,7 @@ class Journal:
     def __enter__(self) -> Journal:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._file:
             with suppress(OSError):  # rows are in the file, or their error is under way
                 self._file.close()

@@ -22,8 +22,6 @@ _MAX_LAYERS, _MAX_WIDTH = 16, 1 << 13
 Tensor: TypeAlias = Any
 Parameters: TypeAlias = Mapping[str, Tensor]
 Shapes: TypeAlias = dict[str, tuple[int, ...]]
-Layer: TypeAlias = tuple[Tensor, Tensor]
-"""Weights, shape (inputs, outputs), and biases, shape (outputs,)."""
 
 VARIANCES = {"pytorch": 1.0, "he": math.sqrt(6.0)}
 """Ways to begin, and what multiplies 1 / sqrt(inputs) in the bound of weights; the variance of
@@ -39,9 +37,9 @@ def mlp_shapes(name: str, widths: Sequence[int]) -> Shapes:
     return shapes
 
 
-def mlp_layers(parameters: Parameters, name: str) -> list[Layer]:
+def mlp_layers(parameters: Parameters, name: str) -> list[tuple[Any, Any]]:
     """The layers whose tensors :func:`mlp_shapes` has named."""
-    found: list[Layer] = []
+    found: list[tuple[Any, Any]] = []
     while f"{name}.{len(found)}.weight" in parameters:
         start = f"{name}.{len(found)}"
         found.append((parameters[f"{start}.weight"], parameters[f"{start}.bias"]))
@@ -51,21 +49,12 @@ def mlp_layers(parameters: Parameters, name: str) -> list[Layer]:
 def initial(
     shapes: Shapes, random: np.random.Generator, variance: str = "he"
 ) -> dict[str, npt.NDArray[np.float32]]:
-    """Random weights and biases.
+    """Random weights and biases, of tensors called `x.weight`, (inputs, outputs) or of a
+    convolution (outputs, inputs, size), each followed by its `x.bias`.
 
-    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor.
-
-    Parameters
-    ----------
-    shapes
-        Of tensors called `x.weight`, (inputs, outputs) or of a convolution (outputs, inputs, size),
-        each followed by its `x.bias`.
-    random
-        Source of the numbers.
-    variance
-        Of the weights, one of :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of
-        1 / inputs; "he" with 2 / inputs, so that the variance of signals stays through layers with
-        ReLUs (He et al. 2015).
+    Biases lie within 1 / sqrt(inputs of the layer), weights within that times a factor of
+    :data:`VARIANCES`: "pytorch" as layers of PyTorch have it, a third of 1 / inputs; "he" with 2 /
+    inputs, so that the variance of signals stays through layers with ReLUs (He et al. 2015).
     """
     arrays, bound = {}, 0.0
     for name, shape in shapes.items():
@@ -88,22 +77,14 @@ _COEFFICIENTS = 128
 
 @dataclass(frozen=True)
 class Decoder:
-    """The sizes of a decoder, and what it does with its tensors.
+    """The sizes of a decoder, and what it does with its tensors: for codes of L values, layers of
+    some widths, of one of the kinds :data:`DECODERS`.
 
     The "network" is the paper's: hidden layers with ReLUs on the code and the stereographic
     coordinates of both directions. The "bilinear" one is ours: a network of the directions alone
     gives as many features as its last width, a network of the code as many coefficients for each
     channel, and a value is their product, so that a code that is met often costs one dot product
     for each channel and pair of directions.
-
-    Parameters
-    ----------
-    latent
-        L, the values of a code.
-    hidden
-        Widths.
-    kind
-        One of :data:`DECODERS`.
     """
 
     latent: int
@@ -122,12 +103,7 @@ class Decoder:
     def prepare(self, parameters: Parameters, directions: Tensor) -> Tensor:
         """What depends on the pairs of directions only, shape (n, width).
 
-        Parameters
-        ----------
-        parameters
-            Tensors of :meth:`shapes`, and maybe others.
-        directions
-            Stereographic coordinates of light and viewer, shape (n, 4).
+        Directions are stereographic coordinates of light and viewer, shape (n, 4).
         """
         if self.kind == "bilinear":
             features = forward(directions, mlp_layers(parameters, "features"))
@@ -157,17 +133,13 @@ def direction_inputs(wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
     return np.stack(parts, axis=-1).astype(np.float32)
 
 
-def check_sizes(latent: int, decoder: str, **widths: tuple[int, ...]) -> None:
-    """Refuse settings of a network that none can have.
-
-    Raises
-    ------
-    ValueError
-        With the name of the setting.
-    """
-    if decoder not in DECODERS:
-        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {decoder!r}")
-    for name, values in {"latent": (latent,), **widths}.items():
+def check_sizes(settings: Any) -> None:
+    """Refuse settings of a network that none can have, by the name of the setting."""
+    if settings.decoder not in DECODERS:
+        raise ValueError(f"decoder must be one of {', '.join(DECODERS)}, got {settings.decoder!r}")
+    sizes = {name: value for name, value in vars(settings).items() if not isinstance(value, str)}
+    for name, value in sizes.items():
+        values = value if isinstance(value, tuple) else (value,)
         if not 1 <= len(values) <= _MAX_LAYERS or not all(1 <= v <= _MAX_WIDTH for v in values):
             raise ValueError(f"{name} must be widths of 1 to {_MAX_WIDTH:,}, got {values}")
 

@@ -15,14 +15,16 @@ from nacre.array import Floats
 from nacre.errors import NacreError, reason
 from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_precision, in_single
 from nacre.numerics.mlp import Layer
+from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
 from nacre.textures.codecs.networks.mlp import (
     Decoder,
     Shapes,
     Tensor,
     direction_inputs,
     initial,
+    mlp_layers,
     settings_from_json,
     torch,
 )
@@ -32,11 +34,12 @@ from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe
 _Part = TypeVar("_Part")
 _Settings = TypeVar("_Settings")
 
-_CHUNK = 64
-"""Texels that are encoded at a time."""
+_CHUNK = 64  # texels that are encoded at a time
 _ROWS = 1 << 11
 """Pairs of a code and directions that are decoded at a time: their layers stay in the cache."""
 _VERSION = 1
+_VALUES = "whitened log(pi f_r + offset), linear Rec. 709"
+DIRECTIONS = "wi", "wo"
 
 
 class TexelNetwork(TexelCodec):
@@ -68,8 +71,11 @@ class TexelNetwork(TexelCodec):
     training_defaults: ClassVar[Mapping[str, Any]] = {}
     """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
     is trained with unless others are given."""
+    starts: ClassVar[Mapping[str, float]] = {}
+    """What tensors are full of before training, of those that do not begin at random."""
     fixed_directions: ClassVar[bool] = False
-    """Whether texels are encoded at one set of pairs of directions only."""
+    """Whether texels are encoded at one set of pairs of directions only: attributes `wi` and `wo`,
+    shape (n, 3), which the constructor takes."""
 
     def __init__(
         self,
@@ -85,7 +91,9 @@ class TexelNetwork(TexelCodec):
         self._decoder = Decoder(settings.latent, settings.decoder_hidden, settings.decoder)
         shapes = self.shapes() | self._decoder.shapes()
         if parameters is None:
-            parameters = self._adjusted(initial(shapes, np.random.default_rng((seed, 1)), variance))
+            parameters = initial(shapes, np.random.default_rng((seed, 1)), variance)
+            for name, start in self.starts.items():
+                parameters[name][:] = start
         found = {name: array.shape for name, array in parameters.items()}
         if found != shapes:
             wrong = sorted(k for k in found | shapes if found.get(k) != shapes.get(k))[0]
@@ -95,39 +103,15 @@ class TexelNetwork(TexelCodec):
             )
         self.parameters = {name: torch.tensor(parameters[name]) for name in shapes}
 
-    @classmethod
-    def made(
-        cls, directions: Mapping[str, Floats], settings: Any, whitening: Whitening, *others: Any
-    ) -> TexelNetwork:
-        """A network, with `wi` and `wo` of its directions if they are fixed.
-
-        The arguments are those of :class:`TexelNetwork`.
-        """
-        del directions
-        return cls(settings, whitening, *others)
-
-    def directions(self) -> dict[str, Floats]:
-        """`wi` and `wo` of the network's directions, shape (n, 3), if they are fixed."""
-        return {}
-
     @abc.abstractmethod
     def shapes(self) -> Shapes:
         """Names and shapes of the encoder's tensors."""
-
-    def _adjusted(
-        self, arrays: dict[str, npt.NDArray[np.float32]]
-    ) -> dict[str, npt.NDArray[np.float32]]:
-        """Random tensors, with those replaced that do not begin at random."""
-        return arrays
 
     @abc.abstractmethod
     def prepare_encoder(self, directions: Tensor) -> Any:
         """What of the encoder depends on the pairs of directions only.
 
-        Parameters
-        ----------
-        directions
-            Stereographic coordinates of light and viewer, shape (n, 4).
+        Directions are stereographic coordinates of light and viewer, shape (n, 4).
         """
 
     @abc.abstractmethod
@@ -135,11 +119,9 @@ class TexelNetwork(TexelCodec):
         """Codes, shape (b, L), of whitened texels of shape (b, 3, n)."""
 
     def prepare_decoder(self, directions: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.prepare`."""
         return self._decoder.prepare(self.parameters, directions)
 
     def decode(self, codes: Tensor, prepared: Tensor) -> Tensor:
-        """See :meth:`nacre.textures.codecs.networks.mlp.Decoder.decode`."""
         return self._decoder.decode(self.parameters, codes, prepared)
 
     def to(self, device: Any) -> Self:
@@ -152,13 +134,7 @@ class TexelNetwork(TexelCodec):
         return {name: p.detach().cpu().numpy().copy() for name, p in self.parameters.items()}
 
     def check_directions(self, wi: Floats, wo: Floats) -> None:
-        """Refuse pairs of directions that texels cannot be encoded at.
-
-        Raises
-        ------
-        NacreError
-            If the network is for others only.
-        """
+        """Refuse pairs of directions that texels cannot be encoded at: a :class:`NacreError`."""
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`nacre.textures.codecs.TexelCodec.encoder`.
@@ -173,8 +149,7 @@ class TexelNetwork(TexelCodec):
             prepared = self.prepare_encoder(self._inputs(wi, wo))
 
         def encode(texels: Floats) -> Floats:
-            if texels.shape[1:] != (len(wi), 3):
-                raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
+            check_shape("texels", texels, len(wi), 3)
             codes = np.empty((len(texels), self.code_dim), np.float32)
 
             def run(start: int) -> None:
@@ -191,15 +166,13 @@ class TexelNetwork(TexelCodec):
         return encode
 
     def decoder(self, wi: Floats, wo: Floats) -> TexelMap:
-        """See :meth:`nacre.textures.codecs.TexelCodec.decoder`."""
         count = len(wi)
         texels = max(1, _ROWS // max(count, 1))
         with torch.inference_mode():
             prepared = self.prepare_decoder(self._inputs(wi, wo))
 
         def decode(codes: Floats) -> Floats:
-            if codes.shape[1:] != (self.code_dim,):
-                raise ValueError(f"codes are {codes.shape}, expected (b, {self.code_dim})")
+            check_shape("codes", codes, self.code_dim)
             given = torch.from_numpy(np.array(codes, np.float32)).to(self._device)
             reflectance = np.empty((len(given), count, 3), np.float32)
             target = torch.from_numpy(reflectance)
@@ -230,32 +203,21 @@ class TexelNetwork(TexelCodec):
             raise NacreError(
                 f"a {self.settings.decoder} decoder cannot run at every hit; take decoder 'table'"
             )
-        arrays, layers = self.arrays(), list[Layer]()
-        while (name := f"decoder.{len(layers)}") + ".weight" in arrays:
-            layers.append(Layer(arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
-        return layers
+        return [Layer(*pair) for pair in mlp_layers(self.arrays(), "decoder")]
 
     def describe(self) -> dict[str, Any]:
         """See :meth:`TexelCodec.describe`: the settings."""
-        return {
-            name.replace("_", " "): list(value) if isinstance(value, tuple) else value
-            for name, value in asdict(self.settings).items()
-            if name != "latent"
-        }
+        sizes = {name.replace("_", " "): value for name, value in asdict(self.settings).items()}
+        del sizes["latent"]
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in sizes.items()}
 
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
-        """See :meth:`TexelCodec.pack`."""
         tensors = in_precision(self.arrays(), precision)
-        tensors |= self.directions()  # single always
-        header = {
-            "version": _VERSION,
-            "model": self.kind,
-            "settings": asdict(self.settings),
-            "values": "whitened log(pi f_r + offset), linear Rec. 709",
-            "whitening": asdict(self.whitening),
-            "metadata": self.metadata,
-        }
-        return header, tensors
+        if self.fixed_directions:
+            tensors |= {name: getattr(self, name) for name in DIRECTIONS}  # single always
+        header = {"version": _VERSION, "model": self.kind, "settings": asdict(self.settings)}
+        header |= {"values": _VALUES, "whitening": asdict(self.whitening)}
+        return header | {"metadata": self.metadata}, tensors
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> TexelNetwork:
@@ -263,10 +225,10 @@ class TexelNetwork(TexelCodec):
         check_header(header, _VERSION)
         whitening = Whitening(**{key: float(value) for key, value in header["whitening"].items()})
         settings = settings_from_json(cls.settings_type, header["settings"])
-        arrays = in_single({k: v for k, v in tensors.items() if k not in ("wi", "wo")})
-        directions = {name: tensors[name] for name in ("wi", "wo") if cls.fixed_directions}
-        check_unit_vectors(directions)
-        made = cls.made(directions, settings, whitening, arrays)
+        arrays = in_single({k: v for k, v in tensors.items() if k not in DIRECTIONS})
+        fixed: dict[str, Any] = {n: tensors[n] for n in DIRECTIONS if cls.fixed_directions}
+        check_unit_vectors(fixed)
+        made = cls(settings=settings, whitening=whitening, parameters=arrays, **fixed)
         return made.replaced(metadata=header["metadata"])
 
     @classmethod
@@ -307,31 +269,26 @@ class TexelNetwork(TexelCodec):
         NacreError
             If a setting is impossible.
         """
-        sizes = {"latent": code_dim, "pooling": pooling, "decoder": decoder}
-        chosen = {
-            "loss": loss, "batch": batch, "learning_rate": learning_rate, "precision": precision
-        }  # fmt: skip
-        given = {name: value for name, value in chosen.items() if value is not None}
         if steps is not None and minutes is not None:
             raise NacreError("steps and minutes: give one of them")
+        chosen = _given(loss=loss, batch=batch, learning_rate=learning_rate, precision=precision)
+        chosen |= {"patience": patience, "seed": seed}
         try:
-            settings = cls.settings_type(**{k: v for k, v in sizes.items() if v is not None})
-            training = TrainingRecipe.named(
-                preset, **{**cls.training_defaults, **given, "patience": patience, "seed": seed}
+            settings = cls.settings_type(
+                **_given(latent=code_dim, pooling=pooling, decoder=decoder)
             )
+            training = TrainingRecipe.named(preset, **{**cls.training_defaults, **chosen})
         except (TypeError, ValueError) as error:
             raise NacreError(reason(error)) from error
         return NetworkRecipe(settings, training, steps, minutes, device)
 
     @classmethod
     def recipe_settings(cls) -> list[str]:
-        """See :meth:`TexelCodec.recipe_settings`."""
         has_pooling = hasattr(cls.settings_type, "pooling")
         return [name for name in super().recipe_settings() if name != "pooling" or has_pooling]
 
     @classmethod
     def train(cls, run: TrainingRun, recipe: NetworkRecipe) -> TexelNetwork:
-        """See :meth:`TexelCodec.train`."""
         from nacre.textures.codecs.networks.training import train_network
 
         return train_network(cls, run, recipe)
@@ -347,18 +304,15 @@ class TexelNetwork(TexelCodec):
                 for part in parts:
                     run(part)
             return
-        threads = torch.get_num_threads()
 
         def alone(part: _Part) -> None:
             torch.set_num_threads(1)
             with torch.inference_mode():
                 run(part)
 
-        try:
+        with one_thread():
             for _ in thread_map(alone, parts):
                 pass
-        finally:
-            torch.set_num_threads(threads)
 
     @property
     def _device(self) -> Any:
@@ -366,3 +320,7 @@ class TexelNetwork(TexelCodec):
 
     def _inputs(self, wi: Floats, wo: Floats) -> Tensor:
         return torch.from_numpy(direction_inputs(wi, wo)).to(self._device)
+
+
+def _given(**settings: Any) -> dict[str, Any]:
+    return {name: value for name, value in settings.items() if value is not None}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,23 +104,17 @@ class TrainingRecipe:
         for name in counts:
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-        if not 0 < self.encoder_fraction <= 1:
-            raise ValueError(
-                f"encoder_fraction must lie above 0, to 1, got {self.encoder_fraction}"
-            )
+        if not 0 < (least := self.encoder_fraction) <= 1:
+            raise ValueError(f"encoder_fraction must lie above 0, to 1, got {least}")
         for name in ("warm_up", "held_out"):
             if not 0 <= getattr(self, name) < 1:
                 raise ValueError(f"{name} must lie between 0 and 1, got {getattr(self, name)}")
         if not 0 < self.learning_rate < math.inf:
             raise ValueError(f"learning_rate must be positive, got {self.learning_rate}")
-        for name, known in (
-            ("variance", tuple(VARIANCES)),
-            ("optimizer", OPTIMIZERS),
-            ("loss", LOSSES),
-            ("precision", PRECISIONS),
-        ):
-            if getattr(self, name) not in known:
-                found = getattr(self, name)
+        options: dict[str, Collection[str]] = {"variance": VARIANCES, "optimizer": OPTIMIZERS}
+        options |= {"loss": LOSSES, "precision": PRECISIONS}
+        for name, known in options.items():
+            if (found := getattr(self, name)) not in known:
                 raise ValueError(f"{name} must be one of {', '.join(known)}, got {found!r}")
         if self.patience < 0 or self.seed < 0:
             raise ValueError("patience and seed must not be negative")

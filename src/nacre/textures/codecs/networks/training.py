@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
-from pathlib import Path
-from typing import Any
+from dataclasses import asdict, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -22,15 +21,14 @@ from nacre.textures.codecs.networks.dataset import Batch, TexelStream, images_on
 from nacre.textures.codecs.networks.distributed import Processes, processes
 from nacre.textures.codecs.networks.journal import Journal
 from nacre.textures.codecs.networks.mlp import Tensor, direction_inputs, torch
-from nacre.textures.codecs.networks.network import TexelNetwork
+from nacre.textures.codecs.networks.network import DIRECTIONS, TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe, optimizers
+from nacre.textures.codecs.networks.recipe import NetworkRecipe, optimizers
 
-_REPORT_EVERY = 10
-"""Steps between rows of the journal."""
+_REPORT_EVERY = 10  # steps between rows of the journal
 _FOREVER = 1 << 60
-_COMPARED = 512
-"""Entries that the loss on held-out texels compares, at most."""
+_Entries: TypeAlias = npt.NDArray[np.int64] | None
+_COMPARED = 512  # entries that the loss on held-out texels compares, at most
 
 
 def train_network(
@@ -60,35 +58,14 @@ def train_network(
         network takes one, training diverges, the device cannot be used or has too little memory,
         or the state is of another training or damaged.
     """
-    training_recipe, steps = recipe.training, recipe.steps
-    with processes(recipe.device) as (members, own), images_once(run.load) as open_texture:
+    with processes(recipe.device) as (members, own), images_once(run.load) as load:
         device = open_device(own)
-        stream = TexelStream(
-            run.paths,
-            open_texture,
-            training_recipe.batch,
-            training_recipe.texels,
-            held_out=training_recipe.held_out,
-            seed=training_recipe.seed,
-            rank=members.rank,
-            size=members.size,
-        )
-        network = _new_network(kind, stream, recipe)
-        if recipe.minutes is None and steps is None:
-            steps = training_recipe.epochs * stream.epoch_steps
-        whole = f"{run.fingerprint} {steps} {recipe.minutes}"
-        training = _Training(network, stream, training_recipe, device, members, run.state, whole)
+        training = _Training(kind, replace(run, load=load), recipe, device, members)
         first = members.rank == 0
         with memory_errors(own):
             step = training.resume()
             with Journal(*((run.journal, step, run.events) if first else (None,))) as rows:
-                training.run(
-                    steps,
-                    recipe.minutes,
-                    recipe.save_every,
-                    rows,
-                    run.progress if first else silent,
-                )
+                training.run(rows, run.progress if first else silent)
     return training.result()
 
 
@@ -102,9 +79,10 @@ def _new_network(
             f"{len(stream.directions)} sets of directions, the network of 2019 takes one: leave "
             "out the others, or train a unified one"
         )
-    directions = dict(zip(("wi", "wo"), stream.directions[0], strict=True))
-    training = recipe.training
-    return kind.made(directions, recipe.settings, whitening, None, training.seed, training.variance)
+    chosen: dict[str, Any] = {"seed": recipe.training.seed, "variance": recipe.training.variance}
+    if kind.fixed_directions:
+        chosen |= zip(DIRECTIONS, stream.directions[0], strict=True)
+    return kind(settings=recipe.settings, whitening=whitening, **chosen)
 
 
 class _Training:
@@ -112,27 +90,34 @@ class _Training:
 
     def __init__(
         self,
-        network: TexelNetwork,
-        stream: TexelStream,
-        recipe: TrainingRecipe,
+        kind: type[TexelNetwork],
+        run: TrainingRun,
+        whole: NetworkRecipe,
         device: Any,
         members: Processes,
-        state: Path | None,
-        fingerprint: str,
     ) -> None:
-        network = network.to(device)
+        recipe, self._steps = whole.training, whole.steps
+        self._minutes, self._save_every = whole.minutes, whole.save_every
+        stream = TexelStream(
+            run.paths, run.load, recipe.batch, recipe.texels, held_out=recipe.held_out,
+            seed=recipe.seed, rank=members.rank, size=members.size,
+        )  # fmt: skip
+        if self._minutes is None and self._steps is None:
+            self._steps = recipe.epochs * stream.epoch_steps
+        network = _new_network(kind, stream, whole).to(device)
         self._network, self._stream, self._recipe = network, stream, recipe
         self._device, self._members = device, members
         self._parameters = list(network.parameters.values())
         for parameter in self._parameters:
             parameter.requires_grad_()
         self._optimizers = optimizers(self._parameters, recipe)
-        self._inputs = [
-            torch.from_numpy(direction_inputs(*pair)).to(device) for pair in stream.directions
-        ]
+        inputs = (torch.from_numpy(direction_inputs(*pair)) for pair in stream.directions)
+        self._inputs = [pairs.to(device) for pairs in inputs]
         self._held_out = stream.held_out()
-        about = f"{network.kind} {network.settings} {recipe} {stream.names} {_sizes(stream)}"
-        self._store = Store(state, f"{about} {fingerprint}")
+        sizes = [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
+        about = f"{network.kind} {network.settings} {recipe} {stream.names} {sizes}"
+        length = f"{run.fingerprint} {self._steps} {self._minutes}"
+        self._store = Store(run.state, f"{about} {length}")
         self._step, self._seconds, self._loss = 0, 0.0, math.inf
         self._recent = torch.zeros((), device=device)
         self._validation: float | None = None
@@ -177,16 +162,9 @@ class _Training:
         for mine, saved in zip(self._parameters, values, strict=True):
             mine.data.copy_(saved)
 
-    def run(
-        self,
-        steps: int | None,
-        minutes: float | None,
-        save_every: float,
-        journal: Journal,
-        report: Progress,
-    ) -> None:
+    def run(self, journal: Journal, report: Progress) -> None:
         """Take the steps that are left."""
-        last = _FOREVER if steps is None else steps
+        last, minutes = _FOREVER if self._steps is None else self._steps, self._minutes
         before = time.monotonic()
         batches = self._stream.batches(self._step, last)
         try:
@@ -207,7 +185,7 @@ class _Training:
                         self._validate()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
                         self._note(journal, rate, validated)
-                    if self._store.due(save_every):
+                    if self._store.due(self._save_every):
                         self._save()
                 done = self._seconds if minutes else self._step
                 total = 60.0 * minutes if minutes else last
@@ -228,15 +206,15 @@ class _Training:
             for group in optimizer.param_groups:
                 group["lr"] = rate
             optimizer.zero_grad()
-        random = np.random.default_rng((self._recipe.seed, 4, self._step))
+        recipe, each = self._recipe, len(batch.values)
+        random = np.random.default_rng((recipe.seed, 4, self._step))
         count = batch.values.shape[1]
         seen = self._seen(random, count)
-        compared = _chosen(random, count, self._recipe.loss_directions)
-        rows = self._recipe.batch
-        orders = random.random((rows, 3)).argsort(axis=1) if self._recipe.permute else None
-        if orders is not None:
-            each, rank = len(batch.values), self._members.rank
-            orders = orders[rank * each : (rank + 1) * each]
+        compared = _chosen(random, count, recipe.loss_directions)
+        orders = None
+        if recipe.permute:
+            first = self._members.rank * each
+            orders = random.random((recipe.batch, 3)).argsort(axis=1)[first : first + each]
         loss = self._losses(batch, seen, compared, orders)
         loss.backward()
         self._members.average_gradients(self._parameters)
@@ -245,7 +223,7 @@ class _Training:
         self._recent += loss.detach()
         self._step += 1
 
-    def _seen(self, random: np.random.Generator, count: int) -> npt.NDArray[np.int64] | None:
+    def _seen(self, random: np.random.Generator, count: int) -> _Entries:
         """Entries of n that the encoder sees; None for all."""
         recipe = self._recipe
         if self._network.fixed_directions:
@@ -254,18 +232,12 @@ class _Training:
         limit = count if recipe.encoder_directions is None else recipe.encoder_directions
         return _chosen(random, count, min(limit, math.ceil(fraction * count)))
 
-    def _losses(
-        self,
-        batch: Batch,
-        seen: npt.NDArray[np.int64] | None,
-        compared: npt.NDArray[np.int64] | None,
-        orders: npt.NDArray[np.int64] | None,
-    ) -> Tensor:
+    def _losses(self, batch: Batch, seen: _Entries, compared: _Entries, orders: _Entries) -> Tensor:
         """Mean difference of whitened logarithms."""
         network, inputs = self._network, self._inputs[batch.group]
         order = None if orders is None else torch.from_numpy(orders).to(self._device)
 
-        def part(chosen: npt.NDArray[np.int64] | None) -> tuple[Tensor, Tensor]:
+        def part(chosen: _Entries) -> tuple[Tensor, Tensor]:
             """Whitened texels with permuted channels, shape (b, k, 3), and directions."""
             values = torch.from_numpy(batch.values)
             if chosen is not None:
@@ -318,18 +290,12 @@ class _Training:
         self._validation = total / count
         if self._recipe.patience and self._validation < self._best["loss"]:
             parameters = [p.detach().clone() for p in self._parameters]
-            self._best = {
-                "loss": self._validation,
-                "step": self._step,
-                "parameters": parameters,
-            }
+            self._best = {"loss": self._validation, "step": self._step, "parameters": parameters}
 
     def _patience_over(self) -> bool:
         """Whether as many validations as patience allows found nothing better."""
-        patience = self._recipe.patience
-        if not (patience and self._held_out):
-            return False
-        return bool(self._step - self._best["step"] >= patience * self._recipe.validate_every)
+        allowed = self._recipe.patience * self._recipe.validate_every
+        return bool(allowed and self._held_out and self._step - self._best["step"] >= allowed)
 
     def result(self) -> TexelNetwork:
         """The network as it is now, or its best with patience, with what is to be known of it."""
@@ -337,24 +303,13 @@ class _Training:
         if self._best["parameters"]:
             self._set_parameters(self._best["parameters"])
             step, validation = self._best["step"], self._best["loss"]
-        metadata = {
-            "materials": self._stream.names,
-            "training": asdict(self._recipe),
-            "steps": step,
-            "loss": self._loss if math.isfinite(self._loss) else None,
-            "held out": validation,
-        }
+        facts = {"materials": self._stream.names, "training": asdict(self._recipe)}
+        loss = self._loss if math.isfinite(self._loss) else None
+        metadata = facts | {"steps": step, "loss": loss, "held out": validation}
         return network.to("cpu").replaced(metadata=metadata)
 
 
-def _sizes(stream: TexelStream) -> list[int]:
-    """Numbers by which streams of other data differ."""
-    return [stream.epoch_steps, *(len(wi) for wi, _ in stream.directions)]
-
-
-def _chosen(
-    random: np.random.Generator, count: int, limit: int | None
-) -> npt.NDArray[np.int64] | None:
+def _chosen(random: np.random.Generator, count: int, limit: int | None) -> _Entries:
     """Some of `count` entries in their order, at most `limit`; None for all."""
     if limit is None or limit >= count:
         return None

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
+from typing import ClassVar
 
 from nacre.numerics.mlp import forward
 from nacre.textures.codecs.networks.mlp import (
@@ -21,10 +20,8 @@ from nacre.textures.codecs.networks.mlp import (
 from nacre.textures.codecs.networks.network import TexelNetwork
 
 POOLINGS = "mean", "max"
-_SLOPE = 0.25
-"""Of the parametric ReLU below 0, before training."""
-_PRODUCTS = 1 << 24
-"""Products of values and weights that max pooling holds at a time."""
+_SLOPE = 0.25  # of the parametric ReLU below 0, before training
+_PRODUCTS = 1 << 24  # products of values and weights that max pooling holds at a time
 
 
 @dataclass(frozen=True)
@@ -56,14 +53,7 @@ class UnifiedSettings:
     decoder_hidden: tuple[int, ...] = HIDDEN
 
     def __post_init__(self) -> None:
-        check_sizes(
-            self.latent,
-            self.decoder,
-            angular=self.angular,
-            features=(self.features,),
-            hidden=self.hidden,
-            decoder_hidden=self.decoder_hidden,
-        )
+        check_sizes(self)
         if self.pooling not in POOLINGS:
             raise ValueError(f"pooling must be one of {', '.join(POOLINGS)}, got {self.pooling!r}")
 
@@ -86,10 +76,10 @@ class UnifiedNetwork(TexelNetwork):
 
     kind = "unified"
     settings_type = UnifiedSettings
+    starts: ClassVar[Mapping[str, float]] = {"pooled.bias": 0.0, "pooled.slope": _SLOPE}
     settings: UnifiedSettings
 
     def shapes(self) -> Shapes:
-        """See :class:`TexelNetwork`."""
         sizes = self.settings
         pooled = 3 * sizes.features
         return (
@@ -97,13 +87,6 @@ class UnifiedNetwork(TexelNetwork):
             | {"pooled.bias": (pooled,), "pooled.slope": (1,)}
             | mlp_shapes("encoder", (pooled, *sizes.hidden, sizes.latent))
         )
-
-    def _adjusted(
-        self, arrays: dict[str, npt.NDArray[np.float32]]
-    ) -> dict[str, npt.NDArray[np.float32]]:
-        arrays["pooled.bias"] = np.zeros_like(arrays["pooled.bias"])
-        arrays["pooled.slope"] = np.full_like(arrays["pooled.slope"], _SLOPE)
-        return arrays
 
     def prepare_encoder(self, directions: Tensor) -> Tensor:
         """Outputs of the angular MLP's last hidden layer, shape (n, 128), or of its last, for max.
@@ -116,7 +99,6 @@ class UnifiedNetwork(TexelNetwork):
         return forward(directions, layers[:-1]).relu_()
 
     def encode(self, values: Tensor, prepared: Tensor) -> Tensor:
-        """See :class:`TexelNetwork`."""
         pooled = (self._mean if self.settings.pooling == "mean" else self._max)(values, prepared)
         pooled = pooled.flatten(1) + self.parameters["pooled.bias"]
         slope = self.parameters["pooled.slope"].to(pooled.dtype)

@@ -12,20 +12,17 @@ import numpy.typing as npt
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import NacreError
-from nacre.measured.textures.directions import same_pairs
 from nacre.measured.textures.transposition import transposed
 from nacre.numerics.channels import LUMA, split_colors
 from nacre.numerics.pca import BY_PERMUTATION, leading_components, strongest
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.principal.codec import PcaCodec
 from nacre.textures.codecs.symmetry import symmetric_rotations
-from nacre.textures.selection import random_texels
+from nacre.textures.selection import of_same_directions, random_texels
 
-_DARK = 0.01
-"""Added to the brightness of texels, so that black ones do not weigh endlessly."""
+_DARK = 0.01  # added to the brightness of texels, so that black ones do not weigh endlessly
 _SMALLEST_NOISE = 1e-12
-_BLOCK = 1 << 26
-"""Bytes that are read at a time."""
+_BLOCK = 1 << 26  # bytes that are read at a time
 _Orders = Sequence[npt.NDArray[Any]]
 
 
@@ -74,12 +71,7 @@ class PcaRecipe:
     @classmethod
     def own(cls, code_dim: int = 32, **settings: Any) -> PcaRecipe:
         """For the components of one texture's own texels, as they are."""
-        given: dict[str, Any] = {
-            "texels": 1 << 20,
-            "permute": False,
-            "rotate": False,
-            "weigh": False,
-        }
+        given = {"texels": 1 << 20} | dict.fromkeys(("permute", "rotate", "weigh"), False)
         return cls(code_dim, **given | settings)
 
 
@@ -128,15 +120,8 @@ def find_components(
     energy = sum(float(np.einsum("ij,ij->", part, part)) for part in rows) / count
     noise = max((energy - float(variances.sum())) / mean.size, _SMALLEST_NOISE)
     progress("components", 1, 1, "")
-    return PcaCodec(
-        wi,
-        wo,
-        mean,
-        components,
-        variances,
-        noise,
-        {"materials": names, "recipe": asdict(recipe), "texels": count},
-    )
+    facts = {"materials": names, "recipe": asdict(recipe), "texels": count}
+    return PcaCodec(wi, wo, mean, components, variances, noise, facts)
 
 
 def _of_pairs(
@@ -157,9 +142,7 @@ def _of_pairs(
     best = strongest([luma_variances, chroma_variances], BY_PERMUTATION, recipe.code_dim)
     colors = best.colors.astype(np.float32)
     chosen = zip(best.part, best.component, colors, strict=True)
-    components = np.stack(
-        [functions[part][index][:, None] * color for part, index, color in chosen]
-    )
+    components = np.stack([functions[part][k][:, None] * color for part, k, color in chosen])
     variances = np.maximum(best.variances, 0.0).astype(np.float32)
     return np.repeat(LUMA * mean[:, None], 3, axis=1), components, variances
 
@@ -196,11 +179,8 @@ def _gathered(
     picks: list[npt.NDArray[np.intp]] = []
     names: list[str] = []
     first: Btf | None = None
-    for open_texture in textures:
-        texture = open_texture()
+    for texture in of_same_directions(textures):
         first = first or texture
-        if not same_pairs(texture.wi, texture.wo, first.wi, first.wo):
-            raise NacreError(f"{texture.name}: is not measured at the directions of {first.name}")
         limit = max(1, recipe.memory // (12 * texture.pair_count * len(textures)))
         picks.append(random_texels(texture, min(recipe.texels, limit), random))
         names.append(texture.name)

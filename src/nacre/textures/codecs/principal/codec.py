@@ -12,15 +12,13 @@ from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.io.tensors import Tensors, check_header, check_numbers, check_unit_vectors
 from nacre.measured.textures.directions import SAME
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun
+from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
 
 if TYPE_CHECKING:
     from nacre.textures.codecs.principal.analysis import PcaRecipe
 
-_SMALLEST = 1e-12
-"""Of variances, relative to the largest, so that none divides by zero."""
-_FILE_KIND = "principal components"
-"""What files call this kind of codec."""
+_SMALLEST = 1e-12  # of variances, relative to the largest, so that none divides by zero
+_FILE_KIND = "principal components"  # what files call this kind of codec
 _VERSION = 1
 _LARGEST = 1e12
 _ARRAYS = ("wi", "wo", "mean", "components", "variances")
@@ -68,13 +66,9 @@ class PcaCodec(TexelCodec):
 
     def __post_init__(self) -> None:
         n, code_dim = len(self.wi), len(self.variances)
-        for name, shape in (
-            ("wi", (n, 3)),
-            ("wo", (n, 3)),
-            ("mean", (n, 3)),
-            ("variances", (code_dim,)),
-            ("components", (code_dim, n, 3)),
-        ):
+        shapes: dict[str, tuple[int, ...]] = {"wi": (n, 3), "wo": (n, 3), "mean": (n, 3)}
+        shapes |= {"variances": (code_dim,), "components": (code_dim, n, 3)}
+        for name, shape in shapes.items():
             if getattr(self, name).shape != shape or not n or not code_dim:
                 raise ValueError(f"{name} have shape {getattr(self, name).shape}, expected {shape}")
         if not ((self.variances >= 0.0).all() and self.variances.max() > 0.0 and self.noise > 0.0):
@@ -86,16 +80,12 @@ class PcaCodec(TexelCodec):
         return len(self.variances)
 
     def first(self, code_dim: int) -> PcaCodec:
-        """See :meth:`TexelCodec.first`."""
         if not 1 <= code_dim <= self.code_dim:
             raise NacreError(f"there are {self.code_dim} principal components only")
         left_out = float(self.variances[code_dim:].sum()) / self.mean.size
-        return replace(
-            self,
-            components=self.components[:code_dim],
-            variances=self.variances[:code_dim],
-            noise=self.noise + left_out,
-        )
+        components, variances = self.components[:code_dim], self.variances[:code_dim]
+        noise = self.noise + left_out
+        return replace(self, components=components, variances=variances, noise=noise)
 
     def encoder(self, wi: Floats, wo: Floats) -> TexelMap:
         """See :meth:`TexelCodec.encoder`.
@@ -113,10 +103,8 @@ class PcaCodec(TexelCodec):
         shift = mean @ solve
 
         def encode(texels: Floats) -> Floats:
-            if texels.shape[1:] != (len(wi), 3):
-                raise ValueError(f"texels are {texels.shape}, expected (b, {len(wi)}, 3)")
-            codes: Floats = texels.reshape(len(texels), -1) @ solve - shift
-            return codes
+            check_shape("texels", texels, len(wi), 3)
+            return np.asarray(texels.reshape(len(texels), -1) @ solve - shift)
 
         return encode
 
@@ -131,8 +119,7 @@ class PcaCodec(TexelCodec):
         mean, columns = self._at(wi, wo)
 
         def decode(codes: Floats) -> Floats:
-            if codes.shape[1:] != (self.code_dim,):
-                raise ValueError(f"codes are {codes.shape}, expected (b, {self.code_dim})")
+            check_shape("codes", codes, self.code_dim)
             found = codes @ columns
             found += mean
             return np.maximum(found, 0.0, out=found).reshape(len(codes), len(wi), 3)
@@ -155,18 +142,11 @@ class PcaCodec(TexelCodec):
     def pack(self, precision: str | None = "single") -> tuple[dict[str, Any], Tensors]:
         """See :meth:`TexelCodec.pack`; single always."""
         tensors = {name: np.ascontiguousarray(getattr(self, name), np.float32) for name in _ARRAYS}
-        header = {
-            "version": _VERSION,
-            "model": _FILE_KIND,
-            "values": "pi f_r, linear Rec. 709",
-            "noise": float(self.noise),
-            "metadata": self.metadata,
-        }
-        return header, tensors
+        header = {"version": _VERSION, "model": _FILE_KIND, "values": "pi f_r, linear Rec. 709"}
+        return header | {"noise": float(self.noise), "metadata": self.metadata}, tensors
 
     @classmethod
     def unpack(cls, header: dict[str, Any], tensors: Tensors) -> PcaCodec:
-        """See :meth:`TexelCodec.unpack`."""
         check_header(header, _VERSION)
         noise = header["noise"]
         if not isinstance(noise, float) or not 0.0 < noise < _LARGEST:

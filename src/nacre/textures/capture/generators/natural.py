@@ -1,0 +1,149 @@
+"""Leather, wood and stone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.textures.capture.generators.generator import Generator, colors, cover, number, whole
+from nacre.textures.capture.mesostructure import Mesostructure
+from nacre.textures.capture.patterns import (
+    blend,
+    cells,
+    fractal,
+    linear,
+    noise,
+    positions,
+    scattered,
+    smooth_step,
+)
+
+
+@dataclass(frozen=True)
+class Leather(Generator):
+    """Bumps between creases, with pores and wrinkles; lengths are in bumps."""
+
+    bumps: int = whole(12, 3, 40)
+    jitter: float = number(0.9, 0.0, 1.0)
+    crease: float = number(0.25, 0.05, 0.8)
+    depth: float = number(0.2, 0.0, 0.8)
+    wrinkles: float = number(0.1, 0.0, 1.0)
+    grain: float = number(0.015, 0.0, 0.1)
+    pores: float = number(0.0, 0.0, 1.0)
+    palette: tuple[str, ...] = colors("#5b3420", "#7b4a2c")
+    darkening: float = number(0.5, 0.0, 1.0)
+    wear: float = number(0.0, 0.0, 1.0)
+    specular: float = number(0.05, 0.0, 0.6)
+    roughness: float = number(0.3, 0.15, 1.0)
+    tint: float = number(0.0, 0.0, 1.0)
+
+    def build(self, random: np.random.Generator, size: int) -> Mesostructure:
+        found = cells(size, scattered(random, self.bumps, self.jitter))
+        bump = smooth_step(0.0, self.crease, found.margin)
+        levels = random.uniform(-0.15, 0.15, self.bumps**2)[found.index]
+        height = self.depth * (bump * (1.0 + levels) - 0.15 * found.distance**2)
+        height = height + self.wrinkles * 0.3 * fractal(random, size, 0.25 * self.bumps, 3)
+        height = height + self.grain * fractal(random, size, 3.0 * self.bumps, 2, 0.7)
+        pits = cells(size, scattered(random, 3 * self.bumps, 1.0))
+        pit = smooth_step(0.35, 0.1, pits.distance) * self.pores
+        height = height - 0.12 * pit
+        mottling = 0.5 + 0.2 * fractal(random, size, 0.3 * self.bumps, 4)
+        albedo = blend(linear(self.palette), mottling)
+        shade = 1.0 - self.darkening * (1.0 - bump) - 0.4 * pit
+        shade = shade + self.wear * smooth_step(0.6, 1.0, bump) * (noise(random, size, 3.0) > 0.3)
+        rough = self.roughness * (1.0 + 0.6 * (1.0 - bump))
+        albedo = albedo * np.maximum(shade, 0.1)[..., None]
+        return cover(height / self.bumps, albedo, self.specular, rough, tint=self.tint)
+
+
+@dataclass(frozen=True)
+class Wood(Generator):
+    """Annual rings cut lengthwise, along y, with pores; of planks that lie side by side."""
+
+    planks: int = whole(1, 1, 8)
+    gap: float = number(0.01, 0.0, 0.05)
+    rings: int = whole(9, 1, 40)
+    waviness: float = number(0.12, 0.0, 0.6)
+    contrast: float = number(0.8, 0.0, 1.0)
+    palette: tuple[str, ...] = colors("#c79a63", "#8a5a2e")
+    pores: float = number(0.3, 0.0, 1.0)
+    pore_depth: float = number(0.006, 0.0, 0.03)
+    relief: float = number(0.003, 0.0, 0.03)
+    specular: float = number(0.04, 0.0, 0.4)
+    tint: float = number(0.0, 0.0, 1.0)
+    along: float = number(0.4, 0.15, 1.0)
+    across: float = number(0.25, 0.15, 1.0)
+    chatoyance: float = number(0.0, 0.0, 40.0)
+
+    def build(self, random: np.random.Generator, size: int) -> Mesostructure:
+        x, _ = positions(size)
+        plank = np.floor(x * self.planks).astype(int)
+        shift = random.uniform(0.0, 1.0, (self.planks, 2))
+        lightness = 1.0 + 0.15 * random.normal(size=self.planks) * (self.planks > 1)
+        slow = noise(random, size, 2.0, 1.5)
+        fast = noise(random, size, 8.0, 4.0)
+        rows = (np.floor(shift[plank, 1] * size).astype(int) + np.arange(size)[:, None]) % size
+        columns = np.broadcast_to(np.arange(size), (size, size))
+        slow, fast = slow[rows, columns], fast[rows, columns]
+        ring = self.rings * (x + self.waviness * (0.5 * slow + 0.08 * fast)) + shift[plank, 0]
+        ring = ring - np.floor(ring)
+        late = smooth_step(0.1, 0.9, ring) * smooth_step(1.0, 0.93, ring)
+        streaks = noise(random, size, 60.0, 12.0)
+        pore = smooth_step(1.0, 1.5, streaks + 0.7 * (self.pores - 0.5) - 0.4 * late)
+        pore = pore * (self.pores > 0.0)
+        fibres = noise(random, size, 90.0, 20.0)
+        place = self.contrast * late + 0.06 * fibres + 0.08 * fractal(random, size, 2.0, 3)
+        albedo = blend(linear(self.palette), place) * (1.0 - 0.55 * pore)[..., None]
+        edge = np.zeros_like(x)
+        if self.gap > 0.0 and self.planks > 1:
+            side = abs(x * self.planks - plank - 0.5)
+            edge = smooth_step(0.5 - self.gap * self.planks, 0.5, side)
+        albedo = albedo * (lightness[plank] * (1.0 - 0.8 * edge))[..., None]
+        height = self.relief * (late + 0.3 * fibres) - self.pore_depth * pore - 0.02 * edge
+        specular, rough = self.specular * (1.0 - 0.6 * pore), (self.along, self.across)
+        direction = 0.5 * np.pi + np.radians(self.chatoyance) * slow
+        return cover(height, albedo, specular, *rough, direction, self.tint)
+
+
+@dataclass(frozen=True)
+class Stone(Generator):
+    """Rough or polished, of grains of several minerals, with veins, pits and layers."""
+
+    amplitude: float = number(0.01, 0.0, 0.06)
+    frequency: float = number(3.0, 1.0, 20.0)
+    gain: float = number(0.55, 0.2, 0.9)
+    layers: float = number(0.0, 0.0, 1.0)
+    grains: int = whole(30, 4, 60)
+    grain_height: float = number(0.002, 0.0, 0.03)
+    palette: tuple[str, ...] = colors("#8f8a80", "#6b665e", "#b0aa9c")
+    mixing: float = number(0.5, 0.0, 1.0)
+    veins: float = number(0.0, 0.0, 1.0)
+    vein_color: tuple[str, ...] = colors("#e8e4da", max_count=1)
+    pits: float = number(0.0, 0.0, 1.0)
+    specular: float = number(0.04, 0.0, 0.4)
+    roughness: float = number(0.45, 0.15, 1.0)
+    sparkle: float = number(0.0, 0.0, 1.0)
+
+    def build(self, random: np.random.Generator, size: int) -> Mesostructure:
+        shape = fractal(random, size, self.frequency, 6, self.gain)
+        steps = 2.5 * shape
+        stepped = (np.floor(steps) + smooth_step(0.7, 1.0, steps - np.floor(steps))) / 2.5
+        height = self.amplitude * ((1.0 - self.layers) * shape + self.layers * stepped)
+        found = cells(size, scattered(random, self.grains, 1.0))
+        mineral = random.uniform(size=self.grains**2)
+        grain = smooth_step(0.0, 0.5, found.margin) + 0.5 * mineral[found.index]
+        height = height + self.grain_height * grain
+        patches = 0.5 + 0.25 * fractal(random, size, self.frequency, 5, 0.6)
+        place = self.mixing * mineral[found.index] + (1.0 - self.mixing) * patches
+        albedo = blend(linear(self.palette), place)
+        ridge = abs(fractal(random, size, 2.0, 4, 0.5))
+        vein = smooth_step(0.12, 0.02, ridge) * self.veins
+        albedo = albedo * (1.0 - vein[..., None]) + vein[..., None] * linear(self.vein_color)
+        hollow = smooth_step(1.0, 1.6, noise(random, size, 10.0) + self.pits - 0.5)
+        hollow = hollow * (self.pits > 0.0)
+        height = height - 0.03 * hollow
+        albedo = albedo * (1.0 - 0.45 * hollow)[..., None]
+        bright = (mineral > 0.9)[found.index] * self.sparkle
+        rough = self.roughness * (1.0 - 0.4 * bright) + 0.3 * hollow
+        return cover(height, albedo, self.specular + 0.4 * bright, rough)
