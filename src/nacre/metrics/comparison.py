@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.render.environment import Environment
-from nacre.render.lights import DIRECTIONS
+from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights
 
 Image = npt.NDArray[np.float32]
@@ -34,6 +34,8 @@ class LightComparison:
         FLIP error of every pixel in [0, 1], shape (size, size).
     errors
         The figures.
+    source
+        The light itself.
     """
 
     light: str
@@ -41,6 +43,7 @@ class LightComparison:
     other: Image
     flip_map: npt.NDArray[np.floating]
     errors: ImageErrors
+    source: Light
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Comparison:
         Under each light: the environment first, then the directional one.
     angles
         Errors over pairs of directions.
+    materials
+        The reference and what is judged.
     """
 
     truth: str
@@ -64,6 +69,7 @@ class Comparison:
     mask: npt.NDArray[np.bool_]
     lights: tuple[LightComparison, ...]
     angles: AngularErrors
+    materials: tuple[Brdf, Brdf]
 
     def rows(self) -> list[Row]:
         """All figures as a table, in the order in which they should be shown."""
@@ -136,15 +142,16 @@ def compare(
         image, mask = render_sphere(brdf, light, size, progress=report)
         spheres.append(image)
     found = []
-    for name, a, b in zip(lights, spheres[::2], spheres[1::2], strict=True):
+    for (name, light), a, b in zip(lights.items(), spheres[::2], spheres[1::2], strict=True):
         errors, flip_map = image_errors(a, b, mask)
-        found.append(LightComparison(name, a, b, flip_map, errors))
+        found.append(LightComparison(name, a, b, flip_map, errors, light))
     return Comparison(
         truth=truth.name or type(truth).__name__,
         other=other.name or type(other).__name__,
         mask=mask,
         lights=tuple(found),
         angles=angular_errors(truth, other, seed=seed),
+        materials=(truth, other),
     )
 
 
