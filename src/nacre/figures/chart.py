@@ -14,17 +14,21 @@ _GRID = "#e4e4e1"
 
 
 def charts(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
-    """A figure of some inches, and axes side by side in it.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+    """A figure of some inches, and axes side by side in it."""
     figure = require("matplotlib.figure", "plot").Figure(
         (width, height), facecolor="white", layout="constrained"
     )
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def color_of(index: int) -> str:
+    """One of :data:`COLORS`, again from the first after the last."""
+    return COLORS[index % len(COLORS)]
+
+
+def line_style(index: int) -> dict[str, Any]:
+    """How the line of one of several series looks: its color, and dots at its points."""
+    return {"color": color_of(index), "marker": "o", "markersize": 3, "linewidth": 1.2}
 
 
 def _label(value: float, _position: int | None = None) -> str:

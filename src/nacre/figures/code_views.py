@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.figures.page import INK, Page, display_bytes
+from nacre.figures.page import INK, Figure, Page, display_bytes
 from nacre.figures.texel_map import apart
 from nacre.formats import load_brdf
 from nacre.latent.basis import CodedBrdf, LatentBasis
@@ -63,11 +62,6 @@ def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np
 
     Samples per pixel are those of a preview, which is denoised, where `spp` is None. Materials of
     one neural basis share their hidden layers, so that one kernel renders all of them.
-
-    Raises
-    ------
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     return tone_map(render_preview(material, size=size, spp=spp))
 
@@ -75,13 +69,7 @@ def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np
 def strip(
     materials: Sequence[CodedBrdf], size: int, spp: int | None, progress: Progress = silent
 ) -> npt.NDArray[np.uint8]:
-    """Previews of materials side by side, shape (size, size * materials, 3).
-
-    Raises
-    ------
-    MissingExtraError
-        If Mitsuba is not installed.
-    """
+    """Previews of materials side by side, shape (size, size * materials, 3)."""
     pictures = []
     for index, material in enumerate(materials):
         progress("rendering", index, len(materials), "")
@@ -96,7 +84,7 @@ def draw_map(
     highlighted: Collection[str],
     seed: int,
     progress: Progress,
-) -> Any:
+) -> Figure:
     """The t-SNE map of codes, with a sphere for each.
 
     Parameters
@@ -112,17 +100,10 @@ def draw_map(
     progress
         Called as spheres are rendered.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
     Raises
     ------
     NacreError
         If there are too few materials.
-    MissingExtraError
-        If openTSNE or Matplotlib is not installed.
     """
     places = embed([material.code for material in materials], seed)
     light = standard_lights()["environment"]
@@ -138,7 +119,7 @@ def map_figure(
     places: npt.NDArray[np.float64],
     pictures: Sequence[npt.NDArray[np.floating]],
     highlighted: Collection[str] = (),
-) -> Any:
+) -> Figure:
     """Spheres of materials where they are on the map, the highlighted ones ringed in red.
 
     Spheres with their names are moved apart as little as it takes until none covers another.
@@ -153,16 +134,6 @@ def map_figure(
         Spheres in display values, shape (size, size, 3).
     highlighted
         Names.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     ruler = Page(1.0, 1.0)
     widths = [ruler.text_width(ruler.text(0.0, 0.0, name, 8.0)) + _GAP for name in names]

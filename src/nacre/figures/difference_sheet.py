@@ -89,11 +89,6 @@ def difference_sheet(
     -------
     array of shape (height, width, 3)
         sRGB bytes.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     header = _HEADER if any(names) else _STRIP_HEADER
     heights = [row.layout(cell)[1] + _above(row) + _BELOW for row in rows]

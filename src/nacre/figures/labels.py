@@ -40,11 +40,6 @@ def place_labels(
         Least distance of a text from its point, as a fraction of the axes.
     style
         Of the text, as Matplotlib takes it.
-
-    Raises
-    ------
-    MissingExtraError
-        If textalloc or Matplotlib is not installed.
     """
     kept_free = points if obstacles is None else obstacles
     limits = axes.get_xlim(), axes.get_ylim()

@@ -7,7 +7,7 @@ then 1.4 pixels high: nothing is set smaller than 8 points on them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,8 @@ from nacre.errors import printable, require
 from nacre.render.sphere import MARGIN
 
 Bytes = npt.NDArray[np.uint8]
+Figure: TypeAlias = Any
+"""Of Matplotlib: one page."""
 
 DPI = 160
 """Pixels of an inch, where the pictures on a page do not ask for another number."""

@@ -146,8 +146,6 @@ def check_plot_path(path: PathLike) -> Path:
     ------
     FormatError
         If its ending is none of :data:`PLOTS`.
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     path = Path(path)
     if path.suffix.lower() not in PLOTS:

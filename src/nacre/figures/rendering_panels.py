@@ -49,11 +49,6 @@ def rendering_panels(
     ------
     array of shape (height, width, 3)
         sRGB bytes.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     rows = [Row(a, b, difference(a, b)) for a, b in zip(truths, others, strict=True)]
     scale = scale_end(row.error for row in rows)

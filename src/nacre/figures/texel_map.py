@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.color import tone_map
 from nacre.errors import require
-from nacre.figures.page import INK, Page
+from nacre.figures.page import INK, Figure, Page
 from nacre.io.files import PathLike
 from nacre.io.text_file import write_rows
 from nacre.textures.embedding import EmbeddingMap
@@ -34,13 +34,7 @@ def family(name: str) -> str:
 
 
 def family_colors(families: Collection[str]) -> dict[str, Any]:
-    """A color of Matplotlib for each, in the order of their names; the 21st has that of the first.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+    """A color for each, in the order of their names; the 21st has that of the first."""
     names = sorted(set(families))
     known = require("matplotlib", "plot").colormaps["tab10" if len(names) <= 10 else "tab20"].colors
     return {name: known[index % len(known)] for index, name in enumerate(names)}
@@ -83,7 +77,7 @@ def _bare(axes: Any) -> None:
     axes.set_aspect("equal", "datalim")
 
 
-def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = False) -> Any:
+def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = False) -> Figure:
     """A map of texels, each texture named where most of its texels lie.
 
     Parameters
@@ -94,16 +88,6 @@ def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = Fa
         How many of its textures, the last ones, are ringed and named in bold.
     own_colors
         Whether texels are squares of their own colors; otherwise dots of that of the family.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     width = _SIZE if own_colors else _SIZE + _KEY
     page = Page(width, _SIZE, "white")

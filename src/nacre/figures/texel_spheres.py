@@ -10,7 +10,7 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.figures.page import Page
+from nacre.figures.page import Figure, Page
 from nacre.render.sphere import frames, sphere_normals, standard_lights
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 
@@ -60,19 +60,8 @@ def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
     return pictures
 
 
-def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Any:
-    """Spheres in rows, each over its caption; that of the first is bold.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Figure:
+    """Spheres in rows, each over its caption; that of the first is bold."""
     across = min(_ACROSS, len(pictures))
     rows = -(-len(pictures) // across)
     page = Page(across * _SIDE, rows * (_SIDE + _CAPTION), "white")

@@ -47,8 +47,6 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     ------
     NacreError
         If they do not fit.
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     other = matched(truth, other)
     wanted = [nearest_pair(truth, from_degrees(*wi), from_degrees(*wo)) for wi, wo in SHOWN]

@@ -45,11 +45,6 @@ def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
     -------
     array of shape (height, width, 3)
         sRGB bytes.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     panels = [enlarged(tone_map(p), _CELL) for p in reduced_pictures(btf, pairs)]
     tall, wide = (n / DPI for n in panels[0].shape[:2])

@@ -111,10 +111,7 @@ def frames(normals: Floats) -> Floats:
 
 
 def render_sphere(
-    brdf: Brdf,
-    light: Light,
-    size: int = SIZE,
-    progress: Progress | None = None,
+    brdf: Brdf, light: Light, size: int = SIZE, progress: Progress | None = None
 ) -> tuple[Image, Mask]:
     """Picture of a sphere of one material.
 

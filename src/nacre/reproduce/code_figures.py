@@ -20,10 +20,9 @@ _SIDE, _GAP, _NAMES = 1.2, 0.08, 1.4
 class CodeMap(Experiment):
     """The t-SNE map of codes; materials that the basis was not trained on are ringed in red."""
 
-    options = frozenset(("basis", "seed"))
+    heeds: frozenset[str] = frozenset(("basis", "seed"))
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         basis = request.find_basis()
         known = basis.metadata.get("materials")
         if not isinstance(known, list):
@@ -40,10 +39,9 @@ class CodeMap(Experiment):
 class CodeRows(Experiment):
     """A row for every pair of files: the first belongs to the second, the third to the fourth."""
 
-    options = frozenset(("basis", "quick"))
+    heeds: frozenset[str] = frozenset(("basis", "quick"))
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         files, progress = request.files, request.progress
         size, spp = (64, 16) if request.quick else (192, None)
         basis = request.find_basis()

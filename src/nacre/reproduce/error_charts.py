@@ -10,7 +10,7 @@ import numpy as np
 
 from nacre.figures.chart import COLORS, dress
 from nacre.figures.labels import place_labels
-from nacre.figures.page import FAINT, INK, Page
+from nacre.figures.page import FAINT, INK, Figure, Page
 from nacre.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import Summary, summarize
@@ -30,7 +30,7 @@ _LOWEST_PSNR = 60.0
 """What an infinite PSNR is drawn as, in dB."""
 
 
-def error_strips(study: Study, methods: Sequence[str]) -> Any:
+def error_strips(study: Study, methods: Sequence[str]) -> Figure:
     """1 - SSIM of every material, a dot each, in a row for each method; a panel for each light.
 
     A bar is the mean; the worst material is named. Rows come by their mean under the first light.
@@ -41,16 +41,6 @@ def error_strips(study: Study, methods: Sequence[str]) -> Any:
         With trials of the methods; those without any are left out.
     methods
         Names.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     found = [method for method in methods if study.of(method)]
     found.sort(key=lambda method: summarize(study.of(method), f"{LIGHTS[0]} SSIM").mean)
@@ -83,7 +73,7 @@ def _strip(axes: Any, study: Study, methods: Sequence[str], light: str) -> None:
     axes.set_ylim(-0.7, len(methods) - 0.3)
 
 
-def size_plot(study: Study, methods: Sequence[str], light: str) -> Any:
+def size_plot(study: Study, methods: Sequence[str], light: str) -> Figure:
     """Mean SSIM and PSNR of every method against its bytes.
 
     Networks of several sizes are joined by a line. Thin bars are standard deviations over
@@ -97,11 +87,6 @@ def size_plot(study: Study, methods: Sequence[str], light: str) -> Any:
         Names.
     light
         One of :data:`nacre.reproduce.trial.LIGHTS`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
 
     Raises
     ------

@@ -34,11 +34,6 @@ def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
     -------
     dict of matplotlib.figure.Figure
         By the names of the materials.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     pages = {}
     for material in study.materials:

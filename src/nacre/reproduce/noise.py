@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.brdf import Brdf, Sampler
+from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
@@ -69,11 +69,6 @@ class Convergence:
     seconds: Sequence[float]
     errors: Mapping[str, Sequence[float]]
     picture: Picture
-
-
-def resampled(brdf: Brdf, sampler: Sampler) -> Brdf:
-    """The same reflectance with another sampler."""
-    return brdf.replaced(sampler=sampler)
 
 
 def reference(

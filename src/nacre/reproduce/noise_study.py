@@ -18,11 +18,8 @@ from nacre.reproduce.noise import (
     Picture,
     converge,
     reference,
-    resampled,
 )
 from nacre.runtime.progress import Progress
-
-Samplers = Mapping[str, Callable[[Brdf], Sampler]]
 
 
 @dataclass
@@ -49,7 +46,7 @@ class NoiseStudy:
         return np.asarray(np.mean(values, axis=0))
 
     def seconds(self, sampler: str) -> Floats:
-        """Mean seconds over the pictures at each count of samples."""
+        """The same of seconds."""
         values = [self.found[name, sampler].seconds for name in self.references]
         return np.asarray(np.mean(values, axis=0))
 
@@ -57,7 +54,7 @@ class NoiseStudy:
 def run_noise(
     describe: Describe,
     groups: Mapping[str, Sequence[Brdf]],
-    samplers: Samplers,
+    samplers: Mapping[str, Callable[[Brdf], Sampler]],
     settings: NoiseSettings,
     cache: Cache,
     progress: Progress,
@@ -111,7 +108,7 @@ def run_noise(
             key = cache_key("noise", [*facts, sampler, *([other] if other else [])])
             found = _find(cache, key, len(settings.counts))
             if found is None:
-                sampled = [resampled(brdf, make(brdf)) for brdf in brdfs]
+                sampled = [brdf.replaced(sampler=make(brdf)) for brdf in brdfs]
                 found = converge(describe, sampled, truth, settings, step(f"{name}, {sampler}"))
                 errors = {measure: np.asarray(v) for measure, v in found.errors.items()}
                 cache.keep(key, {"picture": found.picture, "seconds": found.seconds, **errors})

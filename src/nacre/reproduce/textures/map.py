@@ -38,8 +38,6 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
     ------
     NacreError
         If a codec cannot be made or each material has its own, or there are too few materials.
-    MissingExtraError
-        If openTSNE or Matplotlib is not installed.
     """
     materials = sorted([*study.training, *study.unseen], key=lambda m: (m.family, m.name))
     rows: list[Sequence[object]] = []

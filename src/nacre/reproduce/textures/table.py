@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from nacre.figures.chart import COLORS, charts, dress
+from nacre.figures.chart import COLORS, charts, color_of, dress
+from nacre.figures.page import Figure
 from nacre.reproduce.experiment import Outcome
 from nacre.reproduce.tables import markdown_table
 from nacre.reproduce.textures.methods import Method
@@ -67,19 +67,8 @@ def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]])
     return markdown_table(["MSE x 10⁴", *names, "geometric mean"], lines)
 
 
-def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> Any:
-    """The same as markers over the materials.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> Figure:
+    """The same as markers over the materials."""
     figure, (axes,) = charts(1, 1.6 + 1.1 * (len(names) + 1), 4.5)
     for index, (method, errors) in enumerate(series.items()):
         places = [k for k, name in enumerate(names) if name in errors]
@@ -93,7 +82,7 @@ def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) 
             values,
             s=26,
             marker=_MARKERS[index // len(COLORS) % len(_MARKERS)],
-            color=COLORS[index % len(COLORS)],
+            color=color_of(index),
             label=method,
         )
     for edge in range(len(names)):
