@@ -73,18 +73,13 @@ class Comparison:
 
     def rows(self) -> list[Row]:
         """All figures as a table, in the order in which they should be shown."""
-        table: list[Row] = []
-        for item in self.lights:
-            errors = item.errors
-            table += [
-                (item.light, "SSIM", errors.ssim),
-                (item.light, "PSNR (dB)", errors.psnr),
-                (item.light, "MAE", errors.mae),
-                (item.light, "RMSE", errors.rmse),
-                (item.light, "FLIP", errors.flip),
-            ]
+        measures = ("SSIM", "PSNR (dB)", "MAE", "RMSE", "FLIP")
         return [
-            *table,
+            *(
+                (item.light, measure, getattr(item.errors, measure.split()[0].lower()))
+                for item in self.lights
+                for measure in measures
+            ),
             ("angles", "log-cosine error", self.angles.log_cosine),
             ("angles", "log-cosine error, 95th percentile", self.angles.log_cosine_p95),
             ("angles", "relative error, median", self.angles.relative_median),
@@ -133,18 +128,19 @@ def compare(
     1.0
     """
     lights = standard_lights(environment, directions)
-    work = [(light, brdf) for light in lights.values() for brdf in (truth, other)]
-    costs = np.array([light.count for light, _ in work], float)
-    ends = np.cumsum(costs) / costs.sum()
-    spheres, mask = [], np.zeros((size, size), bool)
-    for (light, brdf), end, cost in zip(work, ends, costs / costs.sum(), strict=True):
-        report = None if progress is None else _part(progress, end - cost, cost)
-        image, mask = render_sphere(brdf, light, size, progress=report)
-        spheres.append(image)
-    found = []
-    for (name, light), a, b in zip(lights.items(), spheres[::2], spheres[1::2], strict=True):
-        errors, flip_map = image_errors(a, b, mask)
-        found.append(LightComparison(name, a, b, flip_map, errors, light))
+    total, done = 2 * sum(light.count for light in lights.values()), 0
+    found, mask = [], np.zeros((size, size), bool)
+    for name, light in lights.items():
+        images = []
+        for brdf in (truth, other):
+            report = (
+                None if progress is None else _part(progress, done / total, light.count / total)
+            )
+            image, mask = render_sphere(brdf, light, size, progress=report)
+            images.append(image)
+            done += light.count
+        errors, flip_map = image_errors(*images, mask)
+        found.append(LightComparison(name, *images, flip_map, errors, light))
     return Comparison(
         truth=truth.name or type(truth).__name__,
         other=other.name or type(other).__name__,

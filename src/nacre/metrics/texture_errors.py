@@ -72,13 +72,7 @@ class Errors:
 
 
 class ErrorSums:
-    """Adds up errors of parts of a texture.
-
-    Parameters
-    ----------
-    sums
-        Those of an earlier one, to go on from.
-    """
+    """Adds up errors of parts of a texture, on from the sums of an earlier one."""
 
     def __init__(self, sums: npt.NDArray[np.float64] | None = None) -> None:
         self.sums = np.zeros((_BINS, 4)) if sums is None else sums.copy()

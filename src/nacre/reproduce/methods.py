@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, astuple, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,19 +57,8 @@ def methods(
 ) -> dict[str, Method]:
     """Every method by name.
 
-    Parameters
-    ----------
-    settings
-        Of the fits.
-    published
-        Folders of networks that others fitted, each under the name of its material.
-    basis
-        Principal components, of other materials, see :class:`nacre.latent.PcaBasis`.
-
-    Raises
-    ------
-    FormatError
-        If the basis cannot be read.
+    Networks in the folders `published` have the names of their materials; `basis` is of principal
+    components of other materials (:class:`nacre.latent.PcaBasis`).
     """
     recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
     enhanced = replace(recipe, inputs=ENHANCED)
@@ -127,19 +115,14 @@ def _network(about: str, recipe: Recipe) -> Method:
 
 
 def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: float) -> Method:
-    options = {"gain": gain, "seed": settings.seed}
-    return Method(
-        about,
-        partial(_fit_model, model=model, options=options),
-        "analytic",
-        {"model": model.model, **options},
-    )
+    options: dict[str, Any] = {"gain": gain, "seed": settings.seed}
 
+    def fit_model(brdf: Brdf) -> Brdf:
+        if brdf.isotropic and model is AnisotropicGgx:
+            raise UnavailableError("is for anisotropic materials; on isotropic ones it is ggx")
+        return analytic.fit(brdf, model, **options)
 
-def _fit_model(brdf: Brdf, model: type[AnalyticBrdf], options: dict[str, Any]) -> Brdf:
-    if brdf.isotropic and model is AnisotropicGgx:
-        raise UnavailableError("is for anisotropic materials; on isotropic ones it is ggx")
-    return analytic.fit(brdf, model, **options)
+    return Method(about, fit_model, "analytic", {"model": model.model, **options})
 
 
 def _published(folders: tuple[Path, ...]) -> Method:
@@ -151,11 +134,9 @@ def _published(folders: tuple[Path, ...]) -> Method:
         raise UnavailableError(f"no published network {name} in the folders given")
 
     about = "network that the authors published, hidden layers 21-21"
-    known = {  # of two folders with one name the first counts
-        path.name: digest(path)
-        for folder in reversed(folders)
-        for path in sorted(folder.glob("*.h5"))
-    }
+    # Of two folders with one name the first counts.
+    files = [path for folder in reversed(folders) for path in sorted(folder.glob("*.h5"))]
+    known = {path.name: digest(path) for path in files}
     return Method(about, find, "network", {"networks": known})
 
 

@@ -24,17 +24,7 @@ from nacre.runtime.progress import Progress
 
 @dataclass
 class NoiseStudy:
-    """What came of a scene.
-
-    Parameters
-    ----------
-    settings
-        Of the pictures.
-    references
-        Converged pictures, by what is shown in them.
-    found
-        By what is shown, and sampler.
-    """
+    """What came of a scene: converged pictures by what they show, and others by sampler, too."""
 
     settings: NoiseSettings
     references: dict[str, Picture] = field(default_factory=dict)
@@ -71,12 +61,6 @@ def run_noise(
         The materials of each picture, by its name.
     samplers
         What gives a material its sampler, by name. References use the material's own.
-    settings
-        Of the pictures.
-    cache
-        Where finished pictures are kept.
-    progress
-        Called as the work goes on.
     fingerprints
         By the name of a sampler, what else than the material and the code decides it.
     """

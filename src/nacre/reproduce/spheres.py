@@ -45,7 +45,7 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
     list of matplotlib.figure.Figure
         A page for each :data:`ROWS` materials.
     """
-    columns = [TRUTH, *(m for m in methods if study.of(m))]
+    columns = [TRUTH, *study.tried(methods)]
     materials = [m for m in study.materials if (m, TRUTH) in study.trials]
     pages = [materials[i : i + ROWS] for i in range(0, len(materials), ROWS)]
     return [_page(study, columns, page, light) for page in pages]
@@ -93,7 +93,7 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
         Maps in a row.
     """
     figure = f"{light} SSIM"
-    found = {m: summarize(study.of(m), figure) for m in methods if study.of(m)}
+    found = {m: summarize(study.of(m), figure) for m in study.tried(methods)}
     order = sorted(found, key=lambda method: -found[method].mean)
     columns = min(columns, len(order))
     cell = _SIDE + 3 * _GAP, _SIDE + 0.85

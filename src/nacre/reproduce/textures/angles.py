@@ -24,13 +24,7 @@ _SAMPLINGS = (*FRACTIONS, LOW_VIEWS, AT_HELD_OUT, APART)
 
 
 def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Losses of texels of unseen materials that are coded from some of their pairs.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made.
-    """
+    """Losses of texels of unseen materials that are coded from some of their pairs."""
     rows: list[Sequence[object]] = []
     lines: list[list[str]] = []
     curves: dict[str, list[_Point]] = {}

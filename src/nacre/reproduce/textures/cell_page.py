@@ -32,9 +32,7 @@ class Cell:
     @property
     def caption(self) -> str:
         """The errors."""
-        if self.mse is None:
-            return ""
-        return f"{scaled(self.mse)} (all {scaled(self.whole)})"
+        return "" if self.mse is None else f"{scaled(self.mse)} (all {scaled(self.whole)})"
 
 
 def cell_page(
@@ -45,20 +43,9 @@ def cell_page(
     side: float = _SIDE,
     exposed: bool = False,
 ) -> Any:
-    """Pictures of materials in rows.
+    """Pictures of materials in rows, `side` inches wide each, below heads: one is :data:`TRUTH`.
 
-    Parameters
-    ----------
-    heads
-        Titles of columns, one of them :data:`TRUTH`.
-    names
-        Of the materials.
-    lines
-        A row of pictures of each.
-    side
-        Edge of a picture in inches.
-    exposed
-        Whether 1 is white; else each row is as bright as shows the truth well.
+    Where `exposed`, 1 is white; else each row is as bright as shows the truth well.
     """
     across, down = side + _GAP, side + _CAPTION
     page = Page(_NAMES + len(heads) * across, _HEAD + len(lines) * down + _GAP)

@@ -25,13 +25,7 @@ _SAMPLED = 8
 
 @dataclass(frozen=True)
 class Material:
-    """A texture in a file.
-
-    Parameters
-    ----------
-    path
-        Of the file or folder.
-    """
+    """A texture in a file or folder."""
 
     path: Path
 
@@ -97,14 +91,7 @@ def collect(paths: Sequence[Path]) -> list[Material]:
 def separate(
     materials: Sequence[Material], unseen: Sequence[str] = ()
 ) -> tuple[list[Material], list[Material]]:
-    """Materials for training, and unseen ones.
-
-    Parameters
-    ----------
-    materials
-        All.
-    unseen
-        Names; where there are none, those that end in :data:`UNSEEN`.
+    """Materials for training, and unseen ones: those named, or that end in :data:`UNSEEN`.
 
     Raises
     ------
@@ -112,9 +99,8 @@ def separate(
         If there are none of either, or a name is unknown.
     """
     known = {material.name for material in materials}
-    for name in unseen:
-        if name not in known:
-            raise NacreError(f"{name}: is none of the textures ({', '.join(sorted(known))})")
+    if unknown := [name for name in unseen if name not in known]:
+        raise NacreError(f"{unknown[0]}: is none of the textures ({', '.join(sorted(known))})")
     kept = set(unseen) or {name for name in known if name.endswith(UNSEEN)}
     training = [m for m in materials if m.name not in kept]
     if not kept:

@@ -49,14 +49,8 @@ class Study:
         Further unseen ones, of any directions.
     again
         Second measurements of unseen ones, by the same names.
-    settings
-        Efforts.
-    cache
-        Where codecs and results are kept.
     texels
         Of each texture, at which errors are found; None for all.
-    progress
-        Called as the work goes on.
     """
 
     training: Sequence[Material]
@@ -80,14 +74,7 @@ class Study:
     ) -> Errors | None:
         """Errors of the texels of a material; None where the method is not for its directions.
 
-        Parameters
-        ----------
-        method, material
-            What is coded, and how.
-        sampling
-            From which pairs of directions.
-        texels
-            How many random texels are compared; the study's number where None.
+        As many random texels are compared as is said here, or in the study.
 
         Raises
         ------

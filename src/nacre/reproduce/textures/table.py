@@ -51,12 +51,7 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
 def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> str:
     """Mean squared errors times ten thousand, a line a method, and their geometric mean.
 
-    Parameters
-    ----------
-    names
-        Of the materials.
-    series
-        Errors by method and material. The mean is left out where some are missing.
+    `series` has errors by method and material; the mean is left out where some are missing.
     """
     lines = []
     for method, errors in series.items():

@@ -36,24 +36,12 @@ Pictures: TypeAlias = Callable[[Material, Method | None], Floats | None]
 
 
 def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Unseen textures and what each method makes of them.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made.
-    """
+    """Unseen textures and what each method makes of them."""
     return _by_method(study, methods, study.unseen, partial(_texture, study, "fig4"))
 
 
 def fig5(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Cylinders of unseen textures, path-traced, and of what each method makes of them.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made, or Mitsuba is not there.
-    """
+    """Cylinders of unseen textures, path-traced, and of what each method makes of them."""
     return _by_method(study, methods, study.unseen, study.rendering, side=_RENDERED, exposed=True)
 
 
@@ -63,7 +51,7 @@ def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
     Raises
     ------
     NacreError
-        If there are none, or a codec cannot be made.
+        If there are none.
     """
     if not study.others:
         raise NacreError("there are no textures unlike those of the training; give --other FOLDER")
@@ -97,20 +85,15 @@ def _by_method(
                 whole.setdefault(method.name, {})[material.name] = cell.whole
         lines.append(line)
     heads = [TRUTH, *(method.name for method in methods)]
-    page = cell_page(heads, [material.name for material in materials], lines, **options)
+    names = [material.name for material in materials]
+    page = cell_page(heads, names, lines, **options)
     columns = ("material", "method", "mse of the picture", "mse of all pairs")
-    table = error_table([material.name for material in materials], whole)
+    table = error_table(names, whole)
     return Outcome({"": page}, columns, rows, table)
 
 
 def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Unseen textures that are coded from some of their pairs, a page a method.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made.
-    """
+    """Unseen textures that are coded from some of their pairs, a page a method."""
     rows: list[Sequence[object]] = []
     pages: dict[str, Any] = {}
     table: list[list[str]] = []
