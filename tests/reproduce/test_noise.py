@@ -11,9 +11,8 @@ from nacre.brdf import CosineSampler
 from nacre.render.kitchen import SLOTS, describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.cache import Cache
-from nacre.reproduce.noise import NoiseSettings, errors
+from nacre.reproduce.noise import NoiseSettings, errors, run_noise
 from nacre.reproduce.noise_figures import equal_time, noise_table
-from nacre.reproduce.noise_study import run_noise
 from nacre.sampling import BlinnPhongMixture
 from tests.reflectances import Glossy
 

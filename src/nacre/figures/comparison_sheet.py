@@ -42,17 +42,12 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     MissingExtraError
         If Matplotlib is not installed.
     """
-    rows = [
-        Row(
-            _smooth(item.truth, comparison.materials[0], item.source),
-            _smooth(item.other, comparison.materials[1], item.source),
-            item.flip_map,
-            _NAMES.get(item.light, item.light),
-            _figures(item),
-            sphere=True,
-        )
-        for item in comparison.lights
-    ]
+    rows = []
+    for item in comparison.lights:
+        pictures = zip((item.truth, item.other), comparison.materials, strict=True)
+        drawn = [_smooth(image, brdf, item.source) for image, brdf in pictures]
+        label = _NAMES.get(item.light, item.light)
+        rows.append(Row(*drawn, item.flip_map, label, _figures(item), sphere=True))
     maps = [item.flip_map[comparison.mask] for item in comparison.lights]
     if views is not None:
         first, second = (tone_map(view) for view in views)

@@ -83,13 +83,9 @@ class Page:
         """Axes without a frame, whose edges lie between pixels."""
         dpi = self.figure.dpi
         left, right, top, bottom = (round(v * dpi) for v in (x, x + width, y, y + height))
-        box = (
-            left / self.size[0],
-            1.0 - bottom / self.size[1],
-            (right - left) / self.size[0],
-            (bottom - top) / self.size[1],
-        )
-        axes = self.figure.add_axes(box)
+        across, down = self.size
+        place = left / across, 1.0 - bottom / down
+        axes = self.figure.add_axes((*place, (right - left) / across, (bottom - top) / down))
         axes.set_axis_off()
         return axes
 
@@ -98,14 +94,7 @@ class Page:
     ) -> Any:
         """A picture of display values in [0, 1], shape (height, width, 3 or 4), in a box.
 
-        Parameters
-        ----------
-        x, y, width, height
-            The box, in inches.
-        pixels
-            The picture.
-        smooth
-            Whether it is interpolated where it is enlarged.
+        If `smooth`, it is interpolated where it is enlarged.
         """
         axes = self.axes(x, y, width, height)
         axes.imshow(
@@ -119,22 +108,15 @@ class Page:
     def sphere(self, x: float, y: float, side: float, pixels: Floats) -> None:
         """A picture of a sphere (:mod:`nacre.render.sphere`) in display values, cut out smoothly.
 
-        Parameters
-        ----------
-        x, y, side
-            The square box, in inches.
-        pixels
-            Shape (size, size, 3); what lies outside the sphere is not shown.
+        Its shape is (size, size, 3), and its box a square; what is outside the sphere is not shown.
         """
         size = len(pixels)
         # Colors just inside the rim continue outwards, so that enlarging mixes in no background.
         axis = np.arange(size) + 0.5 - 0.5 * size
         inside = 0.5 * size * (1.0 - MARGIN)
         shrink = np.minimum(1.0, (inside - 1.0) / np.hypot(axis, axis[:, None]))
-        rows, columns = (
-            np.floor(a * shrink + 0.5 * size).astype(int) for a in (axis[:, None], axis[None, :])
-        )
-        axes = self.image(x, y, side, side, pixels[rows, columns])
+        rows = np.floor(axis[:, None] * shrink + 0.5 * size).astype(int)
+        axes = self.image(x, y, side, side, pixels[rows, rows.T])
         patches = require("matplotlib.patches", "plot")
         middle = 0.5 * size - 0.5
         rim = patches.Circle((middle, middle), inside, transform=axes.transData)

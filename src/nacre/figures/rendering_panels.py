@@ -31,24 +31,11 @@ def rendering_panels(
     names: tuple[str, str] = ("truth", "other"),
     note: str = "",
 ) -> Iterator[Bytes]:
-    """Draw renderings of one scene, or of each of its frames, beside those of a reference.
+    """Draw linear renderings of one scene, or of its frames, beside those of a reference, as bytes.
 
     From left to right the reference, the model, and :func:`difference`, whose color scale is the
     same in all frames. Small renderings are enlarged without smoothing, others keep their pixels.
-
-    Parameters
-    ----------
-    truths, others
-        Linear Rec. 709 RGB, each of shape (height, width, 3); 1 is white.
-    names
-        What they are called.
-    note
-        A line of figures, below.
-
-    Yields
-    ------
-    array of shape (height, width, 3)
-        sRGB bytes.
+    Below is a note, a line of figures.
     """
     rows = [Row(a, b, difference(a, b)) for a, b in zip(truths, others, strict=True)]
     scale = scale_end(row.error for row in rows)

@@ -45,18 +45,7 @@ def scatter_families(
 ) -> None:
     """Draw points on axes in the colors of their families; larger ones with a ring if so marked.
 
-    Parameters
-    ----------
-    axes
-        Of Matplotlib; gets a label for each family.
-    places
-        Shape (n, 2).
-    families
-        Of each point.
-    ringed
-        Which points have rings, shape (n,).
-    size
-        Of points, in square points.
+    Places have shape (n, 2), sizes are square points; each family gets a label.
     """
     of = np.array(families)
     for name, color in family_colors(families).items():
@@ -115,11 +104,9 @@ def write_table(chart: EmbeddingMap, path: PathLike) -> None:
     rows: list[list[object]] = [
         ["texture", "family", "column", "row", "x", "y", "red", "green", "blue"]
     ]
-    for name, texel, place, color in zip(
-        chart.labels, chart.xy, chart.places, chart.colors, strict=True
-    ):
-        numbers = [f"{v:.6g}" for v in (*place, *color)]
-        rows.append([name, family(name), *(int(v) for v in texel), *numbers])
+    numbers = np.hstack([chart.places, chart.colors])
+    for name, texel, values in zip(chart.labels, chart.xy, numbers, strict=True):
+        rows.append([name, family(name), *map(int, texel), *(f"{v:.6g}" for v in values)])
     write_rows(rows, path)
 
 
@@ -158,12 +145,9 @@ def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
         fresh = index >= len(chart.names) - new
         x, y = axes.transData.transform(middle(chart.places[chart.texture == index])) / dpi
         anchors.append((x, page.height - y))
-        style: dict[str, Any] = {
-            "weight": "bold" if fresh else "normal",
-            "ha": "center",
-            "va": "center",
-        }
-        texts.append(page.text(*anchors[-1], name, size, path_effects=halo, zorder=5, **style))
+        style = {"ha": "center", "va": "center", "path_effects": halo, "zorder": 5}
+        weight = "bold" if fresh else "normal"
+        texts.append(page.text(*anchors[-1], name, size, weight=weight, **style))
     boxes = [text.get_window_extent() for text in texts]
     sizes = np.array([(box.width, box.height) for box in boxes]) / dpi
     bounds = np.array([[0.0, 0.0], [_SIZE, page.height]])
@@ -175,19 +159,10 @@ def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
 
 
 def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
-    """Centers of boxes moved as little as it takes until none lies over another.
+    """Centers of boxes, shape (n, 2), moved as little as it takes until none lies over another.
 
-    Parameters
-    ----------
-    centers, sizes
-        Of the boxes, shape (n, 2).
-    bounds
-        Lower and upper corner of what they must lie in, shape (2, 2).
-
-    Returns
-    -------
-    array of shape (n, 2)
-        Where there is too little room some may still touch.
+    They stay between a lower and an upper corner, shape (2, 2); where there is too little room
+    some may still touch.
     """
     shaken: Places = 1e-4 * sizes.mean() * np.random.default_rng(0).standard_normal(centers.shape)
     found: Places = centers + shaken

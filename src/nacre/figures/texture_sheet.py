@@ -23,25 +23,15 @@ SHOWN = (
 
 
 def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "other")) -> Bytes:
-    """Draw two textures at the measured pairs of directions nearest to :data:`SHOWN`.
+    """Draw two textures at the measured pairs of directions nearest to :data:`SHOWN`, as bytes.
+
+    They are those that :func:`nacre.metrics.texture_comparison.matched` takes.
 
     Columns are the reference, the model, and the largest absolute difference of the channels.
     Pictures of more than 384 pixels a side are reduced by means over squares of pixels; small ones
     are enlarged without smoothing. No pair is shown twice. Each row has an exposure of its own, so
     that the brightest texels of the reference but one in a hundred are white; differences are
     relative to the same white.
-
-    Parameters
-    ----------
-    truth, other
-        Textures that :func:`nacre.metrics.texture_comparison.matched` takes: reference and model.
-    names
-        What they are called.
-
-    Returns
-    -------
-    array of shape (height, width, 3)
-        sRGB bytes.
 
     Raises
     ------

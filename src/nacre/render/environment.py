@@ -123,22 +123,13 @@ def sphere_mean(pixels: Floats) -> Floats:
 def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
     """Directions of the pixel centers of a map, and the solid angles of the pixels.
 
-    Returns
-    -------
-    directions
-        Unit vectors, shape (height, width, 3).
-    solid_angles
-        Of each pixel of a row in sr, shape (height,); the first and last rows are half as high as
-        the others. They sum to 4 pi over all pixels.
+    Unit vectors of shape (height, width, 3), and of each pixel of a row in sr, shape (height,): the
+    first and last rows are half as high as the others, and all pixels have 4 pi together.
     """
     theta = (np.arange(height) * (math.pi / (height - 1)))[:, None]
     phi = ((np.arange(width) + 0.5) * (2.0 * math.pi / width))[None, :]
-    directions = np.stack(
-        np.broadcast_arrays(
-            np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)
-        ),
-        axis=-1,
-    )
+    parts = np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)
+    directions = np.stack(np.broadcast_arrays(*parts), axis=-1)
     return directions, -np.diff(row_edges(height)) * (2.0 * math.pi / width)
 
 
@@ -181,8 +172,5 @@ def load_environment(path: PathLike) -> Environment:
     except MemoryError as error:
         raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:
-        raise FormatError(f"{path}: not a usable environment: {_last_line(error)}") from error
-
-
-def _last_line(error: Exception) -> str:
-    return str(error).strip().rpartition("\n")[2]
+        last_line = str(error).strip().rpartition("\n")[2]
+        raise FormatError(f"{path}: not a usable environment: {last_line}") from error

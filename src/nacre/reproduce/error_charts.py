@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.figures.chart import COLORS, dress
-from nacre.figures.labels import place_labels
+from nacre.figures.chart import COLORS, dress, place_labels
 from nacre.figures.page import FAINT, INK, Figure, Page
 from nacre.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre.reproduce.study import Study

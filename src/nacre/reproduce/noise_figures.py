@@ -17,8 +17,7 @@ from nacre.formats import load_brdf
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.experiment import Experiment, Outcome, Request
-from nacre.reproduce.noise import MEASURES, Describe, NoiseSettings
-from nacre.reproduce.noise_study import NoiseStudy, run_noise
+from nacre.reproduce.noise import MEASURES, Describe, NoiseSettings, NoiseStudy, run_noise
 from nacre.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS, find_sampler
 from nacre.reproduce.tables import markdown_table
 

@@ -194,8 +194,8 @@ def with_times(study: Study, chosen: Sequence[str], progress: Progress) -> Study
         report = named(progress, material)
         results = race(scenes, _GGX, rounds=_ROUNDS, spp=_SPP, progress=report)
         for method in found:
-            values = (results[method].seconds / paths, 1.0 / results[method].ratio)
-            figures = dict(zip(TIMES, values, strict=True))
+            seconds, ratio = results[method]
+            figures = dict(zip(TIMES, (seconds / paths, 1.0 / ratio), strict=True))
             trials[material, method] = replace(study.trials[material, method], figures=figures)
     return replace(study, trials=trials)
 

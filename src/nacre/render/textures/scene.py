@@ -13,7 +13,17 @@ from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
-from nacre.render.scene import camera, check_name, emitter, floor, matte
+from nacre.render.scene import (
+    camera,
+    check_name,
+    directional,
+    emitter,
+    floor,
+    matte,
+    path_traced,
+    rgb,
+    upright_sphere,
+)
 
 Geometry = Literal["cylinder", "sphere", "plane", "ground"]
 LightName = Literal["environment", "directional", "point"]
@@ -105,9 +115,7 @@ def describe_texture_scene(
     check_name("light", light, LIGHTS)
     mi = mitsuba()
     return {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 6},
-        "sensor": camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], _FIELD, size, fov_axis="smaller"),
+        **path_traced(6, camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], _FIELD, size, "smaller")),
         "light": _light(mi, light, angle, environment),
         **({"floor": floor(mi)} if standing and geometry != "ground" else {}),
         **_object(mi, geometry, bsdf),
@@ -142,23 +150,15 @@ def _light(mi: Any, light: str, angle: float, environment: Environment | None) -
         return emitter(mi, light, environment)
     toward = light_direction(angle)
     if light == "directional":
-        return {
-            "type": "directional",
-            "direction": [-x for x in toward],
-            "irradiance": {"type": "rgb", "value": math.pi},
-        }
-    return {
-        "type": "point",
-        "position": point_position(toward),
-        "intensity": {"type": "rgb", "value": math.pi * _DISTANCE**2},
-    }
+        return directional(toward)
+    intensity = rgb(math.pi * _DISTANCE**2)
+    return {"type": "point", "position": point_position(toward), "intensity": intensity}
 
 
 def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
     place = mi.ScalarTransform4f()
     if geometry == "sphere":
-        upright = place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
-        return {"object": {"type": "sphere", "to_world": upright, "bsdf": bsdf}}
+        return {"object": upright_sphere(mi, bsdf)}
     if geometry == "plane":
         lying = place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE)
         return {"object": {"type": "rectangle", "to_world": lying, "bsdf": bsdf}}

@@ -10,9 +10,8 @@ import numpy.typing as npt
 
 from nacre.figures.chart import charts, color_of, dress, line_style
 from nacre.reproduce.experiment import Outcome
-from nacre.reproduce.tables import markdown_table
+from nacre.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.numbers import geometric_mean, scaled
 from nacre.reproduce.textures.sampling import APART, AT_HELD_OUT, FRACTIONS, LOW_VIEWS, Sampling
 from nacre.reproduce.textures.study import Study
 

@@ -158,19 +158,11 @@ def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
     return PcaRecipe(values, settings.texels, seed=settings.seed)
 
 
-def _find_components(method: Method, run: TrainingRun, recipe: PcaRecipe) -> TexelCodec:
-    return find_components(run.textures, recipe, run.progress, min_count=1)
-
-
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
     try:
         return replace(settings.basis, code_dim=method.code_dim, seed=settings.seed)
     except ValueError as error:
         raise NacreError(f"{method.name}: {error}") from error
-
-
-def _train_basis(method: Method, run: TrainingRun, recipe: BasisRecipe) -> TexelCodec:
-    return CODECS["basis"].train(run, recipe)
 
 
 _CHOICES = (
@@ -179,14 +171,22 @@ _CHOICES = (
     *("numerics/channels.py", "numerics/pca.py"),
 )
 _NETWORK = _network_recipe, _train_network, ("textures/codecs/networks/*.py",)
-_PCA = _pca_recipe, _find_components, ("textures/codecs/principal/*.py", *_CHOICES)
-_BASIS = "textures/codecs/basis/*.py", "numerics/mlp.py", *_CHOICES
+_PCA = (
+    _pca_recipe,
+    lambda _, run, recipe: find_components(run.textures, recipe, run.progress, min_count=1),
+    ("textures/codecs/principal/*.py", *_CHOICES),
+)
 KINDS: Mapping[str, Kind] = {
     "unified": Kind("network of Rainer et al. 2020 for all textures", *_NETWORK),
     "custom": Kind("network of Rainer et al. 2019, one a material", *_NETWORK, own=True),
     "custom-all": Kind("network of Rainer et al. 2019 for all textures", *_NETWORK),
     "pca": Kind("principal components of all textures", *_PCA),
     "pca-own": Kind("principal components of the material's own texels", *_PCA, own=True),
-    "basis": Kind("nacre's own codec", _basis_recipe, _train_basis, _BASIS),
+    "basis": Kind(
+        "nacre's own codec",
+        _basis_recipe,
+        lambda _, run, recipe: CODECS["basis"].train(run, recipe),
+        ("textures/codecs/basis/*.py", "numerics/mlp.py", *_CHOICES),
+    ),
 }
 """Every kind of method by name."""

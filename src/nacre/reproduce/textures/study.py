@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
-from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.reproduce.cache import Cache, cache_key, module_digest
 from nacre.reproduce.textures import trial
@@ -83,58 +83,34 @@ class Study:
         NacreError
             If a codec cannot be made.
         """
-        texels, seed = texels or self.texels, self.settings.seed
-        report = named(self.progress, f"{method.name}, {material.name}")
-
-        def make(texture: Btf, codec: TexelCodec) -> Floats:
-            found = trial.errors(texture, codec, sampling, texels, seed, report)
-            return np.stack([found.squares, found.logarithms])
-
-        facts = ["errors", asdict(sampling), texels, seed]
-        found = self._result(method, material, facts, make)
+        make = partial(trial.errors, progress=self._report(method, material))
+        found = self._result("errors", make, method, material, sampling, texels or self.texels)
         return None if found is None else Errors(*found)
 
     def picture(
         self, method: Method, material: Material, pair: int, sampling: Sampling = ALL
     ) -> Floats | None:
         """The decoded texture at one pair of directions; see :meth:`errors`."""
-        seed = self.settings.seed
-        return self._result(
-            method,
-            material,
-            ["picture", asdict(sampling), pair, seed],
-            lambda texture, codec: trial.picture(texture, codec, sampling, pair, seed),
-        )
+        return self._result("picture", trial.picture, method, material, sampling, pair)
 
     def rendering(self, material: Material, method: Method | None) -> Floats | None:
         """A cylinder of the decoded texture, or of the measured one where no method is given.
 
         See :meth:`errors`, and :func:`nacre.reproduce.textures.trial.rendering`.
         """
-        seed = self.settings.seed
-        report = named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
-
-        def make(texture: Btf, codec: TexelCodec | None = None) -> Floats:
-            return trial.rendering(texture, codec, seed, report)
+        make = partial(trial.rendering, progress=self._report(method, material))
+        if method is not None:
+            return self._result("rendering", make, method, material)
 
         def measured() -> Floats:
             with material.opened() as texture:
-                return make(texture)
+                return make(texture, None, self.settings.seed)
 
-        facts = ["rendering", seed, module_digest("render/**/*.py")]
-        if method is None:
-            return self._kept("rendering", [*facts, material.fingerprint], measured)
-        return self._result(method, material, facts, make)
+        return self._kept("rendering", [material.fingerprint, self.settings.seed], measured)
 
     def codes(self, method: Method, material: Material, texels: int) -> Floats | None:
         """Codes of random texels, shape (texels, code_dim); see :meth:`errors`."""
-        seed = self.settings.seed
-        return self._result(
-            method,
-            material,
-            ["codes", texels, seed],
-            lambda texture, codec: trial.codes(texture, codec, texels, seed),
-        )
+        return self._result("codes", trial.codes, method, material, texels)
 
     def noise(self, material: Material, again: Material) -> float:
         """See :func:`nacre.reproduce.textures.trial.noise`.
@@ -152,7 +128,7 @@ class Study:
                 except ValueError as error:
                     raise NacreError(f"{again.path}: {error} as {material.path}") from error
 
-        return float(self._kept("noise", ["noise", material.fingerprint, again.fingerprint], make))
+        return float(self._kept("noise", [material.fingerprint, again.fingerprint], make))
 
     def deviation(self) -> float:
         """Standard deviation of logarithms in training, by which whitening divides them."""
@@ -162,7 +138,7 @@ class Study:
             texels = (_some(material, seed) for material in self.training)
             return np.array(Whitening.of(texels).deviation)
 
-        facts = ["deviation", [material.fingerprint for material in self.training], seed]
+        facts = [[material.fingerprint for material in self.training], seed]
         return float(self._kept("deviation", facts, make))
 
     def left_out(self) -> list[tuple[str, str, list[str]]]:
@@ -198,29 +174,35 @@ class Study:
     def _textures(self, method: Method, material: Material) -> Sequence[Material]:
         return [material] if method.own else self.training
 
+    def _report(self, method: Method | None, material: Material) -> Progress:
+        return named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
+
     def _result(
         self,
+        name: str,
+        make: Callable[..., Floats | Errors],
         method: Method,
         material: Material,
-        facts: Sequence[Any],
-        make: Callable[[Btf, TexelCodec], Floats],
+        *arguments: Any,
     ) -> Floats | None:
-        """What comes of a codec and a texture; None where they do not fit."""
+        """What comes of a texture, a codec, arguments and the seed; None where they do not fit."""
+        seed = self.settings.seed
         made_from = method.facts(self._textures(method, material), self.settings)
+        given = [asdict(v) if isinstance(v, Sampling) else v for v in arguments]
+        facts = [made_from, method.code_dim, material.fingerprint, *given, seed]
 
         def compute() -> Floats:
             codec = self.codec(method, material)
             with material.opened() as texture:
                 try:
-                    return make(texture, codec)
+                    return np.asarray(make(texture, codec, *arguments, seed))
                 except FormatError:
                     raise
                 except NacreError as error:
                     raise _UnfitError(str(error)) from error
 
         try:
-            whole = [made_from, method.code_dim, material.fingerprint, *facts]
-            return self._kept(facts[0], whole, compute)
+            return self._kept(name, facts, compute)
         except _UnfitError as error:
             materials = self.skipped.setdefault((method.name, str(error)), [])
             if material.name not in materials:
@@ -229,7 +211,8 @@ class Study:
 
     def _kept(self, name: str, facts: Sequence[Any], make: Callable[[], Floats]) -> Floats:
         """An array that was kept, or is made."""
-        key = cache_key("result", [*facts, module_digest(*_DECIDING)])
+        modules = (*_DECIDING, "render/**/*.py") if name == "rendering" else _DECIDING
+        key = cache_key("result", [name, *facts, module_digest(*modules)])
         found: Floats = self.cache.arrays(key, (name,), lambda: {name: make()})[name]
         return found
 

@@ -9,9 +9,8 @@ import numpy as np
 from nacre.figures.chart import COLORS, charts, color_of, dress
 from nacre.figures.page import Figure
 from nacre.reproduce.experiment import Outcome
-from nacre.reproduce.tables import markdown_table
+from nacre.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.numbers import geometric_mean, scaled
 from nacre.reproduce.textures.study import Study
 
 _MARKERS = "osD^vP*X"

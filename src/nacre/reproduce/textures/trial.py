@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +29,7 @@ _BLOCK = 1 << 26
 """Bytes of reflectance at a time."""
 
 
-@dataclass(frozen=True)
-class Errors:
+class Errors(NamedTuple):
     """Of each texel that was looked at, over all pairs compared, shapes (t,).
 
     Mean squared differences of reflectance factors, and mean absolute ones of their logarithms:
