@@ -40,13 +40,13 @@ def coded(
         If a file cannot be read, holds a code of another basis, or an anisotropic material.
     """
     found = []
-    for index, path in enumerate(files):
+    for path in files:
         if is_code(path):
             found.append(load_code(path, basis))
         else:
             brdf = load_brdf(path)
             found.append(basis.decode(basis.encode(brdf), brdf.name))
-        progress("encoding", index + 1, len(files), "")
+        progress("encoding", len(found), len(files), "")
     return found
 
 
@@ -85,20 +85,9 @@ def draw_map(
     seed: int,
     progress: Progress,
 ) -> Figure:
-    """The t-SNE map of codes, with a sphere for each.
+    """The t-SNE map of codes of one basis, with a sphere for each; some names are ringed.
 
-    Parameters
-    ----------
-    names
-        Of the materials, as they are printed.
-    materials
-        :data:`nacre.latent.map.MIN_CODES` or more, of one basis.
-    highlighted
-        Names of those to ring.
-    seed
-        The same seed gives the same map.
-    progress
-        Called as spheres are rendered.
+    There are :data:`nacre.latent.map.MIN_CODES` or more; the same seed gives the same map.
 
     Raises
     ------
@@ -108,9 +97,9 @@ def draw_map(
     places = embed([material.code for material in materials], seed)
     light = standard_lights()["environment"]
     pictures = []
-    for index, material in enumerate(materials):
+    for material in materials:
         pictures.append(tone_map(render_sphere(material, light, _THUMBNAIL)[0]))
-        progress("rendering", index + 1, len(materials), "")
+        progress("rendering", len(pictures), len(materials), "")
     return map_figure(names, places, pictures, highlighted)
 
 
@@ -122,18 +111,8 @@ def map_figure(
 ) -> Figure:
     """Spheres of materials where they are on the map, the highlighted ones ringed in red.
 
-    Spheres with their names are moved apart as little as it takes until none covers another.
-
-    Parameters
-    ----------
-    names
-        Of the materials.
-    places
-        Shape (n, 2).
-    pictures
-        Spheres in display values, shape (size, size, 3).
-    highlighted
-        Names.
+    Spheres with their names are moved apart as little as it takes until none covers another. Places
+    have shape (n, 2), pictures are in display values, shape (size, size, 3).
     """
     ruler = Page(1.0, 1.0)
     widths = [ruler.text_width(ruler.text(0.0, 0.0, name, 8.0)) + _GAP for name in names]

@@ -44,10 +44,12 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     """
     rows = []
     for item in comparison.lights:
-        pictures = zip((item.truth, item.other), comparison.materials, strict=True)
-        drawn = [_smooth(image, brdf, item.source) for image, brdf in pictures]
+        truth, other = (
+            _smooth(image, brdf, item.source)
+            for image, brdf in zip((item.truth, item.other), comparison.materials, strict=True)
+        )
         label = _NAMES.get(item.light, item.light)
-        rows.append(Row(*drawn, item.flip_map, label, _figures(item), sphere=True))
+        rows.append(Row(truth, other, item.flip_map, label, _figures(item), sphere=True))
     maps = [item.flip_map[comparison.mask] for item in comparison.lights]
     if views is not None:
         first, second = (tone_map(view) for view in views)
@@ -69,7 +71,8 @@ def _smooth(image: Image, brdf: Brdf, light: Light) -> Image:
     if light.count > 1:  # the page cuts out the rim smoothly
         return image
     smooth, coverage = smooth_edges(image, brdf, light)
-    return smooth / np.where(coverage > 0.0, coverage, np.float32(1.0))[..., None]
+    covered: Image = np.where(coverage > 0.0, coverage, np.float32(1.0))
+    return smooth / covered[..., None]
 
 
 def _figures(item: LightComparison) -> str:

@@ -33,8 +33,7 @@ SCALES = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 def magma(values: Floats) -> Floats:
     """Colors in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
     colors = np.asarray(require("matplotlib", "plot").colormaps["magma"](np.clip(values, 0.0, 1.0)))
-    result: Floats = colors[..., :3]
-    return result
+    return np.asarray(colors[..., :3])
 
 
 def scale_end(errors: Iterable[Floats]) -> float:
@@ -45,8 +44,7 @@ def scale_end(errors: Iterable[Floats]) -> float:
 
 def display_bytes(values: Floats) -> Bytes:
     """Bytes of display values, which are clipped to [0, 1]."""
-    result: Bytes = np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
-    return result
+    return np.asarray(np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8))
 
 
 def enlarged(pixels: Any, size: int) -> Any:
@@ -175,8 +173,7 @@ class Page:
 
     def text_width(self, text: Any) -> float:
         """Width in inches of what :meth:`text` returned."""
-        width: float = text.get_window_extent().width / self.figure.dpi
-        return width
+        return float(text.get_window_extent().width / self.figure.dpi)
 
     def _shortened(self, text: Any, limit: float) -> str:
         """The longest start and end of a text, with an ellipsis between, within a width."""

@@ -16,8 +16,7 @@ _NOTES = 2
 
 def difference(truth: Floats, other: Floats) -> Floats:
     """The largest absolute difference of the channels of linear pictures, clipped to [0, 1]."""
-    found: Floats = np.abs(np.clip(other, 0.0, 1.0) - np.clip(truth, 0.0, 1.0)).max(-1)
-    return found
+    return np.asarray(np.abs(np.clip(other, 0.0, 1.0) - np.clip(truth, 0.0, 1.0)).max(-1))
 
 
 def panels_size(size: int) -> tuple[int, int]:

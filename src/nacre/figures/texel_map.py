@@ -129,8 +129,7 @@ def middle(places: Places) -> Places:
     distances = np.linalg.norm(places[:, None] - places, axis=2)
     count = max(1, round(_CLOSE * len(places)))
     reach = np.partition(distances, count - 1, axis=1)[:, count - 1]
-    found: Places = places[reach.argmin()]
-    return found
+    return np.asarray(places[reach.argmin()])
 
 
 def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
@@ -145,7 +144,7 @@ def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
         fresh = index >= len(chart.names) - new
         x, y = axes.transData.transform(middle(chart.places[chart.texture == index])) / dpi
         anchors.append((x, page.height - y))
-        style = {"ha": "center", "va": "center", "path_effects": halo, "zorder": 5}
+        style: dict[str, Any] = {"ha": "center", "va": "center", "path_effects": halo, "zorder": 5}
         weight = "bold" if fresh else "normal"
         texts.append(page.text(*anchors[-1], name, size, weight=weight, **style))
     boxes = [text.get_window_extent() for text in texts]

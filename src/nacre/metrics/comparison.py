@@ -131,16 +131,16 @@ def compare(
     total, done = 2 * sum(light.count for light in lights.values()), 0
     found, mask = [], np.zeros((size, size), bool)
     for name, light in lights.items():
-        images = []
+        spheres = []
         for brdf in (truth, other):
             report = (
                 None if progress is None else _part(progress, done / total, light.count / total)
             )
-            image, mask = render_sphere(brdf, light, size, progress=report)
-            images.append(image)
+            spheres.append(render_sphere(brdf, light, size, progress=report))
             done += light.count
-        errors, flip_map = image_errors(*images, mask)
-        found.append(LightComparison(name, *images, flip_map, errors, light))
+        (a, mask), (b, _) = spheres
+        errors, flip_map = image_errors(a, b, mask)
+        found.append(LightComparison(name, a, b, flip_map, errors, light))
     return Comparison(
         truth=truth.name or type(truth).__name__,
         other=other.name or type(other).__name__,

@@ -21,6 +21,7 @@ from nacre.metrics.draws import REPLICATES, Proposal, draw_pairs, pair_density, 
 from nacre.runtime.parallel import thread_map
 
 Floats = npt.NDArray[np.floating]
+Mask = npt.NDArray[np.bool_]
 
 _ROTATIONS = 16
 
@@ -172,17 +173,15 @@ def _turn(w: Floats, step: int) -> Floats:
         return w
     angle = 2.0 * math.pi * step / _ROTATIONS
     cosine, sine = math.cos(angle), math.sin(angle)
-    rotated: Floats = w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return rotated
+    return np.asarray(w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _inverse(density: Floats) -> Floats:
     """1 / density; 0 where nothing can be drawn."""
-    inverse: Floats = np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0)
-    return inverse
+    return np.asarray(np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0))
 
 
-def _pair_weight(wi: Floats, wo: Floats, density: Floats, known: Floats) -> Floats:
+def _pair_weight(wi: Floats, wo: Floats, density: Floats, known: Mask) -> Floats:
     """Both cosines over the density of a pair; 0 where it is not known."""
     return _inverse(density) * np.maximum(wi[..., 2] * wo[..., 2], 0.0) * known
 

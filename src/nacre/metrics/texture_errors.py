@@ -102,14 +102,12 @@ class ErrorSums:
         with np.errstate(invalid="ignore", divide="ignore"):
             count, squares, absolute, truths = self.sums.sum(0)
             means = self.sums[:, 1] / self.sums[:, 0]
+            by_view = tuple(
+                (BIN * index, BIN * (index + 1), float(mean))
+                for index, mean in enumerate(means)
+                if self.sums[index, 0]
+            )
+            relative = float(np.sqrt(squares / truths)) if truths else math.nan
             return Errors(
-                int(count),
-                float(np.float64(squares) / count),
-                float(np.float64(absolute) / count),
-                float(np.sqrt(np.float64(squares) / truths)) if truths else math.nan,
-                tuple(
-                    (BIN * index, BIN * (index + 1), float(mean))
-                    for index, mean in enumerate(means)
-                    if self.sums[index, 0]
-                ),
+                int(count), float(squares / count), float(absolute / count), relative, by_view
             )

@@ -95,8 +95,7 @@ def albedo(brdf: Brdf) -> Floats:
     normal = np.array([0.0, 0.0, 1.0])
     directions, pdf = brdf.sample(normal, even_points(_ALBEDO_SAMPLES, 3))
     weight = np.divide(directions[:, 2], pdf, out=np.zeros_like(pdf), where=pdf > 0)
-    mean: Floats = (brdf.eval(directions, normal) * weight[:, None]).mean(0)
-    return mean
+    return np.asarray((brdf.eval(directions, normal) * weight[:, None]).mean(0))
 
 
 def primaries(wavelength: Array) -> Components:

@@ -35,8 +35,8 @@ def check_animation(path: PathLike, count: int, width: int, height: int) -> None
     NacreError
         If its frames have more than :data:`MAX_PIXELS` pixels together.
     """
-    suffix = check_image_path(path, ANIMATIONS).suffix.lower()
-    if suffix == ".webp" and max(width, height) > 16383:
+    path = check_image_path(path, ANIMATIONS)
+    if path.suffix.lower() == ".webp" and max(width, height) > 16383:
         raise FormatError(f"{path}: .webp has at most 16383 pixels an edge; choose .gif or .png")
     if count * width * height > MAX_PIXELS:
         raise NacreError(

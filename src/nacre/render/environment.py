@@ -84,8 +84,7 @@ class Environment:
 
         upper = (1.0 - a) * at(j, i) + a * at(j, i + 1)
         lower = (1.0 - a) * at(j + 1, i) + a * at(j + 1, i + 1)
-        result: Floats = (1.0 - b) * upper + b * lower
-        return result
+        return np.asarray((1.0 - b) * upper + b * lower)
 
     def pixel(self, directions: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
         """Rows and columns of the nearest pixels to unit vectors of shape (..., 3)."""
@@ -116,8 +115,7 @@ def sphere_mean(pixels: Floats) -> Floats:
     cosine = np.clip(directions[..., 2], -1.0, 1.0)
     angle = np.arccos(cosine)
     phase = (np.sin(angle) + (math.pi - angle) * cosine) * 2.0 / (3.0 * math.pi)
-    mean: Floats = np.einsum("hwc,hw,h->c", pixels, phase / math.pi, solid_angles)
-    return mean
+    return np.asarray(np.einsum("hwc,hw,h->c", pixels, phase / math.pi, solid_angles))
 
 
 def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
@@ -136,8 +134,7 @@ def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
 def row_edges(height: int) -> Floats:
     """Cosines of the polar angles between rows, from 1 down to -1, shape (height + 1,)."""
     edges = (np.arange(height + 1) - 0.5) * (math.pi / (height - 1))
-    cosines: Floats = np.cos(np.clip(edges, 0.0, math.pi))
-    return cosines
+    return np.asarray(np.cos(np.clip(edges, 0.0, math.pi)))
 
 
 def load_environment(path: PathLike) -> Environment:

@@ -138,8 +138,7 @@ class EnvironmentLight:
             for n, a in zip(self._per_lobe, ROUGHNESS, strict=True)
         )
         # Density of h is D cos(theta_h); that of wi is it over 4 wo.h, and wo.h = |wi + wo| / 2.
-        density: Floats = lobes * h[:, 2] / (2.0 * math.pi * squared)
-        return density
+        return np.asarray(lobes * h[:, 2] / (2.0 * math.pi * squared))
 
 
 def _lobe_half_vectors(counts: Sequence[int]) -> Floats:

@@ -191,8 +191,7 @@ def ball_profile() -> tuple[Floats, Floats]:
 def _step(x: Floats) -> Floats:
     """From 0 at -1 to 1 at 1, with two continuous derivatives."""
     t = np.clip(0.5 * x + 0.5, 0.0, 1.0)
-    result: Floats = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
-    return result
+    return np.asarray(t * t * t * (t * (6.0 * t - 15.0) + 10.0))
 
 
 def floor(mi: Any) -> Any:

@@ -57,10 +57,10 @@ class CodeRows(Experiment):
                 x = _NAMES + column * cell
                 page.image(x, y, _SIDE, _SIDE, displayed(material, size, spp))
                 progress("rendering", COUNT * row + column + 1, COUNT * rows, "")
-            names = [broken(path.stem) for path in files[2 * row : 2 * row + 2]]
-            middle, right = y + 0.5 * _SIDE, page.width - _NAMES + _GAP
-            page.text(_NAMES - _GAP, middle, names[0], va="center", ha="right")
-            page.text(right, middle, names[1], va="center")
+            left, right = (broken(path.stem) for path in files[2 * row : 2 * row + 2])
+            middle = y + 0.5 * _SIDE
+            page.text(_NAMES - _GAP, middle, left, va="center", ha="right")
+            page.text(page.width - _NAMES + _GAP, middle, right, va="center")
         return Outcome({"": page.figure}, note=f"{len(files)} materials")
 
 

@@ -23,28 +23,17 @@ from nacre.reproduce.trial import TRUTH, Method, Settings
 GAIN = 16.0
 """Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
 
-SIZES = {
-    "nbrdf-105": (6, 6),
-    "nbrdf-183": (9, 9),
-    "nbrdf-315": (13, 13),
-    "nbrdf-435": (16, 16),
-    "nbrdf-675": (21, 21),
-    "nbrdf-1095": (28, 28),
-    "nbrdf-1695": (36, 36),
-    "nbrdf-2625": (46, 46),
-}
+
+def _by_weights(kind: str, *hidden: tuple[int, int]) -> dict[str, tuple[int, int]]:
+    """Widths of two hidden layers, of six inputs and three outputs, by their number of weights."""
+    return {f"{kind}-{6 * a + a * b + 3 * b + (a + b + 3)}": (a, b) for a, b in hidden}
+
+
+SIZES = _by_weights("nbrdf", *((n, n) for n in (6, 9, 13, 16, 21, 28, 36, 46)))
 """Hidden layers of the networks, by names that say their number of weights."""
-
-
-ENHANCED_SIZES = {
-    "enhanced-105": (6, 6),
-    "enhanced-183": (9, 9),
-    "enhanced-298": (13, 12),
-    "enhanced-435": (16, 16),
-    "enhanced-675": (21, 21),
-    "enhanced-1095": (28, 28),
-    "enhanced-2625": (46, 46),
-}
+ENHANCED_SIZES = _by_weights(
+    "enhanced", (6, 6), (9, 9), (13, 12), (16, 16), (21, 21), (28, 28), (46, 46)
+)
 """The same of networks of enhanced inputs, which take half as many bytes a weight."""
 
 

@@ -46,8 +46,6 @@ class NoiseSettings:
         Those of the picture that is shown; one of `counts`.
     reference
         Those of the picture that the others are compared with.
-    seed
-        Of the samples.
     """
 
     size: tuple[int, int] = (360, 240)
@@ -85,8 +83,7 @@ def reference(
     picture: Any = None
     for done, picture in accumulate(scene, sizes, settings.seed + 1):  # noqa: B007
         progress("reference", done, settings.reference, "")
-    result: Picture = picture.astype(np.float32)
-    return result
+    return np.asarray(picture.astype(np.float32))
 
 
 def converge(

@@ -128,22 +128,14 @@ def run(
         Materials that :func:`nacre.load` reads; each is in memory only while it is tried.
     methods
         By name; :data:`nacre.reproduce.trial.TRUTH` must be one of them.
-    settings
-        Of the trials.
-    cache
-        Where trials are kept.
     jobs
         Materials at a time; one a core where None.
-    progress
-        Called as trials are finished.
 
     Raises
     ------
     NacreError
         If a material cannot be read, or two have one name, or nothing could be tried. A method
         that has nothing for a material is skipped.
-    MissingExtraError
-        If scikit-image or flip-evaluator is not installed.
     """
     materials = {path.stem: path for path in files}
     if len(materials) < len(files):

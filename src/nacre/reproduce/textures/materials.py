@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -43,11 +43,9 @@ class Material:
         """The texture."""
         return load_btf(self.path)
 
-    @contextmanager
-    def opened(self) -> Iterator[Btf]:
+    def opened(self) -> AbstractContextManager[Btf]:
         """The texture with texels that come at once."""
-        with transposed(self.load()) as texture:
-            yield texture
+        return transposed(self.load())
 
     @cached_property
     def fingerprint(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +107,7 @@ class Method:
         return {
             "kind": self.kind,
             "textures": [material.fingerprint for material in training],
-            "settings": asdict(recipe) if is_dataclass(recipe) else recipe,
+            "settings": recipe if isinstance(recipe, dict) else asdict(recipe),
             "code": module_digest(*kind.sources),
         }
 

@@ -108,10 +108,8 @@ def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
         lines = []
         for material in study.unseen:
             pair, truth = _truth(material, "fig8")
-            cells = []
-            for part in _PARTS:
-                picture = study.picture(method, material, pair, part)
-                cells.append(_cell(study, method, material, truth, picture, part))
+            decoded = [(study.picture(method, material, pair, part), part) for part in _PARTS]
+            cells = [_cell(study, method, material, truth, *each) for each in decoded]
             lines.append([*cells, Cell(truth)])
             table.append([f"{method.name}, {material.name}", *(scaled(c.whole) for c in cells)])
             for part, cell in zip(_PARTS, cells, strict=True):
