@@ -34,17 +34,17 @@ def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
     panels = [enlarged(tone_map(p), _CELL) for p in reduced_pictures(btf, pairs)]
     tall, wide = (n / DPI for n in panels[0].shape[:2])
     cell = max(wide, _CELL / DPI)
+    across, down = cell + _GAP, _CAPTION + tall + _GAP
     columns = min(columns, len(panels))
+    limit = columns * across - _GAP
     rows = -(-len(panels) // columns)
-    width = 2 * _MARGIN + columns * (cell + _GAP) - _GAP
-    page = Page(width, _HEADER + rows * (_CAPTION + tall + _GAP) - _GAP + _MARGIN)
-    limit = width - 2 * _MARGIN
+    page = Page(2 * _MARGIN + limit, _HEADER + rows * down - _GAP + _MARGIN)
     page.text(_MARGIN, 0.3, btf.name, 11.0, weight="bold", limit=limit)
     note = f"{texels(btf, *panels[0].shape[:2])}; reflectance of 1 is white"
     page.text(_MARGIN, 0.5, note, 8.5, FAINT, limit=limit)
     for index, (pair, panel) in enumerate(zip(pairs, panels, strict=True)):
         row, column = divmod(index, columns)
-        x, y = _MARGIN + column * (cell + _GAP), _HEADER + row * (_CAPTION + tall + _GAP)
+        x, y = _MARGIN + column * across, _HEADER + row * down
         for line, direction in enumerate(angles(btf, int(pair))):
             page.text(x, y + 0.16 + 0.17 * line, direction, 8.5, limit=cell)
         page.image(x, y + _CAPTION, wide, tall, panel, smooth=False)

@@ -118,7 +118,7 @@ def run(
     cache: Cache,
     *,
     jobs: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Study:
     """Make every trial that is not in the cache.
 
@@ -142,7 +142,6 @@ def run(
         raise NacreError("two materials have the same file name without its ending; rename one")
     for module in ("skimage.metrics", "flip_evaluator"):
         require(module, "render")
-    report = progress or silent
     total, lock, stopped = len(materials) * len(methods), threading.Lock(), threading.Event()
     trials: dict[tuple[str, str], Trial] = {}
     skipped: dict[tuple[str, str], str] = {}
@@ -172,7 +171,7 @@ def run(
                     skipped[pair] = problem
                 else:
                     trials[pair] = trial
-                report("trials", len(trials) + len(skipped), total, ", ".join(pair))
+                progress("trials", len(trials) + len(skipped), total, ", ".join(pair))
 
     with one_blas_thread(), ThreadPoolExecutor(jobs or core_count()) as pool:
         futures = [pool.submit(try_all, *item) for item in materials.items()]

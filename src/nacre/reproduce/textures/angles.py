@@ -35,9 +35,7 @@ def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
                 continue
             rows += [(name, method.name, sampling.name, *facts) for name, *facts in found[0]]
             points[sampling.name] = found[1]
-        for sampling in _SAMPLINGS:
-            if sampling.name not in points:
-                continue
+        for sampling in (sampling for sampling in _SAMPLINGS if sampling.name in points):
             losses, mse = points[sampling.name]
             other = points.get((AT_HELD_OUT if sampling == APART else FRACTIONS[-1]).name)
             ratio = "" if other is None or sampling == AT_HELD_OUT else f"{mse / other[1]:.3f}"

@@ -36,13 +36,13 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
             series.setdefault(method.name, {})[material.name] = found.mse
             loss = float(found.logarithms.mean()) / deviation
             rows.append((material.name, method.name, method.code_dim, found.mse, loss))
+    unseen = {material.name: material for material in study.unseen}
     again = {material.name: material for material in study.again}
-    for material in study.unseen:
-        if material.name in again:
-            floor = study.noise(material, again[material.name])
-            series.setdefault("noise", {})[material.name] = floor
-            rows.append((material.name, "noise", "", floor, ""))
-    names = [material.name for material in study.unseen]
+    for name in (name for name in unseen if name in again):
+        floor = study.noise(unseen[name], again[name])
+        series.setdefault("noise", {})[name] = floor
+        rows.append((name, "noise", "", floor, ""))
+    names = list(unseen)
     table = error_table(names, series)
     return Outcome({"": error_plot(names, series)} if series else {}, columns, rows, table)
 
@@ -54,10 +54,8 @@ def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]])
     """
     lines = []
     for method, errors in series.items():
-        cells = [scaled(errors.get(name)) for name in names]
-        whole = len(errors) == len(names)
-        mean = scaled(geometric_mean(list(errors.values()))) if whole else "–"
-        lines.append([method, *cells, mean])
+        mean = geometric_mean(list(errors.values())) if len(errors) == len(names) else None
+        lines.append([method, *(scaled(errors.get(name)) for name in names), scaled(mean)])
     return markdown_table(["MSE x 10⁴", *names, "geometric mean"], lines)
 
 
