@@ -43,7 +43,6 @@ from nacre.geometry import split
 from nacre.latent import find_basis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.reproduce.cache import cache_key, code_digest
-from nacre.reproduce.noise import resampled
 from nacre.reproduce.samplers import PREDICTED, find_sampler
 from nacre.sampling import GgxLobe, GgxMixture, fit_blinn_phong, fit_lobes
 from nacre.sampling.moment import second_moment
@@ -151,8 +150,8 @@ def relative_times(
     }
     for name, fit in SAMPLERS.items():
         own = fit(table)
-        bsdfs[name, "table"] = nacre.render.bsdf(resampled(table, own))
-        bsdfs[name, "network"] = nacre.render.bsdf(resampled(network, own))
+        bsdfs[name, "table"] = nacre.render.bsdf(table.replaced(sampler=own))
+        bsdfs[name, "network"] = nacre.render.bsdf(network.replaced(sampler=own))
     scenes = {key: timed_scene(mi, bsdf, options.timed_size) for key, bsdf in bsdfs.items()}
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenes}
     for seed in range(options.rounds + 2):
@@ -175,7 +174,7 @@ def errors(mi: Any, material: str, options: argparse.Namespace) -> dict[str, dic
     bsdfs: dict[str, Any] = {MEASURED: mi.load_dict({"type": "measured", "filename": str(path)})}
     samplers = SAMPLERS | predicted(options.basis)
     for name, fit in samplers.items():
-        bsdfs[name] = nacre.render.bsdf(resampled(table, fit(table)))
+        bsdfs[name] = nacre.render.bsdf(table.replaced(sampler=fit(table)))
     return {
         name: {light: noise(mi, bsdf, light, options.size, options.repetitions) for light in LIGHTS}
         for name, bsdf in bsdfs.items()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from nacre.figures import picture
+from nacre.figures.difference_sheet import Row
 from nacre.figures.page import magma, scale_end
 from nacre.metrics import Comparison, compare
 from tests.render.reflectances import Constant, Lobe
@@ -87,7 +88,34 @@ def test04b_the_sphere_has_a_smooth_rim(comparison: Comparison):
     assert len(np.unique(covered.round(1))) > 5
 
 
-def test04c_scales_are_a_few_fixed_steps():
+def test04c_shadows_are_drawn_smoothly_and_measured_as_they_are(monkeypatch):
+    """The sheet smooths what it draws; figures, maps and pictures of the comparison stay."""
+    from nacre.figures import comparison_sheet
+    from nacre.metrics.metrics import image_errors
+    from nacre.render.sphere import render_sphere
+
+    drawn: list[Row] = []
+    monkeypatch.setattr(
+        comparison_sheet, "difference_sheet", lambda rows, *_: drawn.extend(rows) or np.zeros(3)
+    )
+    materials = Constant(1.0), Lobe(60.0)
+    found = compare(*materials, size=48, directions=16)
+    before = [(item.truth.copy(), item.other.copy()) for item in found.lights]
+    picture(found)
+    for item, row, pair in zip(found.lights, drawn, before, strict=True):
+        for image, kept, brdf in zip((item.truth, item.other), pair, materials, strict=True):
+            np.testing.assert_array_equal(image, kept)
+            np.testing.assert_array_equal(image, render_sphere(brdf, item.source, 48)[0])
+        errors, flip_map = image_errors(item.truth, item.other, found.mask)
+        assert errors == item.errors
+        np.testing.assert_array_equal(row.error, flip_map)
+        smoothed = [
+            np.abs(a - b).max() for a, b in zip((row.reference, row.model), pair, strict=True)
+        ]
+        assert [change > 0.05 for change in smoothed] == [item.light == "directional"] * 2
+
+
+def test04d_scales_are_a_few_fixed_steps():
     steps = [scale_end([np.full(9, error)]) for error in (0.0, 0.049, 0.051, 0.3, 0.9, 40.0)]
     assert steps == [0.05, 0.05, 0.1, 0.5, 1.0, 10.0]
 

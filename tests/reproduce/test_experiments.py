@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from nacre.analytic import MODELS
-from nacre.figures.labels import place_labels
+from nacre.figures.chart import place_labels
 from nacre.figures.plot import MAX_MATERIALS
 from nacre.reproduce import EXPERIMENTS
 from nacre.reproduce.cache import Cache

@@ -11,9 +11,8 @@ from nacre.brdf import CosineSampler
 from nacre.render.kitchen import SLOTS, describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.cache import Cache
-from nacre.reproduce.noise import NoiseSettings, errors, resampled
+from nacre.reproduce.noise import NoiseSettings, errors, run_noise
 from nacre.reproduce.noise_figures import equal_time, noise_table
-from nacre.reproduce.noise_study import run_noise
 from nacre.sampling import BlinnPhongMixture
 from tests.reflectances import Glossy
 
@@ -89,7 +88,7 @@ def test_errors_are_those_of_pictures_as_shown():
 
 def test_another_sampler_leaves_the_material_as_it_is():
     brdf = Glossy(0.1, 0.5, 0.08)
-    other = resampled(brdf, BlinnPhongMixture(0.5, 300.0))
+    other = brdf.replaced(sampler=BlinnPhongMixture(0.5, 300.0))
     assert type(other) is Glossy
     assert isinstance(other.sampler, BlinnPhongMixture)
     assert not isinstance(brdf.sampler, BlinnPhongMixture)

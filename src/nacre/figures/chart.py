@@ -1,9 +1,10 @@
-"""Charts of numbers: the colors of their lines, and what their axes look like."""
+"""Charts of numbers: the colors of their lines, what their axes look like, names of points."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from nacre.array import Floats
 from nacre.errors import require
 from nacre.figures.page import FAINT, INK
 
@@ -14,17 +15,21 @@ _GRID = "#e4e4e1"
 
 
 def charts(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
-    """A figure of some inches, and axes side by side in it.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+    """A figure of some inches, and axes side by side in it."""
     figure = require("matplotlib.figure", "plot").Figure(
         (width, height), facecolor="white", layout="constrained"
     )
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def color_of(index: int) -> str:
+    """One of :data:`COLORS`, again from the first after the last."""
+    return COLORS[index % len(COLORS)]
+
+
+def line_style(index: int) -> dict[str, Any]:
+    """How the line of one of several series looks: its color, and dots at its points."""
+    return {"color": color_of(index), "marker": "o", "markersize": 3, "linewidth": 1.2}
 
 
 def _label(value: float, _position: int | None = None) -> str:
@@ -61,3 +66,49 @@ def dress(
     axes.set_axisbelow(True)
     for spine in axes.spines.values():
         spine.set_visible(False)
+
+
+def place_labels(
+    axes: Any,
+    points: Floats,
+    labels: list[str],
+    *,
+    size: float = 8.0,
+    colors: str | list[str] = INK,
+    obstacles: Floats | None = None,
+    distance: float = 0.013,
+    **style: Any,
+) -> None:
+    """Write each label as near to its point as there is room, with a thin line where it is not.
+
+    `textalloc` finds the places, on axes with their limits and the figure's size set.
+
+    Parameters
+    ----------
+    points
+        In data units, shape (n, 2).
+    colors
+        Of the text; one of each label where it is a list.
+    obstacles
+        What labels keep off, in data units, shape (m, 2); the points where None.
+    distance
+        Least distance of a text from its point, as a fraction of the axes.
+    """
+    kept_free = points if obstacles is None else obstacles
+    limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
+    require("textalloc", "plot").allocate(
+        axes,
+        *points.T,
+        labels,
+        x_scatter=kept_free[:, 0],
+        y_scatter=kept_free[:, 1],
+        textsize=size,
+        textcolor=colors,
+        min_distance=distance,
+        linecolor=FAINT,
+        linewidth=0.4,
+        avoid_label_lines_overlap=True,
+        parse_math=False,
+        **style,
+    )
+    axes.set(**limits)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.color import tone_map
-from nacre.figures.page import INK, Page, display_bytes
+from nacre.figures.page import INK, Figure, Page, display_bytes
 from nacre.figures.texel_map import apart
 from nacre.formats import load_brdf
 from nacre.latent.basis import CodedBrdf, LatentBasis
@@ -41,13 +40,13 @@ def coded(
         If a file cannot be read, holds a code of another basis, or an anisotropic material.
     """
     found = []
-    for index, path in enumerate(files):
+    for path in files:
         if is_code(path):
             found.append(load_code(path, basis))
         else:
             brdf = load_brdf(path)
             found.append(basis.decode(basis.encode(brdf), brdf.name))
-        progress("encoding", index + 1, len(files), "")
+        progress("encoding", len(found), len(files), "")
     return found
 
 
@@ -63,11 +62,6 @@ def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np
 
     Samples per pixel are those of a preview, which is denoised, where `spp` is None. Materials of
     one neural basis share their hidden layers, so that one kernel renders all of them.
-
-    Raises
-    ------
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     return tone_map(render_preview(material, size=size, spp=spp))
 
@@ -75,13 +69,7 @@ def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np
 def strip(
     materials: Sequence[CodedBrdf], size: int, spp: int | None, progress: Progress = silent
 ) -> npt.NDArray[np.uint8]:
-    """Previews of materials side by side, shape (size, size * materials, 3).
-
-    Raises
-    ------
-    MissingExtraError
-        If Mitsuba is not installed.
-    """
+    """Previews of materials side by side, shape (size, size * materials, 3)."""
     pictures = []
     for index, material in enumerate(materials):
         progress("rendering", index, len(materials), "")
@@ -96,40 +84,22 @@ def draw_map(
     highlighted: Collection[str],
     seed: int,
     progress: Progress,
-) -> Any:
-    """The t-SNE map of codes, with a sphere for each.
+) -> Figure:
+    """The t-SNE map of codes of one basis, with a sphere for each; some names are ringed.
 
-    Parameters
-    ----------
-    names
-        Of the materials, as they are printed.
-    materials
-        :data:`nacre.latent.map.MIN_CODES` or more, of one basis.
-    highlighted
-        Names of those to ring.
-    seed
-        The same seed gives the same map.
-    progress
-        Called as spheres are rendered.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
+    There are :data:`nacre.latent.map.MIN_CODES` or more; the same seed gives the same map.
 
     Raises
     ------
     NacreError
         If there are too few materials.
-    MissingExtraError
-        If openTSNE or Matplotlib is not installed.
     """
     places = embed([material.code for material in materials], seed)
     light = standard_lights()["environment"]
     pictures = []
-    for index, material in enumerate(materials):
+    for material in materials:
         pictures.append(tone_map(render_sphere(material, light, _THUMBNAIL)[0]))
-        progress("rendering", index + 1, len(materials), "")
+        progress("rendering", len(pictures), len(materials), "")
     return map_figure(names, places, pictures, highlighted)
 
 
@@ -138,31 +108,11 @@ def map_figure(
     places: npt.NDArray[np.float64],
     pictures: Sequence[npt.NDArray[np.floating]],
     highlighted: Collection[str] = (),
-) -> Any:
+) -> Figure:
     """Spheres of materials where they are on the map, the highlighted ones ringed in red.
 
-    Spheres with their names are moved apart as little as it takes until none covers another.
-
-    Parameters
-    ----------
-    names
-        Of the materials.
-    places
-        Shape (n, 2).
-    pictures
-        Spheres in display values, shape (size, size, 3).
-    highlighted
-        Names.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
+    Spheres with their names are moved apart as little as it takes until none covers another. Places
+    have shape (n, 2), pictures are in display values, shape (size, size, 3).
     """
     ruler = Page(1.0, 1.0)
     widths = [ruler.text_width(ruler.text(0.0, 0.0, name, 8.0)) + _GAP for name in names]

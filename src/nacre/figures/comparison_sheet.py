@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 
-from nacre.array import Floats
+import numpy as np
+
+from nacre.array import Floats, Image
+from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.figures.difference_sheet import Row, difference_sheet
 from nacre.figures.page import Bytes, scale_end
 from nacre.metrics.comparison import Comparison, LightComparison
 from nacre.metrics.metrics import flip
+from nacre.render.lights import Light
+from nacre.render.sphere import smooth_edges
 
 _NAMES = {"environment": "Environment", "directional": "Directional light, 45°"}
 
@@ -18,7 +23,7 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     """Draw a comparison.
 
     Rows are lights; columns are the reference, the model, and the FLIP error map. Pictures are tone
-    mapped as for the metrics.
+    mapped as for the metrics; shadows are drawn with smooth edges, which no figure or map sees.
 
     Parameters
     ----------
@@ -37,17 +42,14 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     MissingExtraError
         If Matplotlib is not installed.
     """
-    rows = [
-        Row(
-            item.truth,
-            item.other,
-            item.flip_map,
-            _NAMES.get(item.light, item.light),
-            _figures(item),
-            sphere=True,
+    rows = []
+    for item in comparison.lights:
+        truth, other = (
+            _smooth(image, brdf, item.source)
+            for image, brdf in zip((item.truth, item.other), comparison.materials, strict=True)
         )
-        for item in comparison.lights
-    ]
+        label = _NAMES.get(item.light, item.light)
+        rows.append(Row(truth, other, item.flip_map, label, _figures(item), sphere=True))
     maps = [item.flip_map[comparison.mask] for item in comparison.lights]
     if views is not None:
         first, second = (tone_map(view) for view in views)
@@ -62,6 +64,15 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
     )
     names = comparison.truth, comparison.other
     return difference_sheet(rows, scale, "Difference (FLIP)", names, notes)
+
+
+def _smooth(image: Image, brdf: Brdf, light: Light) -> Image:
+    """A sphere whose shadow has a smooth edge; only a light of one direction gives it one."""
+    if light.count > 1:  # the page cuts out the rim smoothly
+        return image
+    smooth, coverage = smooth_edges(image, brdf, light)
+    covered: Image = np.where(coverage > 0.0, coverage, np.float32(1.0))
+    return smooth / covered[..., None]
 
 
 def _figures(item: LightComparison) -> str:

@@ -65,7 +65,7 @@ def difference_sheet(
     cell: int = CELL_PIXELS,
     titles: tuple[str, str] = ("Reference", "Model"),
 ) -> Bytes:
-    """Draw rows of pictures below the titles "Reference", "Model" and that of the error.
+    """Draw rows of pictures below two titles and that of the error, as sRGB bytes.
 
     Parameters
     ----------
@@ -84,16 +84,6 @@ def difference_sheet(
         Pixels of a cell's edge, at least those of any picture that is not smooth.
     titles
         Of the first two columns.
-
-    Returns
-    -------
-    array of shape (height, width, 3)
-        sRGB bytes.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     header = _HEADER if any(names) else _STRIP_HEADER
     heights = [row.layout(cell)[1] + _above(row) + _BELOW for row in rows]

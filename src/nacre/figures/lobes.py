@@ -47,8 +47,7 @@ class Lobe:
 
     def intensity(self) -> Floats:
         """f_r times cos theta of the viewer in 1/sr, shape (n, 3): where reflected light goes."""
-        result: Floats = self.rgb * np.cos(self.theta)[:, None]
-        return result
+        return np.asarray(self.rgb * np.cos(self.theta)[:, None])
 
 
 def lobe(brdf: Brdf, incidence: float, azimuth: float = 0.0) -> Lobe:
@@ -112,5 +111,4 @@ def _bent(theta: Floats, f: Floats) -> Mask:
     bend = np.abs(np.diff(slope, axis=0)).max(axis=1)
     bend = np.where(known[:-2] & known[1:-1] & known[2:], bend, 0.0)
     miss = np.maximum(np.append(bend, 0.0), np.insert(bend, 0, 0.0)) * step / 8.0
-    halve: Mask = ((miss > _TOLERANCE) | ends) & long
-    return halve
+    return np.asarray(((miss > _TOLERANCE) | ends) & long)

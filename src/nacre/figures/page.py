@@ -7,7 +7,7 @@ then 1.4 pixels high: nothing is set smaller than 8 points on them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,8 @@ from nacre.errors import printable, require
 from nacre.render.sphere import MARGIN
 
 Bytes = npt.NDArray[np.uint8]
+Figure: TypeAlias = Any
+"""Of Matplotlib: one page."""
 
 DPI = 160
 """Pixels of an inch, where the pictures on a page do not ask for another number."""
@@ -31,8 +33,7 @@ SCALES = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 def magma(values: Floats) -> Floats:
     """Colors in [0, 1], shape (..., 3), of values in [0, 1], shape (...)."""
     colors = np.asarray(require("matplotlib", "plot").colormaps["magma"](np.clip(values, 0.0, 1.0)))
-    result: Floats = colors[..., :3]
-    return result
+    return np.asarray(colors[..., :3])
 
 
 def scale_end(errors: Iterable[Floats]) -> float:
@@ -43,8 +44,7 @@ def scale_end(errors: Iterable[Floats]) -> float:
 
 def display_bytes(values: Floats) -> Bytes:
     """Bytes of display values, which are clipped to [0, 1]."""
-    result: Bytes = np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8)
-    return result
+    return np.asarray(np.rint(np.clip(values, 0.0, 1.0) * 255.0).astype(np.uint8))
 
 
 def enlarged(pixels: Any, size: int) -> Any:
@@ -81,13 +81,9 @@ class Page:
         """Axes without a frame, whose edges lie between pixels."""
         dpi = self.figure.dpi
         left, right, top, bottom = (round(v * dpi) for v in (x, x + width, y, y + height))
-        box = (
-            left / self.size[0],
-            1.0 - bottom / self.size[1],
-            (right - left) / self.size[0],
-            (bottom - top) / self.size[1],
-        )
-        axes = self.figure.add_axes(box)
+        across, down = self.size
+        place = left / across, 1.0 - bottom / down
+        axes = self.figure.add_axes((*place, (right - left) / across, (bottom - top) / down))
         axes.set_axis_off()
         return axes
 
@@ -96,14 +92,7 @@ class Page:
     ) -> Any:
         """A picture of display values in [0, 1], shape (height, width, 3 or 4), in a box.
 
-        Parameters
-        ----------
-        x, y, width, height
-            The box, in inches.
-        pixels
-            The picture.
-        smooth
-            Whether it is interpolated where it is enlarged.
+        If `smooth`, it is interpolated where it is enlarged.
         """
         axes = self.axes(x, y, width, height)
         axes.imshow(
@@ -117,22 +106,15 @@ class Page:
     def sphere(self, x: float, y: float, side: float, pixels: Floats) -> None:
         """A picture of a sphere (:mod:`nacre.render.sphere`) in display values, cut out smoothly.
 
-        Parameters
-        ----------
-        x, y, side
-            The square box, in inches.
-        pixels
-            Shape (size, size, 3); what lies outside the sphere is not shown.
+        Its shape is (size, size, 3), and its box a square; what is outside the sphere is not shown.
         """
         size = len(pixels)
         # Colors just inside the rim continue outwards, so that enlarging mixes in no background.
         axis = np.arange(size) + 0.5 - 0.5 * size
         inside = 0.5 * size * (1.0 - MARGIN)
         shrink = np.minimum(1.0, (inside - 1.0) / np.hypot(axis, axis[:, None]))
-        rows, columns = (
-            np.floor(a * shrink + 0.5 * size).astype(int) for a in (axis[:, None], axis[None, :])
-        )
-        axes = self.image(x, y, side, side, pixels[rows, columns])
+        rows = np.floor(axis[:, None] * shrink + 0.5 * size).astype(int)
+        axes = self.image(x, y, side, side, pixels[rows, rows.T])
         patches = require("matplotlib.patches", "plot")
         middle = 0.5 * size - 0.5
         rim = patches.Circle((middle, middle), inside, transform=axes.transData)
@@ -191,8 +173,7 @@ class Page:
 
     def text_width(self, text: Any) -> float:
         """Width in inches of what :meth:`text` returned."""
-        width: float = text.get_window_extent().width / self.figure.dpi
-        return width
+        return float(text.get_window_extent().width / self.figure.dpi)
 
     def _shortened(self, text: Any, limit: float) -> str:
         """The longest start and end of a text, with an ellipsis between, within a width."""

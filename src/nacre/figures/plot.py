@@ -24,7 +24,8 @@ Floats = npt.NDArray[np.floating]
 PLOTS = (".png", ".svg", ".pdf")
 """Endings of the files that :func:`write_plot` writes."""
 
-CHANNELS = ("luminance", "red", "green", "blue", "rgb")
+_RGB = ("red", "green", "blue")
+CHANNELS = ("luminance", *_RGB, "rgb")
 """What can be drawn of a color; "rgb" is a row of panels for each channel."""
 
 INCIDENCE = tuple(math.radians(degrees) for degrees in (15.0, 45.0, 75.0))
@@ -110,7 +111,7 @@ def lobe_figure(
         name: [lobe(brdf, angle, azimuth) for angle in incidence]
         for name, brdf in materials.items()
     }
-    rows = ("red", "green", "blue") if channel == "rgb" else (channel,)
+    rows = _RGB if channel == "rgb" else (channel,)
     low, high = _range([item for each in lobes.values() for item in each], rows, cosine, floor)
 
     what = "f_r × cosine of the viewer" if cosine else "f_r"
@@ -146,8 +147,6 @@ def check_plot_path(path: PathLike) -> Path:
     ------
     FormatError
         If its ending is none of :data:`PLOTS`.
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     path = Path(path)
     if path.suffix.lower() not in PLOTS:
@@ -186,8 +185,7 @@ def _values(item: Lobe, channel: str, cosine: bool) -> Floats:
     rgb = item.intensity() if cosine else item.rgb
     if channel == "luminance":
         return np.asarray(luminance((rgb[:, 0], rgb[:, 1], rgb[:, 2])))
-    result: Floats = rgb[:, ("red", "green", "blue").index(channel)]
-    return result
+    return np.asarray(rgb[:, _RGB.index(channel)])
 
 
 def _range(

@@ -16,8 +16,7 @@ _NOTES = 2
 
 def difference(truth: Floats, other: Floats) -> Floats:
     """The largest absolute difference of the channels of linear pictures, clipped to [0, 1]."""
-    found: Floats = np.abs(np.clip(other, 0.0, 1.0) - np.clip(truth, 0.0, 1.0)).max(-1)
-    return found
+    return np.asarray(np.abs(np.clip(other, 0.0, 1.0) - np.clip(truth, 0.0, 1.0)).max(-1))
 
 
 def panels_size(size: int) -> tuple[int, int]:
@@ -31,29 +30,11 @@ def rendering_panels(
     names: tuple[str, str] = ("truth", "other"),
     note: str = "",
 ) -> Iterator[Bytes]:
-    """Draw renderings of one scene, or of each of its frames, beside those of a reference.
+    """Draw linear renderings of one scene, or of its frames, beside those of a reference, as bytes.
 
     From left to right the reference, the model, and :func:`difference`, whose color scale is the
     same in all frames. Small renderings are enlarged without smoothing, others keep their pixels.
-
-    Parameters
-    ----------
-    truths, others
-        Linear Rec. 709 RGB, each of shape (height, width, 3); 1 is white.
-    names
-        What they are called.
-    note
-        A line of figures, below.
-
-    Yields
-    ------
-    array of shape (height, width, 3)
-        sRGB bytes.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
+    Below is a note, a line of figures.
     """
     rows = [Row(a, b, difference(a, b)) for a, b in zip(truths, others, strict=True)]
     scale = scale_end(row.error for row in rows)

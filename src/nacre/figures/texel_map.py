@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.color import tone_map
 from nacre.errors import require
-from nacre.figures.page import INK, Page
+from nacre.figures.page import INK, Figure, Page
 from nacre.io.files import PathLike
 from nacre.io.text_file import write_rows
 from nacre.textures.embedding import EmbeddingMap
@@ -34,13 +34,7 @@ def family(name: str) -> str:
 
 
 def family_colors(families: Collection[str]) -> dict[str, Any]:
-    """A color of Matplotlib for each, in the order of their names; the 21st has that of the first.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+    """A color for each, in the order of their names; the 21st has that of the first."""
     names = sorted(set(families))
     known = require("matplotlib", "plot").colormaps["tab10" if len(names) <= 10 else "tab20"].colors
     return {name: known[index % len(known)] for index, name in enumerate(names)}
@@ -51,18 +45,7 @@ def scatter_families(
 ) -> None:
     """Draw points on axes in the colors of their families; larger ones with a ring if so marked.
 
-    Parameters
-    ----------
-    axes
-        Of Matplotlib; gets a label for each family.
-    places
-        Shape (n, 2).
-    families
-        Of each point.
-    ringed
-        Which points have rings, shape (n,).
-    size
-        Of points, in square points.
+    Places have shape (n, 2), sizes are square points; each family gets a label.
     """
     of = np.array(families)
     for name, color in family_colors(families).items():
@@ -83,7 +66,7 @@ def _bare(axes: Any) -> None:
     axes.set_aspect("equal", "datalim")
 
 
-def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = False) -> Any:
+def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = False) -> Figure:
     """A map of texels, each texture named where most of its texels lie.
 
     Parameters
@@ -94,16 +77,6 @@ def texel_map_figure(chart: EmbeddingMap, *, new: int = 0, own_colors: bool = Fa
         How many of its textures, the last ones, are ringed and named in bold.
     own_colors
         Whether texels are squares of their own colors; otherwise dots of that of the family.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     width = _SIZE if own_colors else _SIZE + _KEY
     page = Page(width, _SIZE, "white")
@@ -131,11 +104,9 @@ def write_table(chart: EmbeddingMap, path: PathLike) -> None:
     rows: list[list[object]] = [
         ["texture", "family", "column", "row", "x", "y", "red", "green", "blue"]
     ]
-    for name, texel, place, color in zip(
-        chart.labels, chart.xy, chart.places, chart.colors, strict=True
-    ):
-        numbers = [f"{v:.6g}" for v in (*place, *color)]
-        rows.append([name, family(name), *(int(v) for v in texel), *numbers])
+    numbers = np.hstack([chart.places, chart.colors])
+    for name, texel, values in zip(chart.labels, chart.xy, numbers, strict=True):
+        rows.append([name, family(name), *map(int, texel), *(f"{v:.6g}" for v in values)])
     write_rows(rows, path)
 
 
@@ -158,8 +129,7 @@ def middle(places: Places) -> Places:
     distances = np.linalg.norm(places[:, None] - places, axis=2)
     count = max(1, round(_CLOSE * len(places)))
     reach = np.partition(distances, count - 1, axis=1)[:, count - 1]
-    found: Places = places[reach.argmin()]
-    return found
+    return np.asarray(places[reach.argmin()])
 
 
 def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
@@ -174,12 +144,9 @@ def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
         fresh = index >= len(chart.names) - new
         x, y = axes.transData.transform(middle(chart.places[chart.texture == index])) / dpi
         anchors.append((x, page.height - y))
-        style: dict[str, Any] = {
-            "weight": "bold" if fresh else "normal",
-            "ha": "center",
-            "va": "center",
-        }
-        texts.append(page.text(*anchors[-1], name, size, path_effects=halo, zorder=5, **style))
+        style: dict[str, Any] = {"ha": "center", "va": "center", "path_effects": halo, "zorder": 5}
+        weight = "bold" if fresh else "normal"
+        texts.append(page.text(*anchors[-1], name, size, weight=weight, **style))
     boxes = [text.get_window_extent() for text in texts]
     sizes = np.array([(box.width, box.height) for box in boxes]) / dpi
     bounds = np.array([[0.0, 0.0], [_SIZE, page.height]])
@@ -191,19 +158,10 @@ def _name(page: Page, axes: Any, chart: EmbeddingMap, new: int) -> None:
 
 
 def apart(centers: Places, sizes: Places, bounds: Places) -> Places:
-    """Centers of boxes moved as little as it takes until none lies over another.
+    """Centers of boxes, shape (n, 2), moved as little as it takes until none lies over another.
 
-    Parameters
-    ----------
-    centers, sizes
-        Of the boxes, shape (n, 2).
-    bounds
-        Lower and upper corner of what they must lie in, shape (2, 2).
-
-    Returns
-    -------
-    array of shape (n, 2)
-        Where there is too little room some may still touch.
+    They stay between a lower and an upper corner, shape (2, 2); where there is too little room
+    some may still touch.
     """
     shaken: Places = 1e-4 * sizes.mean() * np.random.default_rng(0).standard_normal(centers.shape)
     found: Places = centers + shaken

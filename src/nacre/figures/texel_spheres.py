@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.figures.page import Page
+from nacre.figures.page import Figure, Page
 from nacre.render.sphere import frames, sphere_normals, standard_lights
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 
@@ -27,19 +26,7 @@ def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
     """Spheres of one code each in the light of the standard environment.
 
     They are those of :mod:`nacre.render.sphere`, with fewer directions; directions are prepared
-    once for all codes.
-
-    Parameters
-    ----------
-    codec
-        Of the codes.
-    codes
-        Shape (n, values).
-
-    Returns
-    -------
-    array of shape (n, pixels, pixels, 3)
-        Linear RGB; 0 outside the sphere.
+    once for all codes, shape (n, values). The result is linear RGB, shape (n, pixels, pixels, 3).
     """
     light = standard_lights(count=_DIRECTIONS)["environment"]
     normals, mask = sphere_normals(_PIXELS)
@@ -60,19 +47,8 @@ def texel_spheres(codec: TexelCodec, codes: Floats) -> Floats:
     return pictures
 
 
-def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Any:
-    """Spheres in rows, each over its caption; that of the first is bold.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Figure:
+    """Spheres in rows, each over its caption; that of the first is bold."""
     across = min(_ACROSS, len(pictures))
     rows = -(-len(pictures) // across)
     page = Page(across * _SIDE, rows * (_SIDE + _CAPTION), "white")
@@ -80,10 +56,7 @@ def spheres_figure(pictures: Floats, captions: Sequence[str]) -> Any:
         row, column = divmod(index, across)
         x, y = column * _SIDE, row * (_SIDE + _CAPTION)
         page.sphere(x, y, _SIDE, tone_map(picture))
-        style: dict[str, Any] = {
-            "ha": "center",
-            "va": "top",
-            "weight": "normal" if index else "bold",
-        }
-        page.text(x + 0.5 * _SIDE, y + _SIDE + 0.02, caption, 8.0, **style)
+        weight = "normal" if index else "bold"
+        middle, below = x + 0.5 * _SIDE, y + _SIDE + 0.02
+        page.text(middle, below, caption, 8.0, ha="center", va="top", weight=weight)
     return page.figure

@@ -23,7 +23,9 @@ SHOWN = (
 
 
 def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "other")) -> Bytes:
-    """Draw two textures at the measured pairs of directions nearest to :data:`SHOWN`.
+    """Draw two textures at the measured pairs of directions nearest to :data:`SHOWN`, as bytes.
+
+    They are those that :func:`nacre.metrics.texture_comparison.matched` takes.
 
     Columns are the reference, the model, and the largest absolute difference of the channels.
     Pictures of more than 384 pixels a side are reduced by means over squares of pixels; small ones
@@ -31,24 +33,10 @@ def texture_sheet(truth: Btf, other: Btf, names: tuple[str, str] = ("truth", "ot
     that the brightest texels of the reference but one in a hundred are white; differences are
     relative to the same white.
 
-    Parameters
-    ----------
-    truth, other
-        Textures that :func:`nacre.metrics.texture_comparison.matched` takes: reference and model.
-    names
-        What they are called.
-
-    Returns
-    -------
-    array of shape (height, width, 3)
-        sRGB bytes.
-
     Raises
     ------
     NacreError
         If they do not fit.
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     other = matched(truth, other)
     wanted = [nearest_pair(truth, from_degrees(*wi), from_degrees(*wo)) for wi, wo in SHOWN]

@@ -30,41 +30,21 @@ Angles = Sequence[tuple[float, float]]
 
 
 def texture_panels(btf: Btf, pairs: Indices, columns: int) -> Bytes:
-    """Draw a texture at some pairs of directions; reflectance of 1 is white.
-
-    Parameters
-    ----------
-    btf
-        Any texture.
-    pairs
-        Which, shape (n,).
-    columns
-        Pictures in a row.
-
-    Returns
-    -------
-    array of shape (height, width, 3)
-        sRGB bytes.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+    """Draw a texture at some pairs of directions, shape (n,), as bytes; reflectance 1 is white."""
     panels = [enlarged(tone_map(p), _CELL) for p in reduced_pictures(btf, pairs)]
     tall, wide = (n / DPI for n in panels[0].shape[:2])
     cell = max(wide, _CELL / DPI)
+    across, down = cell + _GAP, _CAPTION + tall + _GAP
     columns = min(columns, len(panels))
+    limit = columns * across - _GAP
     rows = -(-len(panels) // columns)
-    width = 2 * _MARGIN + columns * (cell + _GAP) - _GAP
-    page = Page(width, _HEADER + rows * (_CAPTION + tall + _GAP) - _GAP + _MARGIN)
-    limit = width - 2 * _MARGIN
+    page = Page(2 * _MARGIN + limit, _HEADER + rows * down - _GAP + _MARGIN)
     page.text(_MARGIN, 0.3, btf.name, 11.0, weight="bold", limit=limit)
     note = f"{texels(btf, *panels[0].shape[:2])}; reflectance of 1 is white"
     page.text(_MARGIN, 0.5, note, 8.5, FAINT, limit=limit)
     for index, (pair, panel) in enumerate(zip(pairs, panels, strict=True)):
         row, column = divmod(index, columns)
-        x, y = _MARGIN + column * (cell + _GAP), _HEADER + row * (_CAPTION + tall + _GAP)
+        x, y = _MARGIN + column * across, _HEADER + row * down
         for line, direction in enumerate(angles(btf, int(pair))):
             page.text(x, y + 0.16 + 0.17 * line, direction, 8.5, limit=cell)
         page.image(x, y + _CAPTION, wide, tall, panel, smooth=False)
@@ -76,11 +56,6 @@ def capture_sheet(btf: Btf, repeats: int = 2) -> Floats:
 
     Each is of the pair nearest to what is wanted, under a lamp of the same power throughout, which
     makes most of the first picture nearly white: reflectance times the light's cosine.
-
-    Returns
-    -------
-    array
-        Shape (rows, columns, 3).
     """
     chosen = nearest_pairs(btf, _LIGHTS, _VIEWS)
     pictures = reduced_pictures(btf, chosen) * btf.wi[chosen, 2][..., None, None, None]
@@ -118,19 +93,9 @@ def nearest_pairs(btf: Btf, lights: Angles, views: Angles) -> Indices:
 
 
 def reduced_pictures(btf: Btf, pairs: Indices) -> Floats:
-    """Pictures at pairs of directions, reduced one by one to at most 256 pixels a side.
+    """Pictures, shape (*pairs.shape, height, width, 3), reduced to at most 256 pixels a side.
 
-    Parameters
-    ----------
-    btf
-        Any texture.
-    pairs
-        Which, any shape; where there is but one, it keeps its size.
-
-    Returns
-    -------
-    array
-        Shape (*pairs.shape, height, width, 3).
+    The pairs of directions are of any shape; where there is but one, it keeps its size.
     """
     most = max(btf.width, btf.height) if pairs.size == 1 else _CELL
     shown, which = np.unique(pairs, return_inverse=True)
@@ -146,10 +111,9 @@ def laid_out(pictures: Floats) -> Floats:
 
 def in_rows(pictures: Floats, columns: int) -> Floats:
     """Pictures (n, height, width, 3) as rows of some, for :func:`laid_out`; the rest is black."""
-    rows = -(-len(pictures) // columns)
-    whole = np.zeros((rows * columns, *pictures.shape[1:]), pictures.dtype)
-    whole[: len(pictures)] = pictures
-    return whole.reshape(rows, columns, *pictures.shape[1:])
+    missing = -len(pictures) % columns
+    whole = np.concatenate([pictures, np.zeros((missing, *pictures.shape[1:]), pictures.dtype)])
+    return whole.reshape(-1, columns, *pictures.shape[1:])
 
 
 def reduced(picture: Floats, most: int) -> Floats:

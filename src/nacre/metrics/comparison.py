@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nacre.brdf import Brdf
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.render.environment import Environment
-from nacre.render.lights import DIRECTIONS
+from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights
 
 Image = npt.NDArray[np.float32]
@@ -34,6 +34,8 @@ class LightComparison:
         FLIP error of every pixel in [0, 1], shape (size, size).
     errors
         The figures.
+    source
+        The light itself.
     """
 
     light: str
@@ -41,6 +43,7 @@ class LightComparison:
     other: Image
     flip_map: npt.NDArray[np.floating]
     errors: ImageErrors
+    source: Light
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Comparison:
         Under each light: the environment first, then the directional one.
     angles
         Errors over pairs of directions.
+    materials
+        The reference and what is judged.
     """
 
     truth: str
@@ -64,21 +69,17 @@ class Comparison:
     mask: npt.NDArray[np.bool_]
     lights: tuple[LightComparison, ...]
     angles: AngularErrors
+    materials: tuple[Brdf, Brdf]
 
     def rows(self) -> list[Row]:
         """All figures as a table, in the order in which they should be shown."""
-        table: list[Row] = []
-        for item in self.lights:
-            errors = item.errors
-            table += [
-                (item.light, "SSIM", errors.ssim),
-                (item.light, "PSNR (dB)", errors.psnr),
-                (item.light, "MAE", errors.mae),
-                (item.light, "RMSE", errors.rmse),
-                (item.light, "FLIP", errors.flip),
-            ]
+        measures = ("SSIM", "PSNR (dB)", "MAE", "RMSE", "FLIP")
         return [
-            *table,
+            *(
+                (item.light, measure, getattr(item.errors, measure.split()[0].lower()))
+                for item in self.lights
+                for measure in measures
+            ),
             ("angles", "log-cosine error", self.angles.log_cosine),
             ("angles", "log-cosine error, 95th percentile", self.angles.log_cosine_p95),
             ("angles", "relative error, median", self.angles.relative_median),
@@ -127,24 +128,26 @@ def compare(
     1.0
     """
     lights = standard_lights(environment, directions)
-    work = [(light, brdf) for light in lights.values() for brdf in (truth, other)]
-    costs = np.array([light.count for light, _ in work], float)
-    ends = np.cumsum(costs) / costs.sum()
-    spheres, mask = [], np.zeros((size, size), bool)
-    for (light, brdf), end, cost in zip(work, ends, costs / costs.sum(), strict=True):
-        report = None if progress is None else _part(progress, end - cost, cost)
-        image, mask = render_sphere(brdf, light, size, progress=report)
-        spheres.append(image)
-    found = []
-    for name, a, b in zip(lights, spheres[::2], spheres[1::2], strict=True):
+    total, done = 2 * sum(light.count for light in lights.values()), 0
+    found, mask = [], np.zeros((size, size), bool)
+    for name, light in lights.items():
+        spheres = []
+        for brdf in (truth, other):
+            report = (
+                None if progress is None else _part(progress, done / total, light.count / total)
+            )
+            spheres.append(render_sphere(brdf, light, size, progress=report))
+            done += light.count
+        (a, mask), (b, _) = spheres
         errors, flip_map = image_errors(a, b, mask)
-        found.append(LightComparison(name, a, b, flip_map, errors))
+        found.append(LightComparison(name, a, b, flip_map, errors, light))
     return Comparison(
         truth=truth.name or type(truth).__name__,
         other=other.name or type(other).__name__,
         mask=mask,
         lights=tuple(found),
         angles=angular_errors(truth, other, seed=seed),
+        materials=(truth, other),
     )
 
 

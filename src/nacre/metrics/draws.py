@@ -20,12 +20,7 @@ REPLICATES = 8
 def sobol(dimensions: int, count: int, seed: int = 0) -> Floats:
     """Scrambled Sobol points in [0, 1), shape (:data:`REPLICATES`, count, dimensions).
 
-    Parameters
-    ----------
-    dimensions, count
-        Coordinates of a point, and points a set: a power of two.
-    seed
-        Of the scrambling.
+    The count of points a set is a power of two.
     """
     from scipy.stats import qmc
 
@@ -52,19 +47,10 @@ class Proposal:
         self._own: Sampler = own if own.adapted else fit_lobes(brdf)
 
     def draw(self, wo: Floats, u: Floats) -> Floats:
-        """Directions to the light: one from each part for each point.
+        """Directions to the light, shape (..., 2 n, 3): one from each part for each point.
 
-        Parameters
-        ----------
-        wo
-            Unit directions to the viewer, shape (..., n, 3), float64.
-        u
-            Points in [0, 1), shape (..., n, 3).
-
-        Returns
-        -------
-        array of shape (..., 2 n, 3)
-            Some below the horizon; they stand for nothing reflected.
+        `wo` are float64 and `u` lie in [0, 1), both of shape (..., n, 3). Some directions lie below
+        the horizon; they stand for nothing reflected.
         """
         wo, u = np.broadcast_arrays(wo, u)
         with np.errstate(all="ignore"):

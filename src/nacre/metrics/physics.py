@@ -21,6 +21,7 @@ from nacre.metrics.draws import REPLICATES, Proposal, draw_pairs, pair_density, 
 from nacre.runtime.parallel import thread_map
 
 Floats = npt.NDArray[np.floating]
+Mask = npt.NDArray[np.bool_]
 
 _ROTATIONS = 16
 
@@ -118,13 +119,10 @@ def reciprocity_error(
     wi, wo = draw_pairs(proposal, count, seed)
     # Both integrands are symmetric: a pair may count as drawn in either order.
     density = 0.5 * (pair_density(proposal, wi, wo) + pair_density(proposal, wo, wi))
-    weight = _inverse(density) * np.maximum(wi[..., 2] * wo[..., 2], 0.0)
-    weight *= brdf.valid(wi, wo) & brdf.valid(wo, wi)
+    weight = _pair_weight(wi, wo, density, brdf.valid(wi, wo) & brdf.valid(wo, wi))
     f, g = brdf.eval(wi, wo), brdf.eval(wo, wi)
     with np.errstate(all="ignore"):
-        gap = (np.abs(f - g).sum(axis=-1) * weight).sum(axis=-1)
-        both = (0.5 * (f + g).sum(axis=-1) * weight).sum(axis=-1)
-    return _ratio(gap, both)
+        return _ratio(np.abs(f - g).sum(axis=-1), 0.5 * (f + g).sum(axis=-1), weight)
 
 
 def anisotropy(
@@ -148,15 +146,12 @@ def anisotropy(
     turns = [(_turn(wi, k), _turn(wo, k)) for k in range(_ROTATIONS)]
     # Both integrands are the same for all turns of a pair: it may count as drawn at any of them.
     density = np.mean([pair_density(proposal, *pair) for pair in turns], axis=0)
-    weight = _inverse(density) * np.maximum(wi[..., 2] * wo[..., 2], 0.0)
-    weight *= np.all([brdf.valid(*pair) for pair in turns], axis=0)
+    weight = _pair_weight(wi, wo, density, np.all([brdf.valid(*pair) for pair in turns], axis=0))
     f = np.stack([brdf.eval(*pair) for pair in turns])
     with np.errstate(all="ignore"):
         mean = f.mean(axis=0)
         spread = np.abs(f - mean).mean(axis=0)
-        return _ratio(
-            (spread.sum(axis=-1) * weight).sum(axis=-1), (mean.sum(axis=-1) * weight).sum(axis=-1)
-        )
+        return _ratio(spread.sum(axis=-1), mean.sum(axis=-1), weight)
 
 
 def known_fraction(brdf: Brdf, *, count: int = 2048, seed: int = 0) -> float:
@@ -178,18 +173,22 @@ def _turn(w: Floats, step: int) -> Floats:
         return w
     angle = 2.0 * math.pi * step / _ROTATIONS
     cosine, sine = math.cos(angle), math.sin(angle)
-    rotated: Floats = w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return rotated
+    return np.asarray(w @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _inverse(density: Floats) -> Floats:
     """1 / density; 0 where nothing can be drawn."""
-    inverse: Floats = np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0)
-    return inverse
+    return np.asarray(np.where(density > 0.0, 1.0 / np.maximum(density, 1e-300), 0.0))
 
 
-def _ratio(part: Floats, whole: Floats) -> Estimate:
-    """A ratio of sums, from one of each a set."""
+def _pair_weight(wi: Floats, wo: Floats, density: Floats, known: Mask) -> Floats:
+    """Both cosines over the density of a pair; 0 where it is not known."""
+    return _inverse(density) * np.maximum(wi[..., 2] * wo[..., 2], 0.0) * known
+
+
+def _ratio(part: Floats, whole: Floats, weight: Floats) -> Estimate:
+    """A ratio of weighted sums, from one of each a set."""
+    part, whole = ((values * weight).sum(axis=-1) for values in (part, whole))
     with np.errstate(all="ignore"):
         return _estimate(part.sum() / whole.sum(), (part / whole)[:, None])
 

@@ -37,11 +37,8 @@ class TemporalErrors:
 def temporal_errors(frames: Iterable[tuple[Floats, Floats]]) -> TemporalErrors:
     """Compare two animations as they are shown, clipped to [0, 1], in the memory of a few frames.
 
-    Parameters
-    ----------
-    frames
-        The truth and the other, linear and of shape (height, width, 3), frame by frame. In one
-        frame alone nothing changes.
+    Frames are the truth and the other, linear and of shape (height, width, 3). In one frame alone
+    nothing changes.
 
     Raises
     ------

@@ -67,12 +67,7 @@ def matched(truth: Btf, other: Btf) -> Btf:
 
 
 def compare_textures(
-    truth: Btf,
-    other: Btf,
-    *,
-    pairs: int | None = None,
-    seed: int = 0,
-    progress: Progress = silent,
+    truth: Btf, other: Btf, *, pairs: int | None = None, seed: int = 0, progress: Progress = silent
 ) -> TextureComparison:
     """Errors of a texture at the directions of the truth.
 

@@ -72,13 +72,7 @@ class Errors:
 
 
 class ErrorSums:
-    """Adds up errors of parts of a texture.
-
-    Parameters
-    ----------
-    sums
-        Those of an earlier one, to go on from.
-    """
+    """Adds up errors of parts of a texture, on from the sums of an earlier one."""
 
     def __init__(self, sums: npt.NDArray[np.float64] | None = None) -> None:
         self.sums = np.zeros((_BINS, 4)) if sums is None else sums.copy()
@@ -108,14 +102,12 @@ class ErrorSums:
         with np.errstate(invalid="ignore", divide="ignore"):
             count, squares, absolute, truths = self.sums.sum(0)
             means = self.sums[:, 1] / self.sums[:, 0]
+            by_view = tuple(
+                (BIN * index, BIN * (index + 1), float(mean))
+                for index, mean in enumerate(means)
+                if self.sums[index, 0]
+            )
+            relative = float(np.sqrt(squares / truths)) if truths else math.nan
             return Errors(
-                int(count),
-                float(np.float64(squares) / count),
-                float(np.float64(absolute) / count),
-                float(np.sqrt(np.float64(squares) / truths)) if truths else math.nan,
-                tuple(
-                    (BIN * index, BIN * (index + 1), float(mean))
-                    for index, mean in enumerate(means)
-                    if self.sums[index, 0]
-                ),
+                int(count), float(squares / count), float(absolute / count), relative, by_view
             )

@@ -72,24 +72,10 @@ def glossy_sample(mi: Any, wo: Components, density: Array, active: Any) -> Any:
 
 
 def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
-    """What the variant of `mi` carries of a linear Rec. 709 color.
+    """What the variant of `mi` carries of a linear Rec. 709 color, 0 where not `active`.
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module.
-    rgb
-        Color components.
-    wavelengths
-        The wavelengths of the interaction, nm; used in spectral variants.
-    active
-        Where the result is not 0.
-
-    Returns
-    -------
-    mi.Spectrum
-        RGB, luminance, or the values of :func:`upsample`; a depolarizing
-        Mueller matrix of these in a polarized variant.
+    RGB, luminance, or the values of :func:`upsample` at wavelengths in nm; a depolarizing Mueller
+    matrix of these in a polarized variant.
     """
     if mi.is_spectral:
         values = [upsample(rgb, w) for w in components(*wavelengths)]
@@ -102,32 +88,20 @@ def spectrum(mi: Any, rgb: Components, wavelengths: Any, active: Any) -> Any:
 
 
 def albedo(brdf: Brdf) -> Floats:
-    """Reflected fraction of light that arrives along the normal, estimated with fixed samples.
+    """Reflected fraction of light that arrives along the normal, linear RGB of shape (3,).
 
-    Returns
-    -------
-    array of shape (3,)
-        Linear RGB; repeatable, with an error of a few per cent where the sampler fits badly.
+    Samples are fixed: repeatable, with an error of a few per cent where the sampler fits badly.
     """
     normal = np.array([0.0, 0.0, 1.0])
     directions, pdf = brdf.sample(normal, even_points(_ALBEDO_SAMPLES, 3))
     weight = np.divide(directions[:, 2], pdf, out=np.zeros_like(pdf), where=pdf > 0)
-    mean: Floats = (brdf.eval(directions, normal) * weight[:, None]).mean(0)
-    return mean
+    return np.asarray((brdf.eval(directions, normal) * weight[:, None]).mean(0))
 
 
 def primaries(wavelength: Array) -> Components:
-    """The spectra of red, green and blue.
+    """The spectra of red, green and blue at wavelengths in nm: in [0, 1], with a sum of 1.
 
-    Parameters
-    ----------
-    wavelength
-        Wavelengths in nm, an array of any library; beyond 360 to 830 nm the end values hold.
-
-    Returns
-    -------
-    three arrays
-        Values in [0, 1] that sum to 1.
+    Beyond 360 to 830 nm the end values hold.
     """
     xp = namespace(wavelength)
     place = xp.minimum(xp.maximum((wavelength - FIRST) / STEP, 0.0), float(_LAST))

@@ -35,8 +35,8 @@ def check_animation(path: PathLike, count: int, width: int, height: int) -> None
     NacreError
         If its frames have more than :data:`MAX_PIXELS` pixels together.
     """
-    suffix = check_image_path(path, ANIMATIONS).suffix.lower()
-    if suffix == ".webp" and max(width, height) > 16383:
+    path = check_image_path(path, ANIMATIONS)
+    if path.suffix.lower() == ".webp" and max(width, height) > 16383:
         raise FormatError(f"{path}: .webp has at most 16383 pixels an edge; choose .gif or .png")
     if count * width * height > MAX_PIXELS:
         raise NacreError(
@@ -46,21 +46,14 @@ def check_animation(path: PathLike, count: int, width: int, height: int) -> None
 
 
 def write_animation(frames: Iterable[npt.NDArray[np.uint8]], path: PathLike) -> None:
-    """Write pictures of display values as an animation, whole or not at all.
+    """Write two or more pictures of display values as an animation, whole or not at all.
 
-    Parameters
-    ----------
-    frames
-        Two or more of shape (height, width, 3), all of one size.
-    path
-        `.gif` has 256 colors, the same in all frames; `.png` has all; `.webp` is lossy.
+    `.gif` has 256 colors, the same in all frames; `.png` has all; `.webp` is lossy.
 
     Raises
     ------
     FormatError
         If the ending is none of these or the file cannot be written.
-    MissingExtraError
-        If Pillow is not installed.
     """
     path = check_image_path(path, ANIMATIONS)
     pillow = require("PIL.Image", "render")

@@ -84,8 +84,7 @@ class Environment:
 
         upper = (1.0 - a) * at(j, i) + a * at(j, i + 1)
         lower = (1.0 - a) * at(j + 1, i) + a * at(j + 1, i + 1)
-        result: Floats = (1.0 - b) * upper + b * lower
-        return result
+        return np.asarray((1.0 - b) * upper + b * lower)
 
     def pixel(self, directions: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
         """Rows and columns of the nearest pixels to unit vectors of shape (..., 3)."""
@@ -116,37 +115,26 @@ def sphere_mean(pixels: Floats) -> Floats:
     cosine = np.clip(directions[..., 2], -1.0, 1.0)
     angle = np.arccos(cosine)
     phase = (np.sin(angle) + (math.pi - angle) * cosine) * 2.0 / (3.0 * math.pi)
-    mean: Floats = np.einsum("hwc,hw,h->c", pixels, phase / math.pi, solid_angles)
-    return mean
+    return np.asarray(np.einsum("hwc,hw,h->c", pixels, phase / math.pi, solid_angles))
 
 
 def pixel_directions(height: int, width: int) -> tuple[Floats, Floats]:
     """Directions of the pixel centers of a map, and the solid angles of the pixels.
 
-    Returns
-    -------
-    directions
-        Unit vectors, shape (height, width, 3).
-    solid_angles
-        Of each pixel of a row in sr, shape (height,); the first and last rows are half as high as
-        the others. They sum to 4 pi over all pixels.
+    Unit vectors of shape (height, width, 3), and of each pixel of a row in sr, shape (height,): the
+    first and last rows are half as high as the others, and all pixels have 4 pi together.
     """
     theta = (np.arange(height) * (math.pi / (height - 1)))[:, None]
     phi = ((np.arange(width) + 0.5) * (2.0 * math.pi / width))[None, :]
-    directions = np.stack(
-        np.broadcast_arrays(
-            np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)
-        ),
-        axis=-1,
-    )
+    parts = np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)
+    directions = np.stack(np.broadcast_arrays(*parts), axis=-1)
     return directions, -np.diff(row_edges(height)) * (2.0 * math.pi / width)
 
 
 def row_edges(height: int) -> Floats:
     """Cosines of the polar angles between rows, from 1 down to -1, shape (height + 1,)."""
     edges = (np.arange(height + 1) - 0.5) * (math.pi / (height - 1))
-    cosines: Floats = np.cos(np.clip(edges, 0.0, math.pi))
-    return cosines
+    return np.asarray(np.cos(np.clip(edges, 0.0, math.pi)))
 
 
 def load_environment(path: PathLike) -> Environment:
@@ -181,8 +169,5 @@ def load_environment(path: PathLike) -> Environment:
     except MemoryError as error:
         raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:
-        raise FormatError(f"{path}: not a usable environment: {_last_line(error)}") from error
-
-
-def _last_line(error: Exception) -> str:
-    return str(error).strip().rpartition("\n")[2]
+        last_line = str(error).strip().rpartition("\n")[2]
+        raise FormatError(f"{path}: not a usable environment: {last_line}") from error

@@ -14,21 +14,11 @@ import numpy.typing as npt
 
 from nacre.render.engine import mitsuba
 from nacre.render.mesh import revolve
-from nacre.render.scene import camera, matte
+from nacre.render.scene import camera, matte, path_traced, rgb, sphere
 
 SLOTS = (
-    "counter",
-    "doors",
-    "tiles",
-    "hood",
-    "pot",
-    "kettle",
-    "bowl",
-    "apple",
-    "orange",
-    "bottle",
-    "table",
-    "cup",
+    *("counter", "doors", "tiles", "hood", "pot", "kettle"),
+    *("bowl", "apple", "orange", "bottle", "table", "cup"),
 )
 """What can be given a material."""
 
@@ -91,43 +81,26 @@ _BALLS: Mapping[str, Sequence[tuple[Sequence[float], float]]] = {
 
 
 def describe_kitchen(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) -> dict[str, Any]:
-    """Scene dictionary for `mitsuba.load_dict`.
+    """Scene dictionary for `mitsuba.load_dict`, of a size in pixels.
 
-    Parameters
-    ----------
-    bsdfs
-        BSDFs or dictionaries of them for :data:`SLOTS`, in this order; fewer are repeated.
-    size
-        Width and height in pixels.
+    BSDFs or dictionaries of them are for :data:`SLOTS`, in this order; fewer are repeated.
     """
     mi = mitsuba()
     place = mi.ScalarTransform4f()
     given = {slot: bsdfs[index % len(bsdfs)] for index, slot in enumerate(SLOTS)}
-    scene: dict[str, Any] = {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 8},
-        "sensor": camera([-0.75, 1.5, 2.75], [0.25, 0.98, -0.9], 52.0, size),
-        **_room(place),
-    }
+    eye = camera([-0.75, 1.5, 2.75], [0.25, 0.98, -0.9], 52.0, size)
+    scene = path_traced(8, eye) | _room(place)
     for slot, boxes in _BOXES.items():
         for index, (low, high) in enumerate(boxes):
-            middle, half = 0.5 * (np.add(high, low)), 0.5 * np.subtract(high, low)
-            scene[f"{slot}_{index}"] = {
-                "type": "cube",
-                "to_world": place.translate(middle.tolist()).scale(half.tolist()),
-                "bsdf": given[slot],
-            }
+            center, half = 0.5 * (np.add(high, low)), 0.5 * np.subtract(high, low)
+            at = place.translate(center.tolist()).scale(half.tolist())
+            scene[f"{slot}_{index}"] = {"type": "cube", "to_world": at, "bsdf": given[slot]}
     for slot, (outline, where) in _OUTLINES.items():
         at = place.translate(list(where))
         scene[slot] = revolve(mi, slot, _dense(outline), given[slot], at)
     for slot, balls in _BALLS.items():
-        for index, (centre, radius) in enumerate(balls):
-            scene[f"{slot}_{index}"] = {
-                "type": "sphere",
-                "center": list(centre),
-                "radius": radius,
-                "bsdf": given[slot],
-            }
+        for index, (middle, radius) in enumerate(balls):
+            scene[f"{slot}_{index}"] = sphere(middle, radius, bsdf=given[slot])
     return scene
 
 
@@ -153,7 +126,7 @@ def _room(place: Any) -> dict[str, Any]:
     room["window"] = {
         "type": "rectangle",
         "to_world": window,
-        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(_DAYLIGHT)}},
+        "emitter": {"type": "area", "radiance": rgb(*_DAYLIGHT)},
     }
     return room
 

@@ -73,7 +73,6 @@ class DirectionalLight:
     """Toward the light; +x is right, +y up, +z toward the viewer."""
 
     def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
-        """See :class:`Light`."""
         wi = frames @ np.asarray(self.direction, frames.dtype)
         (points,) = np.nonzero(wi[:, 2] > 0.0)
         return wi[points], np.full((len(points), 3), math.pi, frames.dtype), points
@@ -108,7 +107,6 @@ class EnvironmentLight:
         self._pixel = environment.pixel
 
     def incident(self, frames: Floats) -> tuple[Floats, Floats, Indices]:
-        """See :class:`Light`."""
         wo = frames[:, :, 2]
         points, light = np.nonzero(frames[:, 2] @ self._directions.T > 0.0)
         wi = np.einsum("nij,nj->ni", frames[points], self._directions[light])
@@ -140,8 +138,7 @@ class EnvironmentLight:
             for n, a in zip(self._per_lobe, ROUGHNESS, strict=True)
         )
         # Density of h is D cos(theta_h); that of wi is it over 4 wo.h, and wo.h = |wi + wo| / 2.
-        density: Floats = lobes * h[:, 2] / (2.0 * math.pi * squared)
-        return density
+        return np.asarray(lobes * h[:, 2] / (2.0 * math.pi * squared))
 
 
 def _lobe_half_vectors(counts: Sequence[int]) -> Floats:
@@ -160,10 +157,7 @@ def _lobe_half_vectors(counts: Sequence[int]) -> Floats:
 def golden_lattice(count: int) -> tuple[Floats, Floats]:
     """Evenly spread points of the unit square: a rank-1 lattice of the golden ratio.
 
-    Returns
-    -------
-    u, v
-        (k + 1/2) / count and frac((k + 1/2) / golden ratio), in [0, 1), shapes (count,).
+    They are (k + 1/2) / count and frac((k + 1/2) / golden ratio), in [0, 1), shapes (count,).
     """
     index = np.arange(count) + 0.5
     return index / max(count, 1), np.modf(index * _GOLDEN)[0]
@@ -178,19 +172,8 @@ def quadrature(environment: Environment, count: int) -> tuple[Floats, Floats]:
     random: the same map and count give the same directions. The map counts as constant within a
     pixel, so every weight has the same luminance.
 
-    Parameters
-    ----------
-    environment
-        The map.
-    count
-        Number of directions, at least 1.
-
-    Returns
-    -------
-    directions
-        Unit vectors toward the light, shape (count, 3), float32.
-    weights
-        Radiance times solid angle, linear RGB, shape (count, 3), float32.
+    Unit vectors toward the light, and radiance times solid angle in linear RGB, both of shape
+    (count, 3) and float32; the count is 1 at least.
     """
     if count < 1:
         raise ValueError(f"a quadrature needs at least one direction, got {count}")

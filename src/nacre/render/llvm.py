@@ -69,12 +69,7 @@ def _numbers(text: str) -> tuple[int, int]:
 def candidates(platform: str, roots: tuple[Path, ...]) -> Iterator[Path]:
     """Every libLLVM in the usual places of a platform.
 
-    Parameters
-    ----------
-    platform
-        As `sys.platform` names it.
-    roots
-        Folders to look under: the root of the file system, or Windows' program folders.
+    These are below the root of the file system, or Windows' program folders.
     """
     patterns = {"darwin": _MACOS, "win32": _WINDOWS}.get(platform, _LINUX)
     for root in roots:
@@ -113,15 +108,7 @@ def prepare() -> Path | None:
 
 
 def instruction(platform: str = sys.platform, release: Path = Path("/etc/os-release")) -> str:
-    """One line that says how to install LLVM here.
-
-    Parameters
-    ----------
-    platform
-        As `sys.platform` names it.
-    release
-        The file in which a Linux distribution names itself.
-    """
+    """One line that says how to install LLVM here; a Linux distribution names itself in a file."""
     if platform == "darwin":
         return "brew install llvm"
     if platform == "win32":
@@ -142,10 +129,7 @@ def instruction(platform: str = sys.platform, release: Path = Path("/etc/os-rele
 def refusal(found: tuple[int, ...] | None) -> str | None:
     """Why a release of LLVM cannot be used and what to do, in one line; None if it can.
 
-    Parameters
-    ----------
-    found
-        The release in use, major number first; None or a negative number where there is none.
+    It is None or a negative number where there is none.
     """
     if found and found[0] >= MINIMUM:
         return None

@@ -16,39 +16,22 @@ _SEGMENTS = 384
 def revolve(mi: Any, name: str, profile: Floats, bsdf: Any, to_world: Any = None) -> Any:
     """Surface of revolution about +y as a `mitsuba.Mesh` with smooth normals.
 
-    Parameters
-    ----------
-    mi
-        The `mitsuba` module.
-    name
-        Of the mesh.
-    profile
-        Radii and heights along the curve, shape (n, 2), with the outside at the left of a walk
-        along it seen in the (radius, height) plane.
-    bsdf
-        A BSDF or the dictionary of one.
-    to_world
-        Where it stands.
+    The profile is radii and heights along the curve, shape (n, 2), with the outside at the left of
+    a walk along it seen in the (radius, height) plane.
     """
     phi = np.linspace(0.0, 2.0 * math.pi, _SEGMENTS + 1)
-    radius, height = profile[:, None, 0], profile[:, None, 1]
-    positions = np.stack(
-        np.broadcast_arrays(radius * np.sin(phi), height, radius * np.cos(phi)), axis=-1
-    )
+
+    def turned(curve: Floats) -> Floats:
+        """Vectors (outward, upward) of the curve at every turn, shape (n, segments + 1, 3)."""
+        out, up = curve[:, None, 0], curve[:, None, 1]
+        return np.stack(np.broadcast_arrays(out * np.sin(phi), up, out * np.cos(phi)), axis=-1)
+
     v = np.linspace(0.0, 1.0, len(profile))[:, None]
     uv = np.stack(np.broadcast_arrays(phi / (2.0 * math.pi), v), axis=-1)
     slope = np.gradient(profile, axis=0)
     outward = np.stack([-slope[:, 1], slope[:, 0]], axis=-1)
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
-    normals = np.stack(
-        np.broadcast_arrays(
-            outward[:, None, 0] * np.sin(phi),
-            outward[:, None, 1],
-            outward[:, None, 0] * np.cos(phi),
-        ),
-        axis=-1,
-    )
-    return grid_mesh(mi, name, positions, uv, bsdf, normals, to_world)
+    return grid_mesh(mi, name, turned(profile), uv, bsdf, turned(outward), to_world)
 
 
 def grid_mesh(
@@ -62,10 +45,7 @@ def grid_mesh(
 ) -> Any:
     """A grid of quadrilaterals, two triangles each, as a `mitsuba.Mesh`.
 
-    Parameters
-    ----------
-    positions, uv, normals
-        Of the vertices, shapes (rows, columns, 3), (rows, columns, 2), (rows, columns, 3).
+    Vertices have positions and normals, shapes (rows, columns, 3), and uv, (rows, columns, 2).
     """
     rows, columns, _ = positions.shape
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
@@ -88,10 +68,10 @@ def grid_mesh(
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         normals = None if normals is None else normals @ matrix[:3, :3].T
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = positions.astype(np.float32).ravel()
-    parameters["vertex_texcoords"] = uv.astype(np.float32).ravel()
+    vertices = {"positions": positions, "texcoords": uv, "normals": normals}
+    for of, values in vertices.items():
+        if values is not None:
+            parameters[f"vertex_{of}"] = values.astype(np.float32).ravel()
     parameters["faces"] = faces.astype(np.uint32).ravel()
-    if normals is not None:
-        parameters["vertex_normals"] = normals.astype(np.float32).ravel()
     parameters.update()
     return mesh

@@ -29,13 +29,6 @@ def first_in_buffer(network: NetworkBrdf, weights: str) -> int:
 
     By default that is none, up to :data:`MAX_LITERALS` weights. Of materials that share their
     first layers, only the others are data, so that one kernel renders all of them.
-
-    Parameters
-    ----------
-    network
-        The reflectance.
-    weights
-        One of :data:`WEIGHTS`.
     """
     count = len(network.layers)
     if weights != "auto":
@@ -57,18 +50,8 @@ class BufferedNetwork:
     """A network whose last layers lie in one buffer of a JIT variant, as cooperative vectors.
 
     The buffer is passed to every call instead of being kept, so that its owner may replace it and
-    Dr.Jit can follow its gradients into virtual function calls.
-
-    Parameters
-    ----------
-    network
-        The reflectance.
-    mi
-        The `mitsuba` module with a JIT variant set.
-    start
-        Index of the first layer in the buffer; those before are literals.
-    half
-        Whether weights and hidden values of layers in the buffer have 16 bits instead of 32.
+    Dr.Jit can follow its gradients into virtual function calls. The first `start` layers are
+    literals; if `half`, weights and hidden values of the others have 16 bits instead of 32.
     """
 
     def __init__(self, network: NetworkBrdf, mi: Any, start: int = 0, half: bool = False) -> None:

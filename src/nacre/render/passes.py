@@ -45,12 +45,7 @@ def needs_wavefronts(scene: Any) -> bool:
 class Plan:
     """How a picture is rendered a part at a time, so that memory stays bounded.
 
-    Parameters
-    ----------
-    samples
-        Samples per pixel of a pass, at most.
-    rows
-        Rows of pixels that are rendered at a time.
+    By passes of some samples per pixel, at most, and some rows of pixels at a time.
     """
 
     samples: int
@@ -62,16 +57,7 @@ def plan_passes(
 ) -> Plan:
     """The passes of a picture.
 
-    Parameters
-    ----------
-    width, height
-        In pixels.
-    spp
-        Samples per pixel.
-    wavefront
-        Whether paths are traced one bounce at a time; see :func:`wavefronts`.
-    denoised
-        Whether the picture goes through the denoiser.
+    Its paths may be traced one bounce at a time (:func:`wavefronts`); it may be denoised then.
 
     Raises
     ------
@@ -116,30 +102,18 @@ def accumulate(
     integrator: Any = None,
     channels: int = 3,
 ) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
-    """Render a scene pass by pass.
+    """Render a scene pass by pass: samples per pixel so far, and their mean.
+
+    The picture is linear RGB, or what an integrator in place of the scene's gives; shape (height,
+    width, channels). The same seed gives the same pictures, but for the rounding of sums whose
+    order the renderer's threads decide.
 
     Parameters
     ----------
-    scene
-        Of `mitsuba.load_dict`.
     sizes
         Samples per pixel of each pass, at least 1.
-    seed
-        Of the samples: the same seed gives the same pictures, but for the rounding of sums whose
-        order the renderer's threads decide.
     rows
         Rows of pixels to render at a time; all where None.
-    integrator
-        What to render with in place of the scene's integrator.
-    channels
-        How many it gives.
-
-    Yields
-    ------
-    count
-        Samples per pixel so far.
-    picture
-        Their mean: linear RGB, or what the integrator gives; shape (height, width, channels).
 
     Raises
     ------

@@ -17,9 +17,7 @@ import numpy as np
 
 from nacre.render.engine import mitsuba
 from nacre.render.mesh import grid_mesh
-from nacre.render.scene import camera, matte
-
-PLATES = 4
+from nacre.render.scene import camera, matte, path_traced, rgb, sphere
 
 _CAMERA = (0.0, 2.0, 15.0)
 _TARGET = (0.0, -1.55, 2.5)
@@ -32,39 +30,21 @@ _WIDTH, _DEPTH = 8.6, 1.05
 
 
 def describe_plates(bsdfs: Sequence[Any], size: tuple[int, int] = (480, 320)) -> dict[str, Any]:
-    """Scene dictionary for `mitsuba.load_dict`.
+    """Scene dictionary for `mitsuba.load_dict`, of a size in pixels.
 
-    Parameters
-    ----------
-    bsdfs
-        BSDFs or dictionaries of them, for the plates from the farthest to the nearest; fewer than
-        four are repeated.
-    size
-        Width and height in pixels.
+    BSDFs or dictionaries of them are for the plates from the farthest to the nearest; fewer than
+    four are repeated.
     """
     mi = mitsuba()
-    scene: dict[str, Any] = {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 4},
-        "sensor": camera(_CAMERA, _TARGET, 40.0, size),
-        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 0.02}},
-    }
+    scene = path_traced(4, camera(_CAMERA, _TARGET, 40.0, size))
+    scene["sky"] = {"type": "constant", "radiance": rgb(0.02)}
     for index, (x, radius) in enumerate(_LAMPS):
-        scene[f"lamp_{index}"] = {
-            "type": "sphere",
-            "center": [x, 0.0, 0.0],
-            "radius": radius,
-            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": _POWER / radius**2}},
-        }
+        lamp = {"type": "area", "radiance": rgb(_POWER / radius**2)}
+        scene[f"lamp_{index}"] = sphere([x, 0.0, 0.0], radius, emitter=lamp)
     for index, (y, z) in enumerate(_CENTERS):
         scene[f"plate_{index}"] = _plate(mi, index, y, z, bsdfs[index % len(bsdfs)])
-    scene["floor"] = _quad(
-        mi,
-        "floor",
-        [[-30.0, -4.4, 12.0], [30.0, -4.4, 12.0]],
-        [[-30.0, -4.4, -12.0], [30.0, -4.4, -12.0]],
-        matte(0.25),
-    )
+    near, far = ([[x, -4.4, z] for x in (-30.0, 30.0)] for z in (12.0, -12.0))
+    scene["floor"] = _quad(mi, "floor", near, far, matte(0.25))
     return scene
 
 

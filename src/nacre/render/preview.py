@@ -150,8 +150,7 @@ def render_scene(
 
 def _denoised(mi: Any, scene: Any, picture: npt.NDArray[np.float64], seed: int, rows: int) -> Image:
     auxiliary = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
-    sizes = [_AUXILIARY_SPP]
-    ((_, seen),) = accumulate(scene, sizes, seed + 1, rows, auxiliary, 6)
+    ((_, seen),) = accumulate(scene, [_AUXILIARY_SPP], seed + 1, rows, auxiliary, 6)
     return remove_noise(picture, seen[..., :3], seen[..., 3:])
 
 

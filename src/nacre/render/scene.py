@@ -7,7 +7,7 @@ toward -z, so the lamps of the environment are behind it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -49,12 +49,10 @@ def describe_scene(
     size: tuple[int, int] = (512, 512),
     environment: Environment | None = None,
 ) -> dict[str, Any]:
-    """Scene dictionary for `mitsuba.load_dict`.
+    """Scene dictionary for `mitsuba.load_dict`, of a BSDF or the dictionary of one.
 
     Parameters
     ----------
-    bsdf
-        A BSDF or the dictionary of one.
     shape
         `"ball"`: a grooved ball on a ring; `"sphere"`: a plain one on the floor.
     light
@@ -74,13 +72,33 @@ def describe_scene(
     check_name("light", light, LIGHTS)
     mi = mitsuba()
     return {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 6},
-        "sensor": camera([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], 24.0, size, fov_axis="smaller"),
+        **path_traced(6, camera([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], 24.0, size, "smaller")),
         "light": emitter(mi, light, environment),
         "floor": floor(mi),
-        **(_ball(mi, bsdf) if shape == "ball" else _sphere(mi, bsdf)),
+        **(_ball(mi, bsdf) if shape == "ball" else {"sphere": upright_sphere(mi, bsdf)}),
     }
+
+
+def path_traced(depth: int, sensor: Mapping[str, Any]) -> dict[str, Any]:
+    """The start of a scene: paths of a number of segments at most, and what it is seen by."""
+    integrator = {"type": "path", "max_depth": depth}
+    return {"type": "scene", "integrator": integrator, "sensor": sensor}
+
+
+def rgb(*value: float) -> dict[str, Any]:
+    """A linear color, or one value for all of its channels."""
+    return {"type": "rgb", "value": list(value) if len(value) > 1 else value[0]}
+
+
+def sphere(middle: Sequence[float], radius: float, **surface: Any) -> dict[str, Any]:
+    """A sphere with a `bsdf` or an `emitter`."""
+    return {"type": "sphere", "center": list(middle), "radius": radius, **surface}
+
+
+def upright_sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
+    """The unit sphere on the floor, its z axis turned to +y."""
+    upright = mi.ScalarTransform4f().translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
+    return {"type": "sphere", "to_world": upright, "bsdf": bsdf}
 
 
 def check_name(what: str, name: str, known: Sequence[str]) -> None:
@@ -102,18 +120,9 @@ def camera(
     size: tuple[int, int],
     fov_axis: str = "x",
 ) -> dict[str, Any]:
-    """A perspective camera with a film for linear colors; +y is up.
+    """A perspective camera with a film for linear colors, of a size in pixels; +y is up.
 
-    Parameters
-    ----------
-    origin, target
-        Where it stands, and what it looks at.
-    fov
-        Angle of view along `fov_axis` in degrees.
-    size
-        Width and height in pixels.
-    fov_axis
-        As Mitsuba has it: "x", "y", "smaller", ...
+    The angle of view is in degrees, along an axis that Mitsuba calls "x", "y", "smaller", ...
     """
     width, height = size
     return {
@@ -135,26 +144,24 @@ def camera(
 
 def matte(*reflectance: float) -> dict[str, Any]:
     """A Lambertian surface seen from both sides, of linear RGB or one value for all."""
-    value = list(reflectance) if len(reflectance) > 1 else reflectance[0]
-    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": value}}
-    return {"type": "twosided", "bsdf": diffuse}
+    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(*reflectance)}}
+
+
+def directional(toward: Sequence[float]) -> dict[str, Any]:
+    """Light of irradiance pi from a direction."""
+    return {
+        "type": "directional",
+        "direction": [-x for x in toward],
+        "irradiance": rgb(math.pi),
+    }
 
 
 def emitter(mi: Any, light: str, environment: Environment | None) -> dict[str, Any]:
+    """The light of a scene by its name; an environment is exposed here."""
     if light == "directional":
-        x, y, z = DirectionalLight.direction
-        return {
-            "type": "directional",
-            "direction": [-x, -y, -z],
-            "irradiance": {"type": "rgb", "value": math.pi},
-        }
+        return directional(DirectionalLight.direction)
     exposed = (studio() if environment is None else environment).exposed(EXPOSURE)
     return {"type": "envmap", "bitmap": mi.Bitmap(exposed.pixels)}
-
-
-def _sphere(mi: Any, bsdf: Any) -> dict[str, Any]:
-    upright = mi.ScalarTransform4f().translate([0, 1, 0]).rotate([1, 0, 0], -90.0)
-    return {"sphere": {"type": "sphere", "to_world": upright, "bsdf": bsdf}}
 
 
 def _ball(mi: Any, bsdf: Any) -> dict[str, Any]:
@@ -166,12 +173,7 @@ def _ball(mi: Any, bsdf: Any) -> dict[str, Any]:
     place = place.rotate([0, 1, 0], pan).rotate([1, 0, 0], tilt)
     angle = np.linspace(0.0, 2.0 * math.pi, 97)
     ring = np.stack([0.62 + 0.13 * np.cos(angle), 0.13 + 0.13 * np.sin(angle)], axis=-1)
-    stand = {
-        "type": "principled",
-        "base_color": {"type": "rgb", "value": 0.035},
-        "roughness": 0.35,
-        "specular": 0.5,
-    }
+    stand = {"type": "principled", "base_color": rgb(0.035), "roughness": 0.35, "specular": 0.5}
     return {
         "ball": revolve(mi, "ball", profile, bsdf, place),
         "stand": revolve(mi, "stand", ring[::-1], stand),
@@ -189,8 +191,7 @@ def ball_profile() -> tuple[Floats, Floats]:
 def _step(x: Floats) -> Floats:
     """From 0 at -1 to 1 at 1, with two continuous derivatives."""
     t = np.clip(0.5 * x + 0.5, 0.0, 1.0)
-    result: Floats = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
-    return result
+    return np.asarray(t * t * t * (t * (6.0 * t - 15.0) + 10.0))
 
 
 def floor(mi: Any) -> Any:

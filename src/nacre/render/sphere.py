@@ -46,12 +46,8 @@ def standard_lights(
 ) -> dict[str, Light]:
     """The two lights of the protocol by name: "environment" and "directional".
 
-    Parameters
-    ----------
-    environment
-        The map, exposed here; the package's own (:func:`nacre.render.studio.studio`) where None.
-    count
-        Directions that stand for it.
+    The map, for which `count` directions stand, is exposed here; without one it is the package's
+    own (:func:`nacre.render.studio.studio`).
     """
     exposed = (studio() if environment is None else environment).exposed()
     lights: tuple[Light, ...] = (EnvironmentLight(exposed, count), DirectionalLight())
@@ -59,22 +55,10 @@ def standard_lights(
 
 
 def sphere_normals(size: int = SIZE, offset: Floats | None = None) -> tuple[Floats, Mask]:
-    """Normals of the sphere at the pixel centers.
+    """Normals of the sphere at pixel centers, or (x, y) pixels from them, and what it covers.
 
-    Parameters
-    ----------
-    size
-        Pixels along an edge.
-    offset
-        Where in the pixels, (x, y) in pixels from the center.
-
-    Returns
-    -------
-    normals
-        Unit vectors, shape (size, size, 3), float32; row 0 is the top, +y is up, +x is right, +z
-        points to the viewer. Zero outside the sphere.
-    mask
-        Which pixels the sphere covers, shape (size, size).
+    Normals are unit vectors, shape (size, size, 3), float32: row 0 is the top, +y is up, +x is
+    right, +z points to the viewer. They are zero outside the sphere.
     """
     across, down = (0.0, 0.0) if offset is None else offset
     columns, rows = (
@@ -111,10 +95,7 @@ def frames(normals: Floats) -> Floats:
 
 
 def render_sphere(
-    brdf: Brdf,
-    light: Light,
-    size: int = SIZE,
-    progress: Progress | None = None,
+    brdf: Brdf, light: Light, size: int = SIZE, progress: Progress | None = None
 ) -> tuple[Image, Mask]:
     """Picture of a sphere of one material.
 

@@ -60,10 +60,8 @@ class _SoftBox:
         right = np.array([math.cos(phi), 0.0, -math.sin(phi)])
         up = np.cross(center, right)
         tilt = math.radians(self.tilt)
-        axes = (
-            math.cos(tilt) * right + math.sin(tilt) * up,
-            math.cos(tilt) * up - math.sin(tilt) * right,
-        )
+        cosine, sine = math.cos(tilt), math.sin(tilt)
+        axes = cosine * right + sine * up, cosine * up - sine * right
         depth = directions @ center
         inside = np.ones(directions.shape[:-1])
         for axis, angle in zip(axes, (self.width, self.height), strict=True):
@@ -87,13 +85,11 @@ _BOXES = (
 
 def _smoothstep(low: float, high: float, x: Floats) -> Floats:
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
-    result: Floats = t * t * (3.0 - 2.0 * t)
-    return result
+    return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def _mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
-    result: Floats = np.asarray(a) * (1.0 - t) + np.asarray(b) * t
-    return result
+    return np.asarray(np.asarray(a) * (1.0 - t) + np.asarray(b) * t)
 
 
 @functools.cache

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from operator import truediv
+from statistics import median
 from typing import Any
 
 from nacre.errors import NacreError, require
@@ -16,25 +16,6 @@ _WARM_UP = 2
 """Renderings before the first round: they compile, and wake the threads."""
 
 
-@dataclass(frozen=True)
-class Throughput:
-    """Speed of one scene.
-
-    Parameters
-    ----------
-    seconds
-        Median of a rendering.
-    ratio
-        Median over rounds of the speed relative to that of the baseline in the same round.
-    spread
-        Smallest and largest ratio.
-    """
-
-    seconds: float
-    ratio: float
-    spread: tuple[float, float]
-
-
 def race(
     scenes: Mapping[str, Any],
     baseline: str,
@@ -42,21 +23,11 @@ def race(
     rounds: int,
     spp: int,
     progress: Progress | None = None,
-) -> dict[str, Throughput]:
+) -> dict[str, tuple[float, float]]:
     """Render every scene in every round, so that a busy machine slows all of them alike.
 
-    Parameters
-    ----------
-    scenes
-        Of `mitsuba.load_dict`, by name.
-    baseline
-        Name of the one that the others are compared with.
-    rounds
-        Timed renderings of each.
-    spp
-        Samples per pixel.
-    progress
-        Called after each rendering.
+    Medians over rounds, of the seconds that a rendering takes, and of the speed relative to that
+    of the scene that `baseline` names in the same round.
 
     Raises
     ------
@@ -90,10 +61,7 @@ def race(
                 kernels = dr.kernel_history([dr.KernelType.JIT])
                 if not all(kernel["cache_hit"] for kernel in kernels):
                     raise NacreError(f"{name}: a kernel was compiled during the measurement")
-    return {name: _summary(seconds, times[baseline]) for name, seconds in times.items()}
-
-
-def _summary(seconds: list[float], baseline: list[float]) -> Throughput:
-    ratios = [b / s for b, s in zip(baseline, seconds, strict=True)]
-    spread = min(ratios), max(ratios)
-    return Throughput(statistics.median(seconds), statistics.median(ratios), spread)
+    return {
+        name: (median(seconds), median(map(truediv, times[baseline], seconds)))
+        for name, seconds in times.items()
+    }

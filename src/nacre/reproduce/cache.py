@@ -10,6 +10,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,12 +38,7 @@ _Kept = TypeVar("_Kept")
 class Cache:
     """Results in a folder, which is made when the first one is kept.
 
-    Parameters
-    ----------
-    folder
-        Where they are.
-    fresh
-        Whether what other runs kept counts as absent.
+    Where `fresh`, what other runs kept counts as absent.
     """
 
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
@@ -65,13 +61,7 @@ class Cache:
             return None
 
     def keep(self, key: str, arrays: Arrays) -> None:
-        """Write arrays, whole or not at all.
-
-        Raises
-        ------
-        FormatError
-            If the folder cannot be written.
-        """
+        """Write arrays, whole or not at all."""
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_path(self.path(key), internal=True) as temporary:
             np.savez_compressed(temporary, **arrays)
@@ -106,10 +96,8 @@ class Cache:
         """
         path = self.path(key, ".safetensors")
         if not self._absent(path):
-            try:
+            with suppress(NacreError):  # damaged
                 return load(path)
-            except NacreError:
-                pass  # damaged
         path.unlink(missing_ok=True)
         self.folder.mkdir(parents=True, exist_ok=True)
         state = path.with_suffix(".state")
@@ -137,12 +125,9 @@ def cache_key(kind: str, facts: object) -> str:
 @cache
 def code_digest() -> str:
     """SHA-256 of nacre's version and of its modules that matter for a trial."""
-    counted = []
-    for path in SOURCES.rglob("*.py"):
-        folder = path.relative_to(SOURCES).parts[0]
-        if folder not in _IGNORED or path in _COUNTED:
-            counted.append(path)
-    return sources_digest(counted)
+    modules = SOURCES.rglob("*.py")
+    ignored = {path for folder in _IGNORED for path in (SOURCES / folder).rglob("*.py")}
+    return _digest(path for path in modules if path not in ignored or path in _COUNTED)
 
 
 def module_digest(*patterns: str) -> str:
@@ -159,10 +144,10 @@ def module_digest(*patterns: str) -> str:
         if not modules:
             raise ValueError(f"no module is called {pattern}")
         found |= modules
-    return sources_digest(found)
+    return _digest(found)
 
 
-def sources_digest(paths: Iterable[Path]) -> str:
+def _digest(paths: Iterable[Path]) -> str:
     """SHA-256 of nacre's version and of some of its modules."""
     total = hashlib.sha256(nacre.__version__.encode())
     for path in sorted(paths):

@@ -20,10 +20,9 @@ _SIDE, _GAP, _NAMES = 1.2, 0.08, 1.4
 class CodeMap(Experiment):
     """The t-SNE map of codes; materials that the basis was not trained on are ringed in red."""
 
-    options = frozenset(("basis", "seed"))
+    heeds: frozenset[str] = frozenset(("basis", "seed"))
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         basis = request.find_basis()
         known = basis.metadata.get("materials")
         if not isinstance(known, list):
@@ -40,10 +39,9 @@ class CodeMap(Experiment):
 class CodeRows(Experiment):
     """A row for every pair of files: the first belongs to the second, the third to the fourth."""
 
-    options = frozenset(("basis", "quick"))
+    heeds: frozenset[str] = frozenset(("basis", "quick"))
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         files, progress = request.files, request.progress
         size, spp = (64, 16) if request.quick else (192, None)
         basis = request.find_basis()
@@ -59,10 +57,10 @@ class CodeRows(Experiment):
                 x = _NAMES + column * cell
                 page.image(x, y, _SIDE, _SIDE, displayed(material, size, spp))
                 progress("rendering", COUNT * row + column + 1, COUNT * rows, "")
-            names = [broken(path.stem) for path in files[2 * row : 2 * row + 2]]
-            middle, right = y + 0.5 * _SIDE, page.width - _NAMES + _GAP
-            page.text(_NAMES - _GAP, middle, names[0], va="center", ha="right")
-            page.text(right, middle, names[1], va="center")
+            left, right = (broken(path.stem) for path in files[2 * row : 2 * row + 2])
+            middle = y + 0.5 * _SIDE
+            page.text(_NAMES - _GAP, middle, left, va="center", ha="right")
+            page.text(page.width - _NAMES + _GAP, middle, right, va="center")
         return Outcome({"": page.figure}, note=f"{len(files)} materials")
 
 

@@ -79,11 +79,10 @@ class CodeSettings(Settings):
     def recipe(self, kind: str) -> Any:
         """The recommended settings of a training, with these in place of its own."""
         basis = BASES[kind]
-        own = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
-        settings = {**own, "steps": self.steps, "predictors": False}
+        settings = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
         known: dict[str, Any] = {field.name: field.default for field in fields(basis.Recipe)}
-        if "steps" in known:
-            settings["steps"] = min(self.steps, known["steps"])
+        settings["steps"] = min(self.steps, known.get("steps", 0))
+        settings["predictors"] = False
         return basis.recipe({name: v for name, v in settings.items() if name in known})
 
 
@@ -102,29 +101,10 @@ def code_methods(
     cache: Cache,
     progress: Progress,
 ) -> tuple[list[Path], dict[str, Method], CodeSettings]:
-    """Train the bases that are not in the cache yet.
+    """Held-out materials, methods of :data:`CODES` by name, and settings that count the others.
 
-    Parameters
-    ----------
-    files
-        Isotropic materials, of which a seeded fifth is held out.
-    names
-        Of :data:`CODES`.
-    settings
-        Of the trainings.
-    cache
-        Where bases are kept, and the state of trainings that were stopped.
-    progress
-        Called as it goes on.
-
-    Returns
-    -------
-    held_out : list of Path
-        Materials to try.
-    methods : dict
-        By name.
-    settings : CodeSettings
-        With the number of materials that were trained on.
+    Of the isotropic materials in `files` a seeded fifth is held out; bases of the others that are
+    not in the cache yet are trained. The state of trainings that were stopped is there, too.
 
     Raises
     ------
@@ -150,16 +130,7 @@ def bases(
     cache: Cache,
     progress: Progress,
 ) -> dict[str, LatentBasis]:
-    """Bases of some materials by kind: those that are kept, and those that are trained now.
-
-    Parameters
-    ----------
-    training
-        Isotropic materials.
-    kinds
-        Of :data:`nacre.latent.BASES`.
-    settings, cache, progress
-        See :func:`code_methods`.
+    """Bases of isotropic materials by kind: those that are kept, and those that are trained now.
 
     Raises
     ------

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nacre.figures.chart import COLORS, dress
-from nacre.figures.labels import place_labels
-from nacre.figures.page import FAINT, INK, Page
+from nacre.figures.chart import COLORS, dress, place_labels
+from nacre.figures.page import FAINT, INK, Figure, Page
 from nacre.reproduce.methods import ENHANCED_SIZES, SIZES
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import Summary, summarize
@@ -26,11 +25,11 @@ _ROW, _PANEL, _NAMES, _SPACE = 0.24, 3.4, 1.6, 1.1
 """Inches: height of a row, width of a panel, of the methods' names, and right of a panel."""
 _SERIES = tuple(SIZES), tuple(ENHANCED_SIZES)
 """Networks that differ only in their size."""
-_LOWEST_PSNR = 60.0
+_HIGHEST_PSNR = 60.0
 """What an infinite PSNR is drawn as, in dB."""
 
 
-def error_strips(study: Study, methods: Sequence[str]) -> Any:
+def error_strips(study: Study, methods: Sequence[str]) -> Figure:
     """1 - SSIM of every material, a dot each, in a row for each method; a panel for each light.
 
     A bar is the mean; the worst material is named. Rows come by their mean under the first light.
@@ -41,19 +40,9 @@ def error_strips(study: Study, methods: Sequence[str]) -> Any:
         With trials of the methods; those without any are left out.
     methods
         Names.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
-    found = [method for method in methods if study.of(method)]
-    found.sort(key=lambda method: summarize(study.of(method), f"{LIGHTS[0]} SSIM").mean)
+    first = f"{LIGHTS[0]} SSIM"
+    found = sorted(study.tried(methods), key=lambda method: summarize(study.of(method), first).mean)
     tall = len(found) * _ROW
     page = Page(_NAMES + len(LIGHTS) * (_PANEL + _SPACE), tall + 0.9, "white")
     for k, light in enumerate(LIGHTS):
@@ -70,20 +59,19 @@ def _strip(axes: Any, study: Study, methods: Sequence[str], light: str) -> None:
     for row, method in enumerate(methods):
         trials = study.of(method)
         color = FAMILIES.get(study.methods[method].family, INK)
-        errors = np.maximum(1.0 - np.array([t.figures[name] for t in trials]), FLOOR)
-        axes.plot(errors, np.full(len(errors), row), "o", markersize=3.5, color=color, alpha=0.5,
-                  markeredgewidth=0.0)  # fmt: skip
+        errors = [_error(trial.figures[name]) for trial in trials]
+        dots = {"color": color, "markersize": 3.5, "alpha": 0.5, "markeredgewidth": 0.0}
+        axes.plot(errors, [row] * len(errors), "o", **dots)
         item = summarize(trials, name)
-        axes.plot([max(1.0 - item.mean, FLOOR)] * 2, [row - 0.35, row + 0.35], color=INK,
-                  linewidth=1.2)  # fmt: skip
+        axes.plot([_error(item.mean)] * 2, [row - 0.35, row + 0.35], color=INK, linewidth=1.2)
         text = {"va": "center", "fontsize": 7, "color": FAINT, "parse_math": False}
-        axes.annotate(item.material, (max(1.0 - item.worst, FLOOR), row), (4, 0),
-                      textcoords="offset points", **text)  # fmt: skip
+        place = {"xytext": (4, 0), "textcoords": "offset points"}
+        axes.annotate(item.material, (_error(item.worst), row), **place, **text)
     dress(axes, x=f"1 − SSIM, {light}", log="x", grid="x")
     axes.set_ylim(-0.7, len(methods) - 0.3)
 
 
-def size_plot(study: Study, methods: Sequence[str], light: str) -> Any:
+def size_plot(study: Study, methods: Sequence[str], light: str) -> Figure:
     """Mean SSIM and PSNR of every method against its bytes.
 
     Networks of several sizes are joined by a line. Thin bars are standard deviations over
@@ -98,18 +86,13 @@ def size_plot(study: Study, methods: Sequence[str], light: str) -> Any:
     light
         One of :data:`nacre.reproduce.trial.LIGHTS`.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
     Raises
     ------
     MissingExtraError
         If Matplotlib or textalloc is not installed.
     """
     page = Page(10.5, 5.2, "white")
-    found = [method for method in methods if study.of(method)]
+    found = study.tried(methods)
     for k, measure in enumerate(HIGHER_IS_BETTER):
         axes = page.axes(0.7 + 5.2 * k, 0.2, 4.3, 4.3)
         axes.set_axis_on()
@@ -119,12 +102,11 @@ def size_plot(study: Study, methods: Sequence[str], light: str) -> Any:
 
 def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
     structural = name.endswith("SSIM")
-    places = {}
+    places, drawn = {}, []
     for method in methods:
-        trials = study.of(method)
         x = study.mean_size(method)
-        item = summarize(trials, name)
-        y, low, high, worst = _heights(item, structural)
+        y, low, high, worst = _heights(summarize(study.of(method), name), structural)
+        drawn += [y, worst]
         color = FAMILIES.get(study.methods[method].family, INK)
         axes.plot([x, x], [low, high], color=color, linewidth=0.7, alpha=0.35)
         axes.plot(x, worst, "_", color=color, markersize=5, alpha=0.6)
@@ -132,12 +114,9 @@ def _panel(axes: Any, study: Study, methods: Sequence[str], name: str) -> None:
         places[method] = x, y
     for series in _SERIES:
         line = sorted(places[method] for method in methods if method in series)
-        across, up = ([point[k] for point in line] for k in (0, 1))
-        axes.plot(across, up, color=FAMILIES["network"], linewidth=1.2)
+        axes.plot(*np.reshape(line, (-1, 2)).T, color=FAMILIES["network"], linewidth=1.2)
     label = name + (" (axis: logarithm of 1 − SSIM)" if structural else " in dB")
     dress(axes, "", "bytes", f"{label}, mean of materials", log="xy" if structural else "x")
-    inner = [summarize(study.of(method), name) for method in methods]
-    drawn = [v for item in inner for v in _heights(item, structural)[::3]]  # means and worst
     axes.set_ylim(min(drawn) / 3.0 if structural else min(drawn) - 1.0, None)
     ends = [x for x, _ in places.values()]
     axes.set_xlim(min(ends) / 1.6, max(ends) * 2.2)
@@ -160,12 +139,13 @@ def _label(method: str, drawn: Container[str]) -> str:
     return method
 
 
-def _heights(item: Summary, structural: bool) -> tuple[float, float, float, float]:
+def _heights(item: Summary, structural: bool) -> list[float]:
     """Mean, mean less and more a standard deviation, and worst, as they are drawn."""
     spread = item.deviation if math.isfinite(item.deviation) else 0.0
     values = item.mean, item.mean - spread, item.mean + spread, item.worst
-    if structural:
-        mean, low, high, worst = (max(1.0 - v, FLOOR) for v in values)
-    else:
-        mean, low, high, worst = (min(v, _LOWEST_PSNR) for v in values)
-    return mean, low, high, worst
+    return [_error(v) if structural else min(v, _HIGHEST_PSNR) for v in values]
+
+
+def _error(similarity: float) -> float:
+    """1 - SSIM as it is drawn."""
+    return max(1.0 - similarity, FLOOR)

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from nacre.errors import NacreError, require
 from nacre.figures.plot import write_plot
@@ -138,8 +138,6 @@ class Outcome:
         ------
         FormatError
             If a file cannot be written.
-        MissingExtraError
-            If Matplotlib is not installed.
         """
         folder.mkdir(parents=True, exist_ok=True)
         written = []
@@ -165,13 +163,13 @@ class Experiment(ABC):
         What it shows.
     differs
         How the protocol differs from the paper's.
+    heeds
+        Names of the fields of :class:`Request` that it heeds, besides its files.
     """
 
     title: str
     differs: str
-
-    options: ClassVar[frozenset[str]]
-    """Names of the fields of :class:`Request` that it heeds, besides its files."""
+    heeds: frozenset[str]
 
     @abstractmethod
     def run(self, name: str, request: Request) -> Outcome:
@@ -191,11 +189,6 @@ class Experiment(ABC):
         MissingExtraError
             If an optional library is not installed.
         """
-
-    @property
-    def heeds(self) -> frozenset[str]:
-        """The same as :attr:`options`, of this very experiment."""
-        return self.options
 
     def describe(self, facts: Mapping[str, str], left_out: Sequence[LeftOut]) -> str:
         """The end of a Markdown page: facts by their titles, and how all differs from the paper."""

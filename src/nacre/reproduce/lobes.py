@@ -28,18 +28,7 @@ _LAST = 89
 
 
 def lobe_pages(study: Study, methods: Sequence[str]) -> dict[str, Any]:
-    """A polar plot a material, of the truth and of the methods.
-
-    Returns
-    -------
-    dict of matplotlib.figure.Figure
-        By the names of the materials.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+    """A polar plot of each material, by its name: of the truth and of the methods."""
     pages = {}
     for material in study.materials:
         found = [m for m in methods if (material, m) in study.trials]
@@ -54,12 +43,11 @@ def with_lobe_errors(study: Study, methods: Sequence[str], progress: Progress) -
     trials = {}
     for index, material in enumerate(study.materials):
         truth = study.fitted(material, TRUTH)
-        for method in methods:
-            trial = study.trials.get((material, method))
-            if trial is not None:
-                errors = lobe_errors(truth, study.fitted(material, method))
+        for pair in ((material, method) for method in methods):
+            if pair in study.trials:
+                errors = lobe_errors(truth, study.fitted(*pair))
                 values = dict(zip(FIGURES, errors, strict=True))
-                trials[material, method] = replace(trial, figures=values)
+                trials[pair] = replace(study.trials[pair], figures=values)
         progress("lobes", index + 1, len(study.materials), material)
     return replace(study, trials=trials)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, astuple, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,28 +23,17 @@ from nacre.reproduce.trial import TRUTH, Method, Settings
 GAIN = 16.0
 """Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
 
-SIZES = {
-    "nbrdf-105": (6, 6),
-    "nbrdf-183": (9, 9),
-    "nbrdf-315": (13, 13),
-    "nbrdf-435": (16, 16),
-    "nbrdf-675": (21, 21),
-    "nbrdf-1095": (28, 28),
-    "nbrdf-1695": (36, 36),
-    "nbrdf-2625": (46, 46),
-}
+
+def _by_weights(kind: str, *hidden: tuple[int, int]) -> dict[str, tuple[int, int]]:
+    """Widths of two hidden layers, of six inputs and three outputs, by their number of weights."""
+    return {f"{kind}-{6 * a + a * b + 3 * b + (a + b + 3)}": (a, b) for a, b in hidden}
+
+
+SIZES = _by_weights("nbrdf", *((n, n) for n in (6, 9, 13, 16, 21, 28, 36, 46)))
 """Hidden layers of the networks, by names that say their number of weights."""
-
-
-ENHANCED_SIZES = {
-    "enhanced-105": (6, 6),
-    "enhanced-183": (9, 9),
-    "enhanced-298": (13, 12),
-    "enhanced-435": (16, 16),
-    "enhanced-675": (21, 21),
-    "enhanced-1095": (28, 28),
-    "enhanced-2625": (46, 46),
-}
+ENHANCED_SIZES = _by_weights(
+    "enhanced", (6, 6), (9, 9), (13, 12), (16, 16), (21, 21), (28, 28), (46, 46)
+)
 """The same of networks of enhanced inputs, which take half as many bytes a weight."""
 
 
@@ -58,19 +46,8 @@ def methods(
 ) -> dict[str, Method]:
     """Every method by name.
 
-    Parameters
-    ----------
-    settings
-        Of the fits.
-    published
-        Folders of networks that others fitted, each under the name of its material.
-    basis
-        Principal components, of other materials, see :class:`nacre.latent.PcaBasis`.
-
-    Raises
-    ------
-    FormatError
-        If the basis cannot be read.
+    Networks in the folders `published` have the names of their materials; `basis` is of principal
+    components of other materials (:class:`nacre.latent.PcaBasis`).
     """
     recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
     enhanced = replace(recipe, inputs=ENHANCED)
@@ -127,19 +104,14 @@ def _network(about: str, recipe: Recipe) -> Method:
 
 
 def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: float) -> Method:
-    options = {"gain": gain, "seed": settings.seed}
-    return Method(
-        about,
-        partial(_fit_model, model=model, options=options),
-        "analytic",
-        {"model": model.model, **options},
-    )
+    options: dict[str, Any] = {"gain": gain, "seed": settings.seed}
 
+    def fit_model(brdf: Brdf) -> Brdf:
+        if brdf.isotropic and model is AnisotropicGgx:
+            raise UnavailableError("is for anisotropic materials; on isotropic ones it is ggx")
+        return analytic.fit(brdf, model, **options)
 
-def _fit_model(brdf: Brdf, model: type[AnalyticBrdf], options: dict[str, Any]) -> Brdf:
-    if brdf.isotropic and model is AnisotropicGgx:
-        raise UnavailableError("is for anisotropic materials; on isotropic ones it is ggx")
-    return analytic.fit(brdf, model, **options)
+    return Method(about, fit_model, "analytic", {"model": model.model, **options})
 
 
 def _published(folders: tuple[Path, ...]) -> Method:
@@ -151,11 +123,9 @@ def _published(folders: tuple[Path, ...]) -> Method:
         raise UnavailableError(f"no published network {name} in the folders given")
 
     about = "network that the authors published, hidden layers 21-21"
-    known = {  # of two folders with one name the first counts
-        path.name: digest(path)
-        for folder in reversed(folders)
-        for path in sorted(folder.glob("*.h5"))
-    }
+    # Of two folders with one name the first counts.
+    files = [path for folder in reversed(folders) for path in sorted(folder.glob("*.h5"))]
+    known = {path.name: digest(path) for path in files}
     return Method(about, find, "network", {"networks": known})
 
 

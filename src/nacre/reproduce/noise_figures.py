@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import NacreError
-from nacre.figures.chart import COLORS, charts, dress
-from nacre.figures.page import FAINT, Page
+from nacre.figures.chart import charts, dress, line_style
+from nacre.figures.page import FAINT, Figure, Page
 from nacre.formats import load_brdf
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.experiment import Experiment, Outcome, Request
-from nacre.reproduce.noise import MEASURES, Describe, NoiseSettings
-from nacre.reproduce.noise_study import NoiseStudy, run_noise
+from nacre.reproduce.noise import MEASURES, Describe, NoiseSettings, NoiseStudy, run_noise
 from nacre.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS, find_sampler
 from nacre.reproduce.tables import markdown_table
 
@@ -40,8 +39,6 @@ class NoiseFigure(Experiment):
 
     Parameters
     ----------
-    title, differs
-        See :class:`nacre.reproduce.experiment.Experiment`.
     scene
         The scene.
     together
@@ -53,18 +50,16 @@ class NoiseFigure(Experiment):
     differs: str = _DIFFERS
     scene: Describe
     together: bool
-    draw: Callable[[NoiseStudy, Sequence[str]], Any]
-
-    options = frozenset(("methods", "basis", "quick", "seed", "folder", "fresh"))
+    draw: Callable[[NoiseStudy, Sequence[str]], Figure]
+    heeds: frozenset[str] = frozenset(("methods", "basis", "quick", "seed", "folder", "fresh"))
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         basis = request.find_basis()
         if not basis.predictors:
             raise NacreError(
                 f"{request.basis}: predicts no lobes; make it by nacre latent train --model neural"
             )
-        brdfs: dict[str, Brdf] = {path.stem: load_brdf(path) for path in request.files}
+        brdfs = {path.stem: load_brdf(path) for path in request.files}
         chosen = request.known_methods(SAMPLERS)
         if not chosen:  # codes are for isotropic materials
             coded = all(brdf.isotropic for brdf in brdfs.values())
@@ -72,10 +67,10 @@ class NoiseFigure(Experiment):
         settings = NoiseSettings(seed=request.seed)
         if request.quick:
             settings = replace(settings, size=(180, 120), counts=(1, 4, 16, 64), reference=512)
-        every = {"all": list(brdfs.values())}
+        alone = {key: [brdf] for key, brdf in brdfs.items()}
         study = run_noise(
             self.scene,
-            every if self.together else {key: [brdf] for key, brdf in brdfs.items()},
+            {"all": list(brdfs.values())} if self.together else alone,
             {name: find_sampler(name, basis) for name in chosen},
             settings,
             request.cache,
@@ -95,65 +90,41 @@ class NoiseFigure(Experiment):
         return Outcome({"": self.draw(study, chosen)}, columns, all_errors(study, chosen), text)
 
 
-def picture_page(study: NoiseStudy, samplers: Sequence[str]) -> Any:
-    """The reference and a picture by every sampler, a row for each thing that is shown.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+def picture_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
+    """The reference and a picture by every sampler, a row for each thing that is shown."""
     columns, rows = 1 + len(samplers), len(study.references)
-    width, height = study.settings.size
-    tall = _EDGE * height / width
+    settings = study.settings
+    tall = _EDGE * settings.size[1] / settings.size[0]
     page = Page(columns * (_EDGE + _GAP) + _GAP, rows * (tall + _CAPTION) + _HEAD, paper="white")
-    at = study.settings.counts.index(study.settings.shown)
+    at = settings.counts.index(settings.shown)
+    titles = [f"reference, {settings.reference} samples"]
+    titles += [f"{sampler}, {settings.shown} samples" for sampler in samplers]
+    for j, title in enumerate(titles):
+        page.text(_GAP + j * (_EDGE + _GAP), _HEAD - 0.1, title, limit=_EDGE)
     for i, (name, truth) in enumerate(study.references.items()):
         y = _HEAD + i * (tall + _CAPTION)
-        for j, sampler in enumerate((None, *samplers)):
+        shown = [(truth, name)]
+        for found in (study.found[name, sampler] for sampler in samplers):
+            errors = f"RMSE {found.errors['RMSE'][at]:.4f}, {found.seconds[at]:.1f} s"
+            shown.append((found.picture, errors))
+        for j, (picture, caption) in enumerate(shown):
             x = _GAP + j * (_EDGE + _GAP)
-            if sampler is None:
-                picture, title = truth, f"reference, {study.settings.reference} samples"
-                caption = name
-            else:
-                found = study.found[name, sampler]
-                picture, title = found.picture, f"{sampler}, {study.settings.shown} samples"
-                caption = f"RMSE {found.errors['RMSE'][at]:.4f}, {found.seconds[at]:.1f} s"
             page.image(x, y, _EDGE, tall, tone_map(picture), smooth=False)
-            if i == 0:
-                page.text(x, _HEAD - 0.1, title, limit=_EDGE)
             page.text(x, y + tall + 0.04, caption, 8.0, FAINT, va="top", limit=_EDGE)
     return page.figure
 
 
-def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Any:
-    """Mean errors of all pictures against samples per pixel, and RMSE against seconds.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
-    count = len(MEASURES) + 1
-    figure, panels = charts(count, _PANEL * count, _PANEL * 1.1)
-    for k, axes in enumerate(panels):
-        measure = MEASURES[k] if k < len(MEASURES) else "RMSE"
+def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
+    """Mean errors of all pictures against samples per pixel, and RMSE against seconds."""
+    shown = [
+        *((measure, "samples per pixel") for measure in MEASURES),
+        ("RMSE", "seconds a picture"),
+    ]
+    figure, panels = charts(len(shown), _PANEL * len(shown), _PANEL * 1.1)
+    for axes, (measure, label) in zip(panels, shown, strict=True):
         for index, sampler in enumerate(samplers):
-            x = study.settings.counts if k < len(MEASURES) else study.seconds(sampler)
-            values = study.mean(sampler, measure)
-            style = {"color": COLORS[index % len(COLORS)], "marker": "o", "markersize": 3}
-            axes.plot(x, values, label=sampler, linewidth=1.2, **style)
-        label = "samples per pixel" if k < len(MEASURES) else "seconds a picture"
+            x = study.seconds(sampler) if label.startswith("seconds") else study.settings.counts
+            axes.plot(x, study.mean(sampler, measure), label=sampler, **line_style(index))
         psnr = measure == "PSNR"
         dress(axes, "PSNR, dB" if psnr else measure, label, log="" if psnr else "y")
         axes.set_xscale("log", base=2)
@@ -173,41 +144,29 @@ def noise_table(study: NoiseStudy, samplers: Sequence[str]) -> tuple[list[str], 
     The time is that of the fastest sampler at that count.
     """
     at = study.settings.counts.index(study.settings.shown)
-    budget = min(float(study.seconds(sampler)[at]) for sampler in samplers)
+    seconds = {sampler: float(study.seconds(sampler)[at]) for sampler in samplers}
+    budget = min(seconds.values())
     rows = []
     for sampler in samplers:
-        means = [float(study.mean(sampler, measure)[at]) for measure in MEASURES]
-        cells = [f"{value:.4f}" for value in means[:-1]] + [f"{means[-1]:.1f}"]
-        seconds = float(study.seconds(sampler)[at])
-        same = equal_time(study, sampler, budget)
-        rows.append([sampler, *cells, f"{seconds:.2f}", f"{same:.4f}"])
+        *means, psnr = (float(study.mean(sampler, measure)[at]) for measure in MEASURES)
+        cells = [*(f"{value:.4f}" for value in means), f"{psnr:.1f}", f"{seconds[sampler]:.2f}"]
+        rows.append([sampler, *cells, f"{equal_time(study, sampler, budget):.4f}"])
     return ["sampler", *MEASURES, "seconds", f"RMSE after {budget:.2f} s"], rows
 
 
 def all_errors(study: NoiseStudy, samplers: Sequence[str]) -> list[Sequence[object]]:
     """Every error of every picture: picture, sampler, samples, seconds, measures."""
     rows: list[Sequence[object]] = []
-    for name in study.references:
-        for sampler in samplers:
-            found = study.found[name, sampler]
-            for k, count in enumerate(study.settings.counts):
-                values = (found.seconds[k], *(found.errors[m][k] for m in MEASURES))
-                rows.append([name, sampler, count, *values])
+    for name, sampler in product(study.references, samplers):
+        found = study.found[name, sampler]
+        columns = study.settings.counts, found.seconds, *(found.errors[m] for m in MEASURES)
+        rows += [[name, sampler, *values] for values in zip(*columns, strict=True)]
     return rows
 
 
-FIG13 = NoiseFigure(
-    title="plates by several samplers", scene=describe_plates, together=False, draw=picture_page
-)
-FIG14 = NoiseFigure(
-    title="errors of the plates", scene=describe_plates, together=False, draw=error_page
-)
-FIG15 = NoiseFigure(
-    title="a kitchen by several samplers",
-    scene=describe_kitchen,
-    together=True,
-    draw=picture_page,
-)
-FIG16 = NoiseFigure(
-    title="errors of the kitchen", scene=describe_kitchen, together=True, draw=error_page
-)
+_PLATES: dict[str, Any] = {"scene": describe_plates, "together": False}
+_KITCHEN: dict[str, Any] = {"scene": describe_kitchen, "together": True}
+FIG13 = NoiseFigure(title="plates by several samplers", draw=picture_page, **_PLATES)
+FIG14 = NoiseFigure(title="errors of the plates", draw=error_page, **_PLATES)
+FIG15 = NoiseFigure(title="a kitchen by several samplers", draw=picture_page, **_KITCHEN)
+FIG16 = NoiseFigure(title="errors of the kitchen", draw=error_page, **_KITCHEN)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
 
 from nacre.errors import NacreError
+from nacre.figures.page import Figure
 from nacre.formats import load_brdf
 from nacre.render import bsdf
 from nacre.render.engine import mitsuba
@@ -34,7 +34,7 @@ from nacre.reproduce.trial import (
 )
 from nacre.runtime.progress import Progress, named
 
-Pages = Mapping[str, Any]
+Pages = Mapping[str, Figure]
 """Matplotlib figures by what is added to the experiment's name."""
 
 TIMES = ("seconds a million paths", "time relative to GGX")
@@ -50,16 +50,8 @@ _PROTOCOL = (
     "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise, in "
     "place of published parameters"
 )
-_SEEN = (
-    "enhanced-675",
-    "nbrdf-675",
-    "published",
-    "pca",
-    "npf",
-    "sgd",
-    "ggx",
-    "rgl-48k",
-)
+_SEEN = "enhanced-675", "nbrdf-675", "published", "pca", "npf", "sgd", "ggx", "rgl-48k"
+_OPTIONS = frozenset(("methods", "environment", "size", "quick", "seed", "folder", "fresh", "jobs"))
 
 
 def _compared(names: Iterable[str]) -> list[str]:
@@ -91,8 +83,6 @@ class Comparison(Experiment):
 
     Parameters
     ----------
-    title, differs
-        See :class:`nacre.reproduce.experiment.Experiment`.
     choose
         The methods it compares unless others are asked for, from all names.
     draw
@@ -118,20 +108,9 @@ class Comparison(Experiment):
     prepare: Callable[[Study, Sequence[str], Progress], Study] = lambda study, *_: study
     paper: str = ""
 
-    options = frozenset(
-        (
-            *("methods", "published", "basis", "environment", "size", "epochs"),
-            *("quick", "seed", "folder", "fresh", "jobs"),
-        )
-    )
-
-    @property
-    def heeds(self) -> frozenset[str]:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
-        return self.options - {"published", "basis", "epochs"} if self.codes else self.options
+    heeds: frozenset[str] = _OPTIONS | {"published", "basis", "epochs"}
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         for folder in request.published:
             if not folder.is_dir():
                 raise NacreError(
@@ -142,8 +121,9 @@ class Comparison(Experiment):
                 if load_brdf(path).isotropic:
                     raise NacreError(f"{path}: is isotropic; {name} is of anisotropic materials")
         lighting = load_environment(request.environment) if request.environment else None
-        settings = Settings(request.size, epochs=request.epochs, seed=request.seed)
-        settings = replace(settings, environment=lighting)
+        settings = Settings(
+            request.size, epochs=request.epochs, seed=request.seed, environment=lighting
+        )
         if request.quick:
             settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)
         files = request.files
@@ -166,22 +146,19 @@ class Comparison(Experiment):
     ) -> Outcome:
         """Tables and pages of a study that has trials of the truth and of the chosen methods."""
         prepared = self.prepare(study, chosen, progress)
-        columns, rows = all_trials(prepared, chosen)
-        text = self._text(name, prepared, chosen)
-        pages = self.draw(study, chosen)
-        return Outcome(pages, columns, rows, text, left_out=study.left_out())
-
-    def _text(self, name: str, study: Study, chosen: Sequence[str]) -> str:
-        parts = [f"# {name}: {self.title}\n"]
-        parts.append(
-            "Mean ± standard deviation over materials; the worst material, and which one it is.\n"
-        )
+        parts = [
+            f"# {name}: {self.title}\n",
+            "Mean ± standard deviation over materials; the worst material, and which one it is.\n",
+        ]
         for title, figures in self.tables.items():
-            parts += [f"## {title}\n", markdown(study, chosen, figures, title)]
+            parts += [f"## {title}\n", markdown(prepared, chosen, figures, title)]
         if self.paper:
             parts += ["## the paper, of other data\n", self.paper]
         facts = {"Settings": study.settings.summary(), "Materials": ", ".join(study.materials)}
-        return "\n".join([*parts, self.describe(facts, study.left_out())])
+        left_out = study.left_out()
+        text = "\n".join([*parts, self.describe(facts, left_out)])
+        pages = self.draw(study, chosen)
+        return Outcome(pages, *all_trials(prepared, chosen), text, left_out=left_out)
 
 
 def _codes(
@@ -217,8 +194,8 @@ def with_times(study: Study, chosen: Sequence[str], progress: Progress) -> Study
         report = named(progress, material)
         results = race(scenes, _GGX, rounds=_ROUNDS, spp=_SPP, progress=report)
         for method in found:
-            values = (results[method].seconds / paths, 1.0 / results[method].ratio)
-            figures = dict(zip(TIMES, values, strict=True))
+            seconds, ratio = results[method]
+            figures = dict(zip(TIMES, (seconds / paths, 1.0 / ratio), strict=True))
             trials[material, method] = replace(study.trials[material, method], figures=figures)
     return replace(study, trials=trials)
 
@@ -247,6 +224,7 @@ TABLE2 = Comparison(
     "of MERL; spheres of `nacre compare` (fixed directions of light, no path tracing) in place "
     "of the paper's scene; nacre's own training of the autoencoder; more codes than the two",
     tables={x: tuple(f"{x} {m}" for m in ("MAE", "RMSE", "SSIM", "PSNR")) for x in LIGHTS},
+    heeds=_OPTIONS,
     codes=True,
     paper=_PAPER_CODES,
 )
@@ -280,8 +258,7 @@ FIG8 = Comparison(
 FIG9 = Comparison(
     title="anisotropic materials",
     choose=_fixed(
-        *("enhanced-675", "enhanced-2625", "nbrdf-675", "nbrdf-2625"),
-        *("ggx-anisotropic", "ggx"),
+        *("enhanced-675", "enhanced-2625", "nbrdf-675", "nbrdf-2625"), *("ggx-anisotropic", "ggx")
     ),
     draw=_spheres,
     differs=_PROTOCOL.replace("the 100 of MERL", "the 11 anisotropic ones of the RGL database"),

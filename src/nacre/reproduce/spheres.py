@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
-from nacre.figures.page import FAINT, Page, broken, magma
+from nacre.figures.page import FAINT, Figure, Page, broken, magma
 from nacre.reproduce.study import Study
 from nacre.reproduce.summary import readable, summarize
 from nacre.reproduce.trial import TRUTH
@@ -44,13 +44,8 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
     -------
     list of matplotlib.figure.Figure
         A page for each :data:`ROWS` materials.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
-    columns = [TRUTH, *(m for m in methods if study.of(m))]
+    columns = [TRUTH, *study.tried(methods)]
     materials = [m for m in study.materials if (m, TRUTH) in study.trials]
     pages = [materials[i : i + ROWS] for i in range(0, len(materials), ROWS)]
     return [_page(study, columns, page, light) for page in pages]
@@ -87,7 +82,7 @@ def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light:
     return page.figure
 
 
-def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6) -> Any:
+def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6) -> Figure:
     """Maps of 1 - SSIM, averaged over materials, one a method, with mean ± standard deviation.
 
     Parameters
@@ -96,19 +91,9 @@ def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6
         As for :func:`sphere_pages`; methods come by their mean.
     columns
         Maps in a row.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
     """
     figure = f"{light} SSIM"
-    found = {m: summarize(study.of(m), figure) for m in methods if study.of(m)}
+    found = {m: summarize(study.of(m), figure) for m in study.tried(methods)}
     order = sorted(found, key=lambda method: -found[method].mean)
     columns = min(columns, len(order))
     cell = _SIDE + 3 * _GAP, _SIDE + 0.85

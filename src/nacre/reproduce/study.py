@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from statistics import fmean
 
 import numpy as np
 
@@ -65,8 +66,11 @@ class Study:
 
     def of(self, method: str) -> list[Trial]:
         """Trials of one method in the order of the materials."""
-        found = (self.trials.get((material, method)) for material in self.materials)
-        return [trial for trial in found if trial is not None]
+        return [self.trials[m, method] for m in self.materials if (m, method) in self.trials]
+
+    def tried(self, methods: Iterable[str]) -> list[str]:
+        """Those of some methods that there are trials of."""
+        return [method for method in methods if self.of(method)]
 
     def left_out(self) -> list[tuple[str, str, list[str]]]:
         """Method, reason and materials of what was skipped, one entry a method and reason."""
@@ -77,8 +81,7 @@ class Study:
 
     def mean_size(self, method: str) -> float:
         """Bytes that a method takes, mean of its trials, of which there is one at least."""
-        trials = self.of(method)
-        return sum(trial.size for trial in trials) / len(trials)
+        return fmean(trial.size for trial in self.of(method))
 
     def pictures(self, material: str, method: str) -> dict[str, Picture]:
         """Pictures of a trial by the name of their light.
@@ -115,7 +118,7 @@ def run(
     cache: Cache,
     *,
     jobs: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Study:
     """Make every trial that is not in the cache.
 
@@ -125,29 +128,20 @@ def run(
         Materials that :func:`nacre.load` reads; each is in memory only while it is tried.
     methods
         By name; :data:`nacre.reproduce.trial.TRUTH` must be one of them.
-    settings
-        Of the trials.
-    cache
-        Where trials are kept.
     jobs
         Materials at a time; one a core where None.
-    progress
-        Called as trials are finished.
 
     Raises
     ------
     NacreError
         If a material cannot be read, or two have one name, or nothing could be tried. A method
         that has nothing for a material is skipped.
-    MissingExtraError
-        If scikit-image or flip-evaluator is not installed.
     """
     materials = {path.stem: path for path in files}
     if len(materials) < len(files):
         raise NacreError("two materials have the same file name without its ending; rename one")
     for module in ("skimage.metrics", "flip_evaluator"):
         require(module, "render")
-    report = progress or silent
     total, lock, stopped = len(materials) * len(methods), threading.Lock(), threading.Event()
     trials: dict[tuple[str, str], Trial] = {}
     skipped: dict[tuple[str, str], str] = {}
@@ -177,7 +171,7 @@ def run(
                     skipped[pair] = problem
                 else:
                     trials[pair] = trial
-                report("trials", len(trials) + len(skipped), total, ", ".join(pair))
+                progress("trials", len(trials) + len(skipped), total, ", ".join(pair))
 
     with one_blas_thread(), ThreadPoolExecutor(jobs or core_count()) as pool:
         futures = [pool.submit(try_all, *item) for item in materials.items()]
@@ -192,10 +186,7 @@ def run(
 
 
 def _key(material: str, sha256: str, name: str, method: Method, settings: Settings) -> str:
-    """Under what a trial is kept: all that matters for it.
-
-    Among it is the material's name, by which published networks are found.
-    """
+    """Under what a trial is kept; the material's name counts: published networks go by it."""
     facts = {
         "material": [material, sha256],
         "method": name,

@@ -18,16 +18,9 @@ _DECIMALS = {"SSIM": 4, "PSNR": 1}
 
 @dataclass(frozen=True)
 class Summary:
-    """One figure of one method over materials.
+    """One figure of one method over materials, and the material where it is worst.
 
-    Parameters
-    ----------
-    mean, deviation
-        Mean and standard deviation (of the population) over the materials.
-    worst
-        The worst value.
-    material
-        Where that is.
+    The standard deviation is that of the population.
     """
 
     mean: float
@@ -54,11 +47,10 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
     heads = (figure.removeprefix(f"{title} ") for figure in figures)
     columns = ("method", "bytes", "materials", *heads)
     lines = []
-    found = [(study.mean_size(method), method) for method in methods if study.of(method)]
-    for size, method in sorted(found, key=lambda item: item[0]):
+    for method in sorted(study.tried(methods), key=study.mean_size):
         trials = study.of(method)
         cells = (_cell(summarize(trials, figure), figure) for figure in figures)
-        lines.append((method, f"{size:,.0f}", str(len(trials)), *cells))
+        lines.append((method, f"{study.mean_size(method):,.0f}", str(len(trials)), *cells))
     return markdown_table(columns, lines)
 
 
@@ -81,7 +73,6 @@ def all_trials(study: Study, methods: Iterable[str]) -> tuple[list[str], list[Se
 
 
 def _cell(summary: Summary, figure: str) -> str:
-    mean, deviation, worst = (
-        readable(value, figure) for value in (summary.mean, summary.deviation, summary.worst)
-    )
+    values = summary.mean, summary.deviation, summary.worst
+    mean, deviation, worst = (readable(value, figure) for value in values)
     return f"{mean} ± {deviation}, {worst} ({summary.material})"

@@ -1,9 +1,12 @@
-"""Tables as Markdown and as comma-separated values."""
+"""Tables as Markdown and as comma-separated values, and mean squared errors as they have them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from nacre.io.files import atomic_path
 from nacre.io.text_file import write_rows
@@ -37,3 +40,16 @@ def write_text(text: str, path: Path) -> None:
     """
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def scaled(mse: float | None) -> str:
+    """A mean squared error as tables show it: times ten thousand; a dash where there is none."""
+    if mse is None or not math.isfinite(mse):
+        return "–"
+    return f"{1e4 * mse:.0f}" if mse >= 0.01 else f"{1e4 * mse:.3g}"
+
+
+def geometric_mean(values: Sequence[float]) -> float:
+    """Of numbers, none below zero; NaN of none."""
+    with np.errstate(divide="ignore"):
+        return float(np.exp(np.mean(np.log(values)))) if len(values) else math.nan

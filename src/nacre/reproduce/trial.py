@@ -17,7 +17,7 @@ from nacre.color import tone_map
 from nacre.metrics.metrics import angular_errors, image_errors, similarity_map
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
-from nacre.render.sphere import SIZE, render_sphere, standard_lights
+from nacre.render.sphere import SIZE, Image, Mask, render_sphere, standard_lights
 
 Figures = Mapping[str, float]
 """Values by name, such as "environment SSIM"; :data:`FIGURES` has the names."""
@@ -97,10 +97,8 @@ class Settings:
         samples = (
             "as many samples as usual" if self.samples is None else f"{self.samples:,} samples"
         )
-        return (
-            f"{self.pictures()}; networks trained for {self.epochs} epochs on {samples}; "
-            f"seed {self.seed}"
-        )
+        networks = f"networks trained for {self.epochs} epochs on {samples}"
+        return f"{self.pictures()}; {networks}; seed {self.seed}"
 
     def pictures(self) -> str:
         """What of the settings is about pictures, for people."""
@@ -127,23 +125,14 @@ class Picture:
 
     shown: npt.NDArray[np.uint8]
     similarity: npt.NDArray[np.float16]
-    mask: npt.NDArray[np.bool_]
+    mask: Mask
 
 
 @dataclass(frozen=True)
 class Trial:
     """What a trial found.
 
-    Parameters
-    ----------
-    material, method
-        Names.
-    size
-        Bytes of the representation.
-    seconds
-        Of the fit.
-    figures
-        Errors by the names in :data:`FIGURES`.
+    Names, bytes of the representation, seconds of the fit, and errors by :data:`FIGURES`.
     """
 
     material: str
@@ -153,73 +142,45 @@ class Trial:
     figures: Figures
 
 
+@dataclass(frozen=True)
 class Reference:
-    """A material with its spheres, which are rendered once.
+    """A material, its name for people, and its spheres, which are rendered once."""
 
-    Parameters
-    ----------
-    name
-        Of the material, for people.
-    brdf
-        The material.
-    settings
-        Of the trials.
-    """
-
-    def __init__(self, name: str, brdf: Brdf, settings: Settings) -> None:
-        self.name, self.brdf, self.settings = name, brdf, settings
+    name: str
+    brdf: Brdf
+    settings: Settings
 
     @cached_property
-    def spheres(self) -> dict[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]]:
+    def spheres(self) -> dict[str, tuple[Image, Mask]]:
         """Linear picture and mask under each light."""
-        return {name: self.sphere(self.brdf, light) for name, light in self.settings.lights.items()}
-
-    def sphere(
-        self, brdf: Brdf, light: Light
-    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
-        """Linear picture and mask of any reflectance."""
-        return render_sphere(brdf, light, self.settings.size)
+        lights, size = self.settings.lights, self.settings.size
+        return {name: render_sphere(self.brdf, light, size) for name, light in lights.items()}
 
 
 def attempt(
     reference: Reference, name: str, method: Method
 ) -> tuple[Trial, dict[str, Picture], Brdf]:
-    """Fit one material by one method, and compare.
-
-    Returns
-    -------
-    trial
-        The figures.
-    pictures
-        A sphere under each light.
-    fitted
-        The representation.
+    """Fit one material by one method, and compare: figures, spheres by light, representation.
 
     Raises
     ------
     NacreError
         If the method has nothing for this material.
-    MissingExtraError
-        If scikit-image or flip-evaluator is not installed.
     """
-    truth = reference.brdf
+    truth, settings = reference.brdf, reference.settings
     start = time.perf_counter()
     fitted = method.fit(truth)
     seconds = time.perf_counter() - start
     figures: dict[str, float] = {}
     pictures: dict[str, Picture] = {}
-    for light_name, light in reference.settings.lights.items():
+    for light_name, light in settings.lights.items():
         image, mask = reference.spheres[light_name]
-        other = image if fitted is truth else reference.sphere(fitted, light)[0]
+        other = image if fitted is truth else render_sphere(fitted, light, settings.size)[0]
         errors, _ = image_errors(image, other, mask)
         figures |= {f"{light_name} {m}": float(getattr(errors, m.lower())) for m in MEASURES}
-        mapped = tone_map(image), tone_map(other)
-        pictures[light_name] = Picture(
-            np.rint(255.0 * mapped[1]).astype(np.uint8),
-            similarity_map(*mapped).astype(np.float16),
-            mask,
-        )
-    angles = angular_errors(truth, fitted, seed=reference.settings.seed)
-    values = angles.relative_median, angles.log_cosine
-    figures |= dict(zip(ANGLES, values, strict=True))
+        first, shown = tone_map(image), tone_map(other)
+        similarity = similarity_map(first, shown).astype(np.float16)
+        pictures[light_name] = Picture(np.rint(255.0 * shown).astype(np.uint8), similarity, mask)
+    angles = angular_errors(truth, fitted, seed=settings.seed)
+    figures |= dict(zip(ANGLES, (angles.relative_median, angles.log_cosine), strict=True))
     return Trial(reference.name, name, fitted.nbytes or 0, seconds, figures), pictures, fitted

@@ -10,8 +10,8 @@ import pytest
 
 from nacre.errors import NacreError
 from nacre.reproduce import EXPERIMENTS
+from nacre.reproduce.tables import geometric_mean, scaled
 from nacre.reproduce.textures.methods import find
-from nacre.reproduce.textures.numbers import geometric_mean, scaled
 from tests.cli.support import run as nacre
 
 METHODS = {

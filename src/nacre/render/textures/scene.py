@@ -13,7 +13,17 @@ from nacre.array import Floats
 from nacre.errors import NacreError
 from nacre.render.engine import mitsuba
 from nacre.render.environment import Environment
-from nacre.render.scene import camera, check_name, emitter, floor, matte
+from nacre.render.scene import (
+    camera,
+    check_name,
+    directional,
+    emitter,
+    floor,
+    matte,
+    path_traced,
+    rgb,
+    upright_sphere,
+)
 
 GEOMETRIES = "cylinder", "sphere", "plane", "ground"
 LIGHTS = "environment", "directional", "point"
@@ -92,9 +102,7 @@ def describe_texture_scene(
     check_name("light", light, LIGHTS)
     mi = mitsuba()
     return {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": 6},
-        "sensor": camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], _FIELD, size, fov_axis="smaller"),
+        **path_traced(6, camera([0.0, 2.0, 7.6], [0.0, 1.04, 0.0], _FIELD, size, "smaller")),
         "light": _light(mi, light, angle, environment),
         **({"floor": floor(mi)} if standing and geometry != "ground" else {}),
         **_object(mi, geometry, bsdf),
@@ -129,22 +137,21 @@ def _light(mi: Any, light: str, angle: float, environment: Environment | None) -
         return emitter(mi, light, environment)
     toward = light_direction(angle)
     if light == "directional":
-        irradiance = {"type": "rgb", "value": math.pi}
-        return {"type": light, "direction": [-x for x in toward], "irradiance": irradiance}
-    intensity = {"type": "rgb", "value": math.pi * _DISTANCE**2}
-    return {"type": light, "position": point_position(toward), "intensity": intensity}
+        return directional(toward)
+    intensity = rgb(math.pi * _DISTANCE**2)
+    return {"type": "point", "position": point_position(toward), "intensity": intensity}
 
 
 def _object(mi: Any, geometry: str, bsdf: Any) -> dict[str, Any]:
     place = mi.ScalarTransform4f()
+    if geometry == "sphere":
+        return {"object": upright_sphere(mi, bsdf)}
     places = {
-        "sphere": place.translate([0, 1, 0]).rotate([1, 0, 0], -90.0),
         "plane": place.translate([0, 1.08, 0]).rotate([1, 0, 0], -_TILT).scale(_PLANE),
         "ground": place.rotate([1, 0, 0], -90.0).scale(_GROUND),
     }
     if geometry in places:
-        kind = "sphere" if geometry == "sphere" else "rectangle"
-        return {"object": {"type": kind, "to_world": places[geometry], "bsdf": bsdf}}
+        return {"object": {"type": "rectangle", "to_world": places[geometry], "bsdf": bsdf}}
     ends = {"p0": [0, 0, 0], "p1": [0, _HEIGHT, 0], "radius": _RADIUS}
     lid = place.translate([0, _HEIGHT, 0]).rotate([1, 0, 0], -90.0).scale(_RADIUS)
     return {

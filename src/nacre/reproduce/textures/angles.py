@@ -8,11 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.figures.chart import COLORS, charts, dress
+from nacre.figures.chart import charts, color_of, dress, line_style
 from nacre.reproduce.experiment import Outcome
-from nacre.reproduce.tables import markdown_table
+from nacre.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.numbers import geometric_mean, scaled
 from nacre.reproduce.textures.sampling import APART, AT_HELD_OUT, FRACTIONS, LOW_VIEWS, Sampling
 from nacre.reproduce.textures.study import Study
 
@@ -24,13 +23,7 @@ _SAMPLINGS = (*FRACTIONS, LOW_VIEWS, AT_HELD_OUT, APART)
 
 
 def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Losses of texels of unseen materials that are coded from some of their pairs.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made.
-    """
+    """Losses of texels of unseen materials that are coded from some of their pairs."""
     rows: list[Sequence[object]] = []
     lines: list[list[str]] = []
     curves: dict[str, list[_Point]] = {}
@@ -42,9 +35,7 @@ def fig7(study: Study, methods: Sequence[Method]) -> Outcome:
                 continue
             rows += [(name, method.name, sampling.name, *facts) for name, *facts in found[0]]
             points[sampling.name] = found[1]
-        for sampling in _SAMPLINGS:
-            if sampling.name not in points:
-                continue
+        for sampling in (sampling for sampling in _SAMPLINGS if sampling.name in points):
             losses, mse = points[sampling.name]
             other = points.get((AT_HELD_OUT if sampling == APART else FRACTIONS[-1]).name)
             ratio = "" if other is None or sampling == AT_HELD_OUT else f"{mse / other[1]:.3f}"
@@ -79,22 +70,21 @@ def _losses(
 def _plot(curves: Mapping[str, Sequence[_Point]]) -> Any:
     """Loss with its deviation, and mean squared error, against the fraction of pairs."""
     figure, (left, right) = charts(2, 9.0, 3.8)
+    x = [100.0 * sampling.fraction for sampling in FRACTIONS]
     for index, (name, points) in enumerate(curves.items()):
-        color = COLORS[index % len(COLORS)]
-        x = [100.0 * sampling.fraction for sampling in FRACTIONS]
         mean = np.array([loss.mean() for loss, _ in points])
         deviation = np.array([loss.std() for loss, _ in points])
-        left.fill_between(x, mean - deviation, mean + deviation, color=color, alpha=0.15, lw=0)
-        style = {"color": color, "marker": "o", "markersize": 3, "linewidth": 1.2}
-        left.plot(x, mean, label=name, **style)
-        right.plot(x, [1e4 * mse for _, mse in points], label=name, **style)
+        left.fill_between(
+            x, mean - deviation, mean + deviation, color=color_of(index), alpha=0.15, lw=0
+        )
+        left.plot(x, mean, label=name, **line_style(index))
+        right.plot(x, [1e4 * mse for _, mse in points], label=name, **line_style(index))
     for axes, title, log in (
         (left, "loss of whitened logarithms, mean ± deviation", "x"),
         (right, "mean squared error x 10⁴, geometric mean", "xy"),
     ):
         dress(axes, title, "pairs of directions seen, %", log=log)
-        ticks = [100.0 * sampling.fraction for sampling in FRACTIONS]
-        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        axes.set_xticks(x, [f"{tick:g}" for tick in x])
     left.set_ylim(bottom=0.0)
     right.legend(fontsize=8, frameon=False)
     return figure

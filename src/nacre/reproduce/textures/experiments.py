@@ -18,6 +18,7 @@ from nacre.reproduce.textures.texture_figures import fig4, fig5, fig6, fig8
 _ALWAYS = "the textures given; networks are trained by minutes, not epochs"
 _QUICK_TEXELS = 48
 """Of each texture at which errors are found, if it should be quick."""
+_OPTIONS = frozenset(("methods", "unseen", "minutes", "quick", "seed", "folder", "fresh"))
 _CUSTOM = "the encoder of 2019 has layers of our choice"
 
 
@@ -27,29 +28,17 @@ class TextureExperiment(Experiment):
 
     Parameters
     ----------
-    title, differs
-        See :class:`nacre.reproduce.experiment.Experiment`.
     methods
         Names of those that are compared unless others are asked for.
     make
         Its table in Markdown, rows and pages.
-    takes
-        Options of its own.
     """
 
     methods: tuple[str, ...]
     make: Callable[[Study, Sequence[Method]], Outcome]
-    takes: tuple[str, ...] = ()
-
-    options = frozenset(("methods", "unseen", "minutes", "quick", "seed", "folder", "fresh"))
-
-    @property
-    def heeds(self) -> frozenset[str]:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
-        return self.options | set(self.takes)
+    heeds: frozenset[str] = _OPTIONS
 
     def run(self, name: str, request: Request) -> Outcome:
-        """See :class:`nacre.reproduce.experiment.Experiment`."""
         methods = [find(method) for method in request.methods or self.methods]
         settings = TrainingSettings(seed=request.seed)
         if request.quick:
@@ -106,7 +95,7 @@ BTF_TABLE1 = TextureExperiment(
         *("pca-8", "pca-32", "pca-own-8", "pca-own-32", "basis-32"),
     ),
     make=table1,
-    takes=("again",),
+    heeds=_OPTIONS | {"again"},
     differs=f"{_ALWAYS}; {_CUSTOM}; errors are of reflectance factors",
 )
 BTF_FIG4 = TextureExperiment(
@@ -126,7 +115,7 @@ BTF_FIG6 = TextureExperiment(
     title="textures of other directions and other appearance",
     methods=("custom-8", "unified-32", "basis-32"),
     make=fig6,
-    takes=("other",),
+    heeds=_OPTIONS | {"other"},
     differs=f"{_ALWAYS}; {_CUSTOM}; textures at a light and a view in place of renderings",
 )
 BTF_FIG7 = TextureExperiment(

@@ -37,9 +37,7 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
     Raises
     ------
     NacreError
-        If a codec cannot be made or each material has its own, or there are too few materials.
-    MissingExtraError
-        If openTSNE or Matplotlib is not installed.
+        If each material has a codec of its own, or there are too few materials.
     """
     materials = sorted([*study.training, *study.unseen], key=lambda m: (m.family, m.name))
     rows: list[Sequence[object]] = []
@@ -48,16 +46,12 @@ def tsne(study: Study, methods: Sequence[Method]) -> Outcome:
     for method in methods:
         if method.own:
             raise NacreError(f"{method.name}: each material has codes of its own; take another")
-        of: list[Material] = []
-        known: list[npt.NDArray[np.float32]] = []
-        for material in materials:
-            found = study.codes(method, material, TEXELS)
-            if found is not None:
-                known.append(found)
-                of += [material] * len(found)
+        found = [(material, study.codes(method, material, TEXELS)) for material in materials]
+        known = [(material, codes) for material, codes in found if codes is not None]
         if not known:
             continue
-        codes = np.concatenate(known).astype(np.float64)
+        of = [material for material, codes in known for _ in codes]
+        codes = np.concatenate([codes for _, codes in known]).astype(np.float64)
         codes = (codes - codes.mean(0)) / np.maximum(codes.std(0), 1e-9)
         study.progress(f"{method.name}, t-SNE", 0, 1, "")
         places = embed(codes, study.settings.seed)

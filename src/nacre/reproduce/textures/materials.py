@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,13 +25,7 @@ _SAMPLED = 8
 
 @dataclass(frozen=True)
 class Material:
-    """A texture in a file.
-
-    Parameters
-    ----------
-    path
-        Of the file or folder.
-    """
+    """A texture in a file or folder."""
 
     path: Path
 
@@ -49,11 +43,9 @@ class Material:
         """The texture."""
         return load_btf(self.path)
 
-    @contextmanager
-    def opened(self) -> Iterator[Btf]:
+    def opened(self) -> AbstractContextManager[Btf]:
         """The texture with texels that come at once."""
-        with transposed(self.load()) as texture:
-            yield texture
+        return transposed(self.load())
 
     @cached_property
     def fingerprint(self) -> str:
@@ -97,14 +89,7 @@ def collect(paths: Sequence[Path]) -> list[Material]:
 def separate(
     materials: Sequence[Material], unseen: Sequence[str] = ()
 ) -> tuple[list[Material], list[Material]]:
-    """Materials for training, and unseen ones.
-
-    Parameters
-    ----------
-    materials
-        All.
-    unseen
-        Names; where there are none, those that end in :data:`UNSEEN`.
+    """Materials for training, and unseen ones: those named, or that end in :data:`UNSEEN`.
 
     Raises
     ------
@@ -112,9 +97,8 @@ def separate(
         If there are none of either, or a name is unknown.
     """
     known = {material.name for material in materials}
-    for name in unseen:
-        if name not in known:
-            raise NacreError(f"{name}: is none of the textures ({', '.join(sorted(known))})")
+    if unknown := [name for name in unseen if name not in known]:
+        raise NacreError(f"{unknown[0]}: is none of the textures ({', '.join(sorted(known))})")
     kept = set(unseen) or {name for name in known if name.endswith(UNSEEN)}
     training = [m for m in materials if m.name not in kept]
     if not kept:

@@ -15,7 +15,7 @@ from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
-from nacre.textures.codecs.principal import PcaCodec, PcaRecipe, find_components
+from nacre.textures.codecs.principal import PcaRecipe, find_components
 
 _COMPONENTS = 32
 """Of those that are found at once, where there are as many; fewer are the first of them."""
@@ -50,9 +50,6 @@ class TrainingSettings:
         return cls(0.5, 20, basis, seed)
 
 
-Make = Callable[["Method", Sequence[Material], TrainingSettings, Path, Progress], TexelCodec]
-
-
 @dataclass(frozen=True)
 class Kind:
     """A way to code texels.
@@ -61,21 +58,20 @@ class Kind:
     ----------
     about
         In words.
-    make
-        Finds or trains the codec of a method, given its textures, settings and what names of files
-        start with for the state of a training that is stopped.
+    recipe
+        All of the settings that decides the codec of a method: JSON-able, or a dataclass that is.
+    train
+        Finds or trains the codec of a method by its recipe.
     sources
         Modules of nacre that decide the result, as patterns of paths.
-    settings
-        Those of the settings that decide the result.
     own
         Whether each material has a codec of its own.
     """
 
     about: str
-    make: Make
+    recipe: Callable[[Method, TrainingSettings], Any]
+    train: Callable[[Method, TrainingRun, Any], TexelCodec]
     sources: tuple[str, ...]
-    settings: Callable[[Method, TrainingSettings], dict[str, Any]]
     own: bool = False
 
 
@@ -107,12 +103,25 @@ class Method:
     def facts(self, training: Sequence[Material], settings: TrainingSettings) -> dict[str, Any]:
         """All that decides its codec, JSON-able."""
         kind = KINDS[self.kind]
+        recipe = kind.recipe(self, settings)
         return {
             "kind": self.kind,
             "textures": [material.fingerprint for material in training],
-            "settings": kind.settings(self, settings),
+            "settings": recipe if isinstance(recipe, dict) else asdict(recipe),
             "code": module_digest(*kind.sources),
         }
+
+    def train(
+        self,
+        training: Sequence[Material],
+        settings: TrainingSettings,
+        state: Path,
+        progress: Progress,
+    ) -> TexelCodec:
+        """Find or train its codec; `state` begins the names of files of a training that stops."""
+        kind = KINDS[self.kind]
+        run = TrainingRun([m.path for m in training], load_btf, state, progress=progress)
+        return kind.train(self, run, kind.recipe(self, settings))
 
 
 def find(name: str) -> Method:
@@ -130,26 +139,16 @@ def find(name: str) -> Method:
     return Method(match[1], int(match[2]))
 
 
-def _network(
-    method: Method,
-    training: Sequence[Material],
-    settings: TrainingSettings,
-    state: Path,
-    progress: Progress,
-) -> TexelCodec:
+def _network_recipe(method: Method, settings: TrainingSettings) -> dict[str, Any]:
+    return {"code_dim": method.code_dim, "minutes": settings.minutes, "seed": settings.seed}
+
+
+def _train_network(method: Method, run: TrainingRun, settings: dict[str, Any]) -> TexelCodec:
     kind = CODECS["unified" if method.kind == "unified" else "custom"]
-    recipe = kind.recipe(code_dim=method.code_dim, minutes=settings.minutes, seed=settings.seed)
+    recipe = kind.recipe(**settings)
     if method.own:
         recipe = replace(recipe, training=replace(recipe.training, held_out=0.0))
-    return kind.train(_run(training, state, progress), recipe)
-
-
-def _run(training: Sequence[Material], state: Path, progress: Progress) -> TrainingRun:
-    return TrainingRun([m.path for m in training], load_btf, state, progress=progress)
-
-
-def _network_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
-    return {"values": method.code_dim, "minutes": settings.minutes, "seed": settings.seed}
+    return kind.train(run, recipe)
 
 
 def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
@@ -159,21 +158,6 @@ def _pca_recipe(method: Method, settings: TrainingSettings) -> PcaRecipe:
     return PcaRecipe(values, settings.texels, seed=settings.seed)
 
 
-def _components(
-    method: Method,
-    training: Sequence[Material],
-    settings: TrainingSettings,
-    state: Path,
-    progress: Progress,
-) -> PcaCodec:
-    recipe = _pca_recipe(method, settings)
-    return find_components([m.load for m in training], recipe, progress, min_count=1)
-
-
-def _pca_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
-    return asdict(_pca_recipe(method, settings))
-
-
 def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
     try:
         return replace(settings.basis, code_dim=method.code_dim, seed=settings.seed)
@@ -181,50 +165,28 @@ def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
         raise NacreError(f"{method.name}: {error}") from error
 
 
-def _basis(
-    method: Method,
-    training: Sequence[Material],
-    settings: TrainingSettings,
-    state: Path,
-    progress: Progress,
-) -> TexelCodec:
-    recipe = _basis_recipe(method, settings)
-    return CODECS["basis"].train(_run(training, state, progress), recipe)
-
-
-def _basis_settings(method: Method, settings: TrainingSettings) -> dict[str, Any]:
-    return asdict(_basis_recipe(method, settings))
-
-
 _CHOICES = (
     *("measured/textures/directions.py", "measured/textures/domes.py"),
-    *("textures/selection.py", "numerics/channels.py", "numerics/pca.py"),
+    *("textures/selection.py", "textures/codecs/symmetry.py"),
+    *("numerics/channels.py", "numerics/pca.py"),
 )
-_NETWORK: dict[str, Any] = {
-    "make": _network,
-    "sources": ("textures/codecs/networks/*.py",),
-    "settings": _network_settings,
-}
-_PCA: dict[str, Any] = {
-    "make": _components,
-    "sources": (
-        "textures/codecs/principal/*.py",
-        "textures/codecs/symmetry.py",
-        *_CHOICES,
-    ),
-    "settings": _pca_settings,
-}
+_NETWORK = _network_recipe, _train_network, ("textures/codecs/networks/*.py",)
+_PCA = (
+    _pca_recipe,
+    lambda _, run, recipe: find_components(run.textures, recipe, run.progress, min_count=1),
+    ("textures/codecs/principal/*.py", *_CHOICES),
+)
 KINDS: Mapping[str, Kind] = {
-    "unified": Kind("network of Rainer et al. 2020 for all textures", **_NETWORK),
-    "custom": Kind("network of Rainer et al. 2019, one a material", **_NETWORK, own=True),
-    "custom-all": Kind("network of Rainer et al. 2019 for all textures", **_NETWORK),
-    "pca": Kind("principal components of all textures", **_PCA),
-    "pca-own": Kind("principal components of the material's own texels", **_PCA, own=True),
+    "unified": Kind("network of Rainer et al. 2020 for all textures", *_NETWORK),
+    "custom": Kind("network of Rainer et al. 2019, one a material", *_NETWORK, own=True),
+    "custom-all": Kind("network of Rainer et al. 2019 for all textures", *_NETWORK),
+    "pca": Kind("principal components of all textures", *_PCA),
+    "pca-own": Kind("principal components of the material's own texels", *_PCA, own=True),
     "basis": Kind(
         "nacre's own codec",
-        _basis,
-        ("textures/codecs/basis/*.py", "textures/codecs/symmetry.py", "numerics/mlp.py", *_CHOICES),
-        _basis_settings,
+        _basis_recipe,
+        lambda _, run, recipe: CODECS["basis"].train(run, recipe),
+        ("textures/codecs/basis/*.py", "numerics/mlp.py", *_CHOICES),
     ),
 }
 """Every kind of method by name."""

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from nacre.array import Floats
-from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.reproduce.cache import Cache, cache_key, module_digest
 from nacre.reproduce.textures import trial
 from nacre.reproduce.textures.materials import Material
-from nacre.reproduce.textures.methods import KINDS, Method, TrainingSettings
+from nacre.reproduce.textures.methods import Method, TrainingSettings
 from nacre.reproduce.textures.sampling import ALL, Sampling
 from nacre.reproduce.textures.trial import Errors
 from nacre.runtime.progress import Progress, named, silent
@@ -50,14 +49,8 @@ class Study:
         Further unseen ones, of any directions.
     again
         Second measurements of unseen ones, by the same names.
-    settings
-        Efforts.
-    cache
-        Where codecs and results are kept.
     texels
         Of each texture, at which errors are found; None for all.
-    progress
-        Called as the work goes on.
     """
 
     training: Sequence[Material]
@@ -81,14 +74,7 @@ class Study:
     ) -> Errors | None:
         """Errors of the texels of a material; None where the method is not for its directions.
 
-        Parameters
-        ----------
-        method, material
-            What is coded, and how.
-        sampling
-            From which pairs of directions.
-        texels
-            How many random texels are compared; the study's number where None.
+        As many random texels are compared as is said here, or in the study.
 
         Raises
         ------
@@ -97,64 +83,34 @@ class Study:
         NacreError
             If a codec cannot be made.
         """
-        texels, seed = texels or self.texels, self.settings.seed
-        report = named(self.progress, f"{method.name}, {material.name}")
-
-        def make(texture: Btf, codec: TexelCodec) -> dict[str, Any]:
-            return asdict(trial.errors(texture, codec, sampling, texels, seed, report))
-
-        facts = ["errors", asdict(sampling), texels, seed]
-        found = self._result(method, material, facts, ("squares", "logarithms"), make)
-        return None if found is None else Errors(**found)
+        make = partial(trial.errors, progress=self._report(method, material))
+        found = self._result("errors", make, method, material, sampling, texels or self.texels)
+        return None if found is None else Errors(*found)
 
     def picture(
         self, method: Method, material: Material, pair: int, sampling: Sampling = ALL
-    ) -> npt.NDArray[np.float32] | None:
+    ) -> Floats | None:
         """The decoded texture at one pair of directions; see :meth:`errors`."""
+        return self._result("picture", trial.picture, method, material, sampling, pair)
 
-        def make(texture: Btf, codec: TexelCodec) -> dict[str, Any]:
-            return {"picture": trial.picture(texture, codec, sampling, pair, self.settings.seed)}
-
-        facts = ["picture", asdict(sampling), pair, self.settings.seed]
-        found = self._result(method, material, facts, ("picture",), make)
-        return None if found is None else found["picture"]
-
-    def rendering(
-        self, material: Material, method: Method | None
-    ) -> npt.NDArray[np.float32] | None:
+    def rendering(self, material: Material, method: Method | None) -> Floats | None:
         """A cylinder of the decoded texture, or of the measured one where no method is given.
 
         See :meth:`errors`, and :func:`nacre.reproduce.textures.trial.rendering`.
         """
-        report = named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
+        make = partial(trial.rendering, progress=self._report(method, material))
+        if method is not None:
+            return self._result("rendering", make, method, material)
 
-        def make(texture: Btf, codec: TexelCodec | None) -> dict[str, Any]:
-            return {"rendering": trial.rendering(texture, codec, self.settings.seed, report)}
-
-        def measured() -> dict[str, Any]:
+        def measured() -> Floats:
             with material.opened() as texture:
-                return make(texture, None)
+                return make(texture, None, self.settings.seed)
 
-        facts = ["rendering", self.settings.seed, module_digest("render/**/*.py")]
-        names = ("rendering",)
-        found = (
-            self._kept([*facts, material.fingerprint, _code()], names, measured)
-            if method is None
-            else self._result(method, material, facts, names, make)
-        )
-        return None if found is None else found["rendering"]
+        return self._kept("rendering", [material.fingerprint, self.settings.seed], measured)
 
-    def codes(
-        self, method: Method, material: Material, texels: int
-    ) -> npt.NDArray[np.float32] | None:
+    def codes(self, method: Method, material: Material, texels: int) -> Floats | None:
         """Codes of random texels, shape (texels, code_dim); see :meth:`errors`."""
-
-        def make(texture: Btf, codec: TexelCodec) -> dict[str, Any]:
-            return {"codes": trial.codes(texture, codec, texels, self.settings.seed)}
-
-        facts = ["codes", texels, self.settings.seed]
-        found = self._result(method, material, facts, ("codes",), make)
-        return None if found is None else found["codes"]
+        return self._result("codes", trial.codes, method, material, texels)
 
     def noise(self, material: Material, again: Material) -> float:
         """See :func:`nacre.reproduce.textures.trial.noise`.
@@ -165,26 +121,25 @@ class Study:
             If the two are not of the same size and directions.
         """
 
-        def make() -> dict[str, Any]:
+        def make() -> Floats:
             with material.opened() as first, again.opened() as second:
                 try:
-                    return {"noise": np.array(trial.noise(first, second))}
+                    return np.array(trial.noise(first, second))
                 except ValueError as error:
                     raise NacreError(f"{again.path}: {error} as {material.path}") from error
 
-        facts = ["noise", material.fingerprint, again.fingerprint, _code()]
-        return float(self._kept(facts, ("noise",), make)["noise"])
+        return float(self._kept("noise", [material.fingerprint, again.fingerprint], make))
 
     def deviation(self) -> float:
         """Standard deviation of logarithms in training, by which whitening divides them."""
         seed = self.settings.seed
 
-        def make() -> dict[str, Any]:
+        def make() -> Floats:
             texels = (_some(material, seed) for material in self.training)
-            return {"deviation": np.array(Whitening.of(texels).deviation)}
+            return np.array(Whitening.of(texels).deviation)
 
-        facts = ["deviation", [material.fingerprint for material in self.training], seed, _code()]
-        return float(self._kept(facts, ("deviation",), make)["deviation"])
+        facts = [[material.fingerprint for material in self.training], seed]
+        return float(self._kept("deviation", facts, make))
 
     def left_out(self) -> list[tuple[str, str, list[str]]]:
         """Method, reason and materials of what was skipped, one entry a method and reason."""
@@ -206,7 +161,7 @@ class Study:
         report = named(self.progress, name)
 
         def make(state: Path) -> TexelCodec:
-            return KINDS[method.kind].make(method, textures, self.settings, state, report)
+            return method.train(textures, self.settings, state, report)
 
         codec = self.cache.file(key, load_codec, make, save_codec)
         try:
@@ -219,41 +174,47 @@ class Study:
     def _textures(self, method: Method, material: Material) -> Sequence[Material]:
         return [material] if method.own else self.training
 
+    def _report(self, method: Method | None, material: Material) -> Progress:
+        return named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
+
     def _result(
         self,
+        name: str,
+        make: Callable[..., Floats | Errors],
         method: Method,
         material: Material,
-        facts: Sequence[Any],
-        names: Sequence[str],
-        make: Callable[[Btf, TexelCodec], dict[str, Any]],
-    ) -> Mapping[str, Any] | None:
-        """Arrays of a codec and a texture; None where they do not fit."""
+        *arguments: Any,
+    ) -> Floats | None:
+        """What comes of a texture, a codec, arguments and the seed; None where they do not fit."""
+        seed = self.settings.seed
         made_from = method.facts(self._textures(method, material), self.settings)
-        whole = [made_from, method.code_dim, material.fingerprint, *facts, _code()]
+        given = [asdict(v) if isinstance(v, Sampling) else v for v in arguments]
+        facts = [made_from, method.code_dim, material.fingerprint, *given, seed]
 
-        def compute() -> dict[str, Any]:
+        def compute() -> Floats:
             codec = self.codec(method, material)
             with material.opened() as texture:
                 try:
-                    return make(texture, codec)
+                    return np.asarray(make(texture, codec, *arguments, seed))
                 except FormatError:
                     raise
                 except NacreError as error:
                     raise _UnfitError(str(error)) from error
 
         try:
-            return self._kept(whole, names, compute)
+            return self._kept(name, facts, compute)
         except _UnfitError as error:
             materials = self.skipped.setdefault((method.name, str(error)), [])
             if material.name not in materials:
                 materials.append(material.name)
             return None
 
-    def _kept(
-        self, facts: Any, names: Sequence[str], make: Callable[[], dict[str, Any]]
-    ) -> Mapping[str, Any]:
-        """Arrays that were kept, or are made."""
-        return self.cache.arrays(cache_key("result", facts), names, make)
+    def _kept(self, name: str, facts: Sequence[Any], make: Callable[[], Floats]) -> Floats:
+        """An array that was kept, or is made."""
+        modules = (*_DECIDING, "render/**/*.py") if name == "rendering" else _DECIDING
+        key = cache_key("result", [name, *facts, module_digest(*modules)])
+        found: Floats = self.cache.arrays(key, (name,), lambda: {name: make()})[name]
+        return found
 
 
 def _some(material: Material, seed: int) -> Floats:
@@ -261,7 +222,3 @@ def _some(material: Material, seed: int) -> Floats:
     with material.opened() as texture:
         chosen = random_texels(texture, _WHITENING_TEXELS, np.random.default_rng(seed))
         return texture.texels(chosen)
-
-
-def _code() -> str:
-    return module_digest(*_DECIDING)

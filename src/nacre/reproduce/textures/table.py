@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from nacre.figures.chart import COLORS, charts, dress
+from nacre.figures.chart import COLORS, charts, color_of, dress
+from nacre.figures.page import Figure
 from nacre.reproduce.experiment import Outcome
-from nacre.reproduce.tables import markdown_table
+from nacre.reproduce.tables import geometric_mean, markdown_table, scaled
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.numbers import geometric_mean, scaled
 from nacre.reproduce.textures.study import Study
 
 _MARKERS = "osD^vP*X"
@@ -37,13 +36,13 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
             series.setdefault(method.name, {})[material.name] = found.mse
             loss = float(found.logarithms.mean()) / deviation
             rows.append((material.name, method.name, method.code_dim, found.mse, loss))
+    unseen = {material.name: material for material in study.unseen}
     again = {material.name: material for material in study.again}
-    for material in study.unseen:
-        if material.name in again:
-            floor = study.noise(material, again[material.name])
-            series.setdefault("noise", {})[material.name] = floor
-            rows.append((material.name, "noise", "", floor, ""))
-    names = [material.name for material in study.unseen]
+    for name in (name for name in unseen if name in again):
+        floor = study.noise(unseen[name], again[name])
+        series.setdefault("noise", {})[name] = floor
+        rows.append((name, "noise", "", floor, ""))
+    names = list(unseen)
     table = error_table(names, series)
     return Outcome({"": error_plot(names, series)} if series else {}, columns, rows, table)
 
@@ -51,35 +50,17 @@ def table1(study: Study, methods: Sequence[Method]) -> Outcome:
 def error_table(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> str:
     """Mean squared errors times ten thousand, a line a method, and their geometric mean.
 
-    Parameters
-    ----------
-    names
-        Of the materials.
-    series
-        Errors by method and material. The mean is left out where some are missing.
+    `series` has errors by method and material; the mean is left out where some are missing.
     """
     lines = []
     for method, errors in series.items():
-        cells = [scaled(errors.get(name)) for name in names]
-        whole = len(errors) == len(names)
-        mean = scaled(geometric_mean(list(errors.values()))) if whole else "–"
-        lines.append([method, *cells, mean])
+        mean = geometric_mean(list(errors.values())) if len(errors) == len(names) else None
+        lines.append([method, *(scaled(errors.get(name)) for name in names), scaled(mean)])
     return markdown_table(["MSE x 10⁴", *names, "geometric mean"], lines)
 
 
-def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> Any:
-    """The same as markers over the materials.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One page.
-
-    Raises
-    ------
-    MissingExtraError
-        If Matplotlib is not installed.
-    """
+def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) -> Figure:
+    """The same as markers over the materials."""
     figure, (axes,) = charts(1, 1.6 + 1.1 * (len(names) + 1), 4.5)
     for index, (method, errors) in enumerate(series.items()):
         places = [k for k, name in enumerate(names) if name in errors]
@@ -93,7 +74,7 @@ def error_plot(names: Sequence[str], series: Mapping[str, Mapping[str, float]]) 
             values,
             s=26,
             marker=_MARKERS[index // len(COLORS) % len(_MARKERS)],
-            color=COLORS[index % len(COLORS)],
+            color=color_of(index),
             label=method,
         )
     for edge in range(len(names)):

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.array import Floats
+from nacre.color import tone_map
 from nacre.errors import NacreError
+from nacre.figures.page import FAINT, Figure, Page, broken
 from nacre.measured.textures.directions import from_degrees
 from nacre.reproduce.experiment import Outcome
-from nacre.reproduce.tables import markdown_table
-from nacre.reproduce.textures.cell_page import TRUTH, Cell, cell_page
+from nacre.reproduce.tables import markdown_table, scaled
 from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import Method
-from nacre.reproduce.textures.numbers import scaled
 from nacre.reproduce.textures.sampling import ALL, FRACTIONS, Sampling
 from nacre.reproduce.textures.study import Study
 from nacre.reproduce.textures.table import error_table
 from nacre.textures.selection import nearest_pair
 
+TRUTH = "truth"
+"""Title of the column of what was measured."""
+_SIDE, _GAP, _NAMES, _HEAD, _CAPTION = 1.35, 0.08, 1.05, 0.4, 0.2
+"""Inches: edge of a texture, space between, width of names, height of titles and captions."""
+_BRIGHT, _WHITE = 99.0, 0.9
+"""Percentile of the truth that is shown at a brightness."""
 ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0)),
           "fig8": ((45.0, 0.0), (0.0, 0.0))}  # fmt: skip
 """Polar angle and azimuth in degrees of view and light. The paper gives azimuths and elevations of
@@ -36,24 +43,12 @@ Pictures: TypeAlias = Callable[[Material, Method | None], Floats | None]
 
 
 def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Unseen textures and what each method makes of them.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made.
-    """
+    """Unseen textures and what each method makes of them."""
     return _by_method(study, methods, study.unseen, partial(_texture, study, "fig4"))
 
 
 def fig5(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Cylinders of unseen textures, path-traced, and of what each method makes of them.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made, or Mitsuba is not there.
-    """
+    """Cylinders of unseen textures, path-traced, and of what each method makes of them."""
     return _by_method(study, methods, study.unseen, study.rendering, side=_RENDERED, exposed=True)
 
 
@@ -63,7 +58,7 @@ def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
     Raises
     ------
     NacreError
-        If there are none, or a codec cannot be made.
+        If there are none.
     """
     if not study.others:
         raise NacreError("there are no textures unlike those of the training; give --other FOLDER")
@@ -97,20 +92,15 @@ def _by_method(
                 whole.setdefault(method.name, {})[material.name] = cell.whole
         lines.append(line)
     heads = [TRUTH, *(method.name for method in methods)]
-    page = cell_page(heads, [material.name for material in materials], lines, **options)
+    names = [material.name for material in materials]
+    page = cell_page(heads, names, lines, **options)
     columns = ("material", "method", "mse of the picture", "mse of all pairs")
-    table = error_table([material.name for material in materials], whole)
+    table = error_table(names, whole)
     return Outcome({"": page}, columns, rows, table)
 
 
 def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Unseen textures that are coded from some of their pairs, a page a method.
-
-    Raises
-    ------
-    NacreError
-        If a codec cannot be made.
-    """
+    """Unseen textures that are coded from some of their pairs, a page a method."""
     rows: list[Sequence[object]] = []
     pages: dict[str, Any] = {}
     table: list[list[str]] = []
@@ -118,10 +108,8 @@ def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
         lines = []
         for material in study.unseen:
             pair, truth = _truth(material, "fig8")
-            cells = []
-            for part in _PARTS:
-                picture = study.picture(method, material, pair, part)
-                cells.append(_cell(study, method, material, truth, picture, part))
+            decoded = [(study.picture(method, material, pair, part), part) for part in _PARTS]
+            cells = [_cell(study, method, material, truth, *each) for each in decoded]
             lines.append([*cells, Cell(truth)])
             table.append([f"{method.name}, {material.name}", *(scaled(c.whole) for c in cells)])
             for part, cell in zip(_PARTS, cells, strict=True):
@@ -155,3 +143,51 @@ def _cell(
     if picture is None or found is None:
         return Cell(None)
     return Cell(picture, float(np.square(picture - truth).mean()), found.mse)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A picture, errors of it and of the whole texture; none of the truth."""
+
+    picture: Floats | None
+    mse: float | None = None
+    whole: float | None = None
+
+    @property
+    def caption(self) -> str:
+        """The errors."""
+        return "" if self.mse is None else f"{scaled(self.mse)} (all {scaled(self.whole)})"
+
+
+def cell_page(
+    heads: Sequence[str],
+    names: Sequence[str],
+    lines: Sequence[Sequence[Cell]],
+    *,
+    side: float = _SIDE,
+    exposed: bool = False,
+) -> Figure:
+    """Pictures of materials in rows, `side` inches wide each, below heads: one is :data:`TRUTH`.
+
+    Where `exposed`, 1 is white; else each row is as bright as shows the truth well.
+    """
+    across, down = side + _GAP, side + _CAPTION
+    page = Page(_NAMES + len(heads) * across, _HEAD + len(lines) * down + _GAP)
+    truth = heads.index(TRUTH)
+    for column, head in enumerate(heads):
+        x = _NAMES + column * across + 0.5 * side
+        page.text(x, _HEAD - 0.08, head, ha="center", va="bottom", size=8.0)
+    for row, (name, line) in enumerate(zip(names, lines, strict=True)):
+        y = _HEAD + row * down
+        page.text(0.05, y + 0.5 * side, broken(name, 12), va="center", size=8.0)
+        measured = line[truth].picture
+        assert measured is not None
+        exposure = 1.0 if exposed else _WHITE / max(float(np.percentile(measured, _BRIGHT)), 1e-6)
+        for column, cell in enumerate(line):
+            x = _NAMES + column * across
+            if cell.picture is None:
+                page.text(x + 0.5 * side, y + 0.5 * side, "none", ha="center", color=FAINT)
+                continue
+            page.image(x, y, side, side, tone_map(exposure * cell.picture), smooth=False)
+            page.text(x, y + side + 0.03, cell.caption, 7.0, va="top", limit=side)
+    return page.figure

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -30,17 +29,11 @@ _BLOCK = 1 << 26
 """Bytes of reflectance at a time."""
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Of each texel that was looked at, over all pairs compared.
+class Errors(NamedTuple):
+    """Of each texel that was looked at, over all pairs compared, shapes (t,).
 
-    Parameters
-    ----------
-    squares
-        Mean squared difference of reflectance factors, shape (t,).
-    logarithms
-        Mean absolute difference of their logarithms, shape (t,): what the networks' loss is, but
-        for a factor.
+    Mean squared differences of reflectance factors, and mean absolute ones of their logarithms:
+    what the networks' loss is, but for a factor.
     """
 
     squares: npt.NDArray[np.float64]
@@ -60,18 +53,7 @@ def errors(
     seed: int,
     progress: Progress = silent,
 ) -> Errors:
-    """Errors of texels that are coded and decoded.
-
-    Parameters
-    ----------
-    texture, codec, sampling
-        What is coded, how, and from what.
-    texels
-        How many random texels are looked at; None for all.
-    seed
-        Of what is chosen at random.
-    progress
-        Called as it goes on.
+    """Errors of as many random texels, or of all, that are coded from some pairs and decoded.
 
     Raises
     ------
@@ -122,8 +104,6 @@ def rendering(
     ------
     NacreError
         If the codec is for other directions, or decodes its own only.
-    MissingExtraError
-        If Mitsuba is not installed.
     """
     shown: Btf | LatentMap = texture
     options: dict[str, Any] = {}
