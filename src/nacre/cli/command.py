@@ -121,11 +121,9 @@ class Group(click.Group):
         self.params.extend(_shared())
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """See click."""
         return sorted(self._help)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """See click."""
         if cmd_name not in self._help:
             return None
         module = importlib.import_module(f"{self._package}.{cmd_name}")
@@ -143,20 +141,32 @@ class Group(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """See click."""
         with formatter.section("Commands"):
             formatter.write_dl(sorted(self._help.items()))
 
 
 def command(
-    name: str, *, writes: bool = False, reports: bool = False, **settings: Any
+    name: str,
+    *rows: click.Parameter | str,
+    writes: bool = True,
+    reports: bool = True,
 ) -> Callable[[Callable[..., Any]], Command]:
-    """Make a function a :class:`Command`."""
+    """Make a function a :class:`Command`.
 
-    def decorate(function: Callable[..., Any]) -> Command:
-        made: Command = click.command(
-            name, cls=Command, writes=writes, reports=reports, **settings
-        )(function)
-        return made
-
-    return decorate
+    Parameters
+    ----------
+    name
+        What it is called.
+    rows
+        Arguments and options in the order of the help. A text is the help of the option before it.
+    writes, reports
+        See :class:`Command`.
+    """
+    parameters: list[click.Parameter] = []
+    for row in rows:
+        if isinstance(row, click.Parameter):
+            parameters.append(row)
+        else:
+            assert isinstance(parameters[-1], click.Option)
+            parameters[-1].help = row
+    return click.command(name, Command, params=parameters, writes=writes, reports=reports)

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import kind_of
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import json_key, keyed, print_facts, print_json, print_table, say
 from nacre.cli.session import session
@@ -21,29 +23,20 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 
-@make("compare", writes=True, reports=True)
-@options.input_argument("reference")
-@options.input_argument("other")
-@options.output_option(
-    "Picture to write (.png, .jpg).", required=False, show_default="OTHER_compared.png"
+@make(
+    "compare",
+    options.argument("reference"),
+    options.argument("other"),
+    options.output_option(required=False, shown="OTHER_compared.png"),
+    "Picture to write (.png, .jpg).",
+    options.environment_option(applies="brdf"),
+    option("--size", IntRange(16, 2048), applies="brdf", default=128),
+    "Width and height of each picture in pixels.",
+    option("--pairs", IntRange(1), applies="btf", shown="all"),
+    "Random pairs of directions to compare.",
+    options.seed_option(applies="btf"),
+    options.pixels_option(applies="btf"),
 )
-@options.environment_option(applies="brdf")
-@options.option(
-    "--size",
-    applies="brdf",
-    type=click.IntRange(16, 2048),
-    default=128,
-    help="Width and height of each picture in pixels.",
-)
-@options.option(
-    "--pairs",
-    applies="btf",
-    type=click.IntRange(1),
-    show_default="all",
-    help="Random pairs of directions to compare.",
-)
-@options.seed_option(applies="btf")
-@options.pixels_option(applies="btf")
 def command(
     reference: Path,
     other: Path,

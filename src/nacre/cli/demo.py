@@ -6,13 +6,14 @@ import dataclasses
 import os
 from pathlib import Path
 
-import click
 import numpy as np
 import numpy.typing as npt
+from click import IntRange
 
 from nacre.brdf import Brdf
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import Line, progress
 from nacre.cli.report import print_facts, print_table, say
 from nacre.errors import FormatError
@@ -29,13 +30,15 @@ _MATERIAL = {
 """A copper-colored car paint under clear coat."""
 
 
-@make("demo", writes=True)
-@options.input_argument("source", metavar="[INPUT]", required=False)
-@options.output_option(
-    "Picture to write; the other files go beside it.", required=False, default="out/demo.png"
+@make(
+    "demo",
+    options.argument("source", metavar="[INPUT]", required=False),
+    options.output_option(required=False, default="out/demo.png"),
+    "Picture to write; the other files go beside it.",
+    options.preset_option(),
+    option("--spp", IntRange(1), default=128, help="Samples per pixel."),
+    reports=False,
 )
-@options.preset_option()
-@options.option("--spp", type=click.IntRange(1), default=128, help="Samples per pixel.")
 def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     """Measure, fit, save, render and compare one material; look at the picture at the end.
 

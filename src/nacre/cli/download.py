@@ -11,21 +11,23 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import Line, hidden_progress, progress
 from nacre.cli.report import aside, print_facts, print_json, report_parts, say
 from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@make("download", writes=True, reports=True)
-@click.argument("database", required=False)
-@click.argument("materials", nargs=-1)
-@options.output_option("Folder to write to.", required=False, show_default="the cache")
-@options.option("--all", "everything", is_flag=True, help="Download all materials.")
-@options.option(
-    "--mirror", metavar="URL", show_default="NACRE_MIRROR", help="Server that has DATABASE/FILE."
+@make(
+    "download",
+    options.argument("database", None, required=False),
+    options.argument("materials", None, nargs=-1),
+    options.output_option("Folder to write to.", required=False, shown="the cache"),
+    option("--all everything", is_flag=True, help="Download all materials."),
+    option("--mirror", metavar="URL", shown="NACRE_MIRROR"),
+    "Server that has DATABASE/FILE.",
+    option("--accept-terms", is_flag=True, help="Accept the terms of use without a question."),
 )
-@options.option("--accept-terms", is_flag=True, help="Accept the terms of use without a question.")
 def command(
     database: str | None,
     materials: tuple[str, ...],

@@ -9,18 +9,21 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
 from nacre.errors import FormatError
 
 
-@make("measure", writes=True, reports=True)
-@click.argument("source", metavar="INPUT", type=click.Path(allow_dash=True))
-@options.output_option("File to write: a table, or a network (.safetensors, .h5).")
-@options.option("--bsdf", "name", metavar="ID", help="BSDF of a scene, needed if it has several.")
-@options.resolution_option()
-@options.preset_option()
-@options.seed_option()
+@make(
+    "measure",
+    options.argument("source", click.Path(allow_dash=True), metavar="INPUT"),
+    options.output_option("File to write: a table, or a network (.safetensors, .h5)."),
+    option("--bsdf name", metavar="ID", help="BSDF of a scene, needed if it has several."),
+    options.resolution_option(),
+    options.preset_option(),
+    options.seed_option(),
+)
 def command(
     source: str,
     output: Path,

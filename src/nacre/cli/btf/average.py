@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 
-@make("average", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option(OUTPUT_HELP)
-@options.codec_option()
-@options.pixels_option()
+@make(
+    "average",
+    options.argument("source", metavar="INPUT"),
+    options.output_option(OUTPUT_HELP),
+    options.codec_option(),
+    options.pixels_option(),
+)
 def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | None) -> None:
     """Make one reflectance of a texture: the mean of its texels, as it looks from afar.
 

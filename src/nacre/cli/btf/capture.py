@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report, say
 from nacre.cli.session import session
@@ -21,18 +23,16 @@ if TYPE_CHECKING:
     from nacre.textures.capture.recipe import Recipe
 
 
-@make("capture", writes=True, reports=True)
-@click.argument("recipe", required=False)
-@options.option("--all", "everything", is_flag=True, help="Capture all built-in recipes.")
-@options.output_option("Texture to write; a folder with --all.")
-@options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32.")
-@options.option(
-    "--paths", default=64, type=click.IntRange(1, 1 << 16), help="Light paths per texel."
-)
-@options.directions_option(default="bonn")
-@options.seed_option()
-@options.option(
-    "--picture", type=options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."
+@make(
+    "capture",
+    options.argument("recipe", None, required=False),
+    option("--all everything", is_flag=True, help="Capture all built-in recipes."),
+    options.output_option("Texture to write; a folder with --all."),
+    options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32."),
+    option("--paths", IntRange(1, 1 << 16), default=64, help="Light paths per texel."),
+    options.directions_option(default="bonn"),
+    options.seed_option(),
+    option("--picture", options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."),
 )
 def command(
     recipe: str | None,

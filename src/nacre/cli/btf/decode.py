@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from nacre.array import Floats
 
 
-@make("decode", writes=True, reports=True)
-@options.input_argument("source", metavar="CODES")
-@options.output_option("Texture to write, in the format that its name ends in.")
-@options.directions_option(
-    show_default="those of the texture that was encoded",
-    help="Pairs of directions: every light with every view of a dome, those of another texture, "
-    "or a list (.csv).",
+@make(
+    "decode",
+    options.argument("source", metavar="CODES"),
+    options.output_option("Texture to write, in the format that its name ends in."),
+    options.directions_option(shown="those of the texture that was encoded"),
+    "Pairs of directions: every light with every view of a dome, those of another texture, or a "
+    "list (.csv).",
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that the codes of nacre fit stand for, at its directions or at others."""

@@ -6,12 +6,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_json, print_table, say
 from nacre.cli.session import session
@@ -26,21 +26,14 @@ _EDGE = 128
 """Pixels of the longer edge of each level's picture, at least."""
 
 
-@make("mipmap", writes=True, reports=True)
-@options.input_argument("source", metavar="CODES")
-@options.output_option("Picture to write (.png, .jpg, .exr).", required=False)
-@options.option(
-    "--filter",
-    "by",
-    default="reflectance",
-    type=click.Choice(["reflectance", "codes"]),
-    help="Average what codes decode to, and encode that again; or average the codes.",
-)
-@options.option(
-    "--wi", type=options.DIRECTION, default="30,0", help="Direction to the light, in degrees."
-)
-@options.option(
-    "--wo", type=options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."
+@make(
+    "mipmap",
+    options.argument("source", metavar="CODES"),
+    options.output_option("Picture to write (.png, .jpg, .exr).", required=False),
+    option("--filter by", ["reflectance", "codes"], default="reflectance"),
+    "Average what codes decode to, and encode that again; or average the codes.",
+    option("--wi", options.DIRECTION, default="30,0", help="Direction to the light, in degrees."),
+    option("--wo", options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."),
 )
 def command(
     source: Path,

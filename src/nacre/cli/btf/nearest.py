@@ -4,33 +4,29 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
 import numpy as np
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_json, print_table, say
 from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@make("nearest", writes=True, reports=True)
-@options.input_argument("codes")
-@options.input_argument("among", nargs=-1)
-@options.output_option("Also write spheres of the texels (.png, .svg, .pdf).", required=False)
-@options.option(
-    "--texel",
-    type=options.Integers("12,7", 2),
-    required=True,
-    metavar="X,Y",
-    help="Texel to look for: column and row, counted from 0.",
+@make(
+    "nearest",
+    options.argument("codes"),
+    options.argument("among", nargs=-1),
+    options.output_option("Also write spheres of the texels (.png, .svg, .pdf).", required=False),
+    option("--texel", options.TEXEL, required=True, metavar="X,Y"),
+    "Texel to look for: column and row, counted from 0.",
+    option("--count", IntRange(1, 1000), default=5, help="Number of texels to find."),
+    option("--one-each", is_flag=True, help="Find only the nearest texel of each texture."),
 )
-@options.option(
-    "--count", default=5, type=click.IntRange(1, 1000), help="Number of texels to find."
-)
-@options.option("--one-each", is_flag=True, help="Find only the nearest texel of each texture.")
 def command(
     codes: Path,
     among: tuple[Path, ...],

@@ -10,6 +10,7 @@ import numpy as np
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import check_pixels, expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
 from nacre.cli.session import session
@@ -22,12 +23,14 @@ _LIGHTS = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0))
 _VIEWS = ((0.0, 0.0), (30.0, 180.0), (60.0, 180.0))
 
 
-@make("picture", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option("Picture to write (.png, .jpg, .exr).")
-@options.option("--wi", type=options.DIRECTION, help="Direction to the light, in degrees.")
-@options.option("--wo", type=options.DIRECTION, help="Direction to the viewer, in degrees.")
-@options.pixels_option()
+@make(
+    "picture",
+    options.argument("source", metavar="INPUT"),
+    options.output_option("Picture to write (.png, .jpg, .exr)."),
+    option("--wi", options.DIRECTION, help="Direction to the light, in degrees."),
+    option("--wo", options.DIRECTION, help="Direction to the viewer, in degrees."),
+    options.pixels_option(),
+)
 def command(
     source: Path,
     output: Path,

@@ -10,12 +10,14 @@ from nacre.cli.command import command as make
 from nacre.cli.progress import progress
 
 
-@make("tile", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option(OUTPUT_HELP)
-@options.texels_option(default="1x1", help="Width and height of the texture in texels.")
-@options.directions_option(default="bonn")
-@options.codec_option()
+@make(
+    "tile",
+    options.argument("source", metavar="INPUT"),
+    options.output_option(OUTPUT_HELP),
+    options.texels_option(default="1x1", help="Width and height of the texture in texels."),
+    options.directions_option(default="bonn"),
+    options.codec_option(),
+)
 def command(
     source: Path, output: Path, texels: tuple[int, int], directions: str, codec: Path | None
 ) -> None:

@@ -10,12 +10,13 @@ from nacre.cli.progress import progress
 from nacre.cli.report import report_file
 
 
-@make("decode", writes=True, reports=True)
-@options.input_argument("source", metavar="CODE")
-@options.output_option(
-    "Material to write (.binary, .bsdf, ...); networks also as .safetensors and .h5."
+@make(
+    "decode",
+    options.argument("source", metavar="CODE"),
+    options.output_option(),
+    "Material to write (.binary, .bsdf, ...); networks also as .safetensors and .h5.",
+    options.basis_option(),
 )
-@options.basis_option()
 def command(source: Path, output: Path, basis_name: str) -> None:
     """Write the material that a code stands for, in the format that the output's name ends in."""
     from nacre.formats import check_target, writer

@@ -4,31 +4,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
 from nacre.cli.session import session
 
 
-@make("interpolate", writes=True, reports=True)
-@options.input_argument("first")
-@options.input_argument("second")
-@options.output_option("Picture to write (.png, .jpg).")
-@options.basis_option()
-@options.option(
-    "--count", default=5, type=click.IntRange(2, 64), help="Number of materials, both ends too."
-)
-@options.option("--codes", type=options.OUTPUT, help="Folder to write the code of each to (.json).")
-@options.option(
-    "--size", default=192, type=click.IntRange(16, 1024), help="Width of each picture in pixels."
-)
-@options.option(
-    "--spp",
-    type=click.IntRange(1),
-    help="Samples per pixel; by default those of nacre render, which are denoised.",
+@make(
+    "interpolate",
+    options.argument("first"),
+    options.argument("second"),
+    options.output_option("Picture to write (.png, .jpg)."),
+    options.basis_option(),
+    option("--count", IntRange(2, 64), default=5, help="Number of materials, both ends too."),
+    option("--codes", options.OUTPUT, help="Folder to write the code of each to (.json)."),
+    option("--size", IntRange(16, 1024), default=192, help="Width of each picture in pixels."),
+    option("--spp", IntRange(1)),
+    "Samples per pixel; by default those of nacre render, which are denoised.",
 )
 def command(
     first: Path,

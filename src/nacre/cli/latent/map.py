@@ -6,23 +6,22 @@ from pathlib import Path
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
 from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@make("map", writes=True, reports=True)
-@options.inputs_argument("paths", metavar="INPUT...")
-@options.output_option("Plot to write (.png, .svg, .pdf).")
-@options.basis_option()
-@options.option(
-    "--highlight",
-    type=options.INPUT,
-    multiple=True,
-    help="Material among INPUT to ring in red, and to list the nearest of. May be repeated.",
+@make(
+    "map",
+    options.inputs_argument(),
+    options.output_option("Plot to write (.png, .svg, .pdf)."),
+    options.basis_option(),
+    option("--highlight", options.INPUT, multiple=True),
+    "Material among INPUT to ring in red, and to list the nearest of. May be repeated.",
+    options.seed_option(),
 )
-@options.seed_option()
 def command(
     paths: tuple[Path, ...],
     output: Path,
