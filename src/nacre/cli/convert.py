@@ -68,8 +68,7 @@ def _reflectance(
 
     write = writer(output, resolution)
     options.check_outputs([output], [source])
-    report = progress(output.stem)
-    report("reading", 0, 1)
+    report = progress(output.stem, "reading")
     brdf = load_brdf(source, material)
     check_target(output, brdf)
     report("writing", 0, 1)

@@ -14,7 +14,6 @@ from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import Line, hidden_progress, progress
 from nacre.cli.report import aside, print_facts, print_json, report_parts, say
-from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
@@ -47,11 +46,9 @@ def command(
     if database is None:
         if output or mirror or accept_terms or everything:
             raise click.UsageError("expected the name of a database")
-        known = {each.name: each.title for each in databases().values()}
-        if session().as_json:
-            print_json([{"database": name, "title": title} for name, title in known.items()])
-        else:
-            print_facts("databases", known.items())
+        known = [(each.name, each.title) for each in databases().values()]
+        print_json([{"database": name, "title": title} for name, title in known])
+        print_facts("databases", known)
         return
     source = find(database)
     if everything:
@@ -59,11 +56,9 @@ def command(
             raise click.UsageError("expected either names or --all")
         materials = ("*",)
     if not materials:
-        if session().as_json:
-            names = list(source.materials)
-            print_json({"database": source.name, "page": source.page, "materials": names})
-        else:
-            say("\n".join(source.materials) or f"{source.name}: names are at {source.page}")
+        names = list(source.materials)
+        print_json({"database": source.name, "page": source.page, "materials": names})
+        say("\n".join(names) or f"{source.name}: names are at {source.page}")
         return
 
     def agree(terms: str) -> bool:
@@ -89,8 +84,7 @@ def command(
             line.end()
         checked = "SHA-256 verified" if found.verified else "not verified: no known checksum"
         aside(f"{material}: {'downloaded' if found.fresh else 'already there'}, {checked}")
-        if not session().as_json:
-            say(str(found.path))
+        say(str(found.path))
         results.append(
             {
                 "material": material,

@@ -13,7 +13,6 @@ from nacre.cli.options import option
 from nacre.cli.plot import check_count, name_apart
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, report_parts
-from nacre.cli.session import session
 from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
@@ -64,8 +63,7 @@ def command(
         results.append({"file": str(path), "kind": found.kind, **facts})
         if found.brdf is not None:
             plotted.append((path, found.brdf))
-        if not session().as_json:
-            print_facts(path.resolve().name, found.facts.items(), found.units)
+        print_facts(path.resolve().name, found.facts.items(), found.units)
     if plot is not None and plotted:
         from nacre.figures.plot import lobe_figure, write_plot
 

@@ -10,7 +10,7 @@ from nacre.errors import FormatError
 
 Kind: TypeAlias = Literal["a texture", "an encoded texture", "a texture codec"]
 
-_NAMES = {"brdf": "a reflectance", "btf": "a texture"}
+NAMES = {"brdf": "a reflectance", "btf": "a texture"}
 _TAKEN_BY: dict[Kind, str] = {
     "a texture": "nacre fit encodes it, nacre btf train trains a codec on several",
     "an encoded texture": "nacre btf decode and all commands on textures take it",
@@ -42,7 +42,7 @@ def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     if kind == "btf" and entry.load_material is not None and load_btf(path).texel_count == 1:
         kind = "brdf"
     if refusing:
-        refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {_NAMES[kind]}")
+        refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {NAMES[kind]}")
     return kind
 
 

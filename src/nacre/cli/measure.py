@@ -47,11 +47,9 @@ def command(
     write = writer(output, resolution)
     file = scene or source.lower().endswith(".json")
     options.check_outputs([output], [Path(source)] if file else [])
-    line = progress(output.stem)
-    line("loading Mitsuba", 0, 1)
+    line = progress(output.stem, "loading Mitsuba")
     brdf = scene_bsdf(source, name) if scene else described_bsdf(*_text(source, file=file))
     missing = brdf.left_out()
-    brdf = brdf.replaced(name=output.stem)
     brdf = brdf.replaced(name=output.stem)
     check_target(output, brdf)
     if target(output).holds == "neural":

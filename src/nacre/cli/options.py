@@ -11,8 +11,7 @@ import click
 from click.core import ParameterSource
 
 from nacre.cli.session import session
-from nacre.errors import FormatError
-from nacre.io.files import check_writable
+from nacre.io.files import check_not_inputs, check_writable
 
 if TYPE_CHECKING:
     ParamType: TypeAlias = click.ParamType[Any]  # generic for type checkers of late
@@ -223,16 +222,16 @@ def is_given(name: str) -> bool:
 
 
 def check_outputs(
-    outputs: Iterable[Path], inputs: Iterable[Path], internal: Iterable[Path] = ()
+    outputs: Iterable[Path | None], inputs: Iterable[Path | None], internal: Iterable[Path] = ()
 ) -> None:
     """Raise before work starts if a file could not be written at its end, or is an input.
 
     Parameters
     ----------
     outputs
-        Files to write.
+        Files to write; None are passed over.
     inputs
-        Files that are read.
+        Files that are read; None are passed over.
     internal
         States and caches, which may be there but must not be inputs.
 
@@ -243,14 +242,11 @@ def check_outputs(
     """
     from nacre.cli.report import detail
 
-    inputs, outputs = list(inputs), list(outputs)
-    taken = {path.resolve() for path in inputs}
-    for path in (*outputs, *internal):
-        if path.resolve() in taken:
-            raise FormatError(f"{path}: is the input as well; name another output")
-    for path in outputs:
+    read, written = ([path for path in paths if path] for paths in (inputs, outputs))
+    check_not_inputs([*written, *internal], read)
+    for path in written:
         check_writable(path)
-    for verb, paths in (("reads", inputs), ("writes", outputs)):
+    for verb, paths in (("reads", read), ("writes", written)):
         for path in paths:
             detail(f"{verb} {path.resolve()}")
 

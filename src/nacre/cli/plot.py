@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nacre.cli import options
 from nacre.cli.command import command as make
@@ -54,9 +54,7 @@ def command(
     texel: tuple[int, int] | None,
     incidence: tuple[float, ...],
     azimuth: float,
-    channel: str,
-    cosine: bool,
-    floor: float | None,
+    **chosen: Any,
 ) -> None:
     """Plot the lobes of materials over one another, in the plane of incidence, on a log scale.
 
@@ -75,15 +73,8 @@ def command(
         materials.append((path, _load(path, texel, line, several=len(paths) > 1)))
     named = name_apart(materials)
     line("plotting", 0, 1)
-    figure = lobe_figure(
-        named,
-        tuple(map(math.radians, incidence)),
-        azimuth=math.radians(azimuth),
-        channel=channel,
-        cosine=cosine,
-        floor=floor,
-    )
-    write_plot(figure, output)
+    angles = tuple(map(math.radians, incidence))
+    write_plot(lobe_figure(named, angles, azimuth=math.radians(azimuth), **chosen), output)
     data = {"output": str(output), "materials": list(named), "incidence_deg": list(incidence)}
     report(f"{output}: {', '.join(named)}", data)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
@@ -41,6 +41,10 @@ class Line:
             self._display.stage_ended(self, now - self.began)
             self.stage, self.began = stage, now
         self.done, self.total, self.note = done, total, note
+
+    def parts(self, stage: str, total: int = 100) -> Callable[[float], None]:
+        """What to call with how much of a stage is done, from 0 to 1."""
+        return lambda part: self(stage, round(part * total), total)
 
     def end(self) -> None:
         """Take the line off the display."""
@@ -199,9 +203,11 @@ def hidden_progress() -> Iterator[None]:
         yield
 
 
-def progress(name: str) -> Line:
-    """A line of the display of the command that runs."""
-    display = session().display
-    if display is None:  # outside of a command
-        return Line(Display(name, Console(stderr=True), quiet=True), name)
-    return display.add(name)
+def progress(name: str, stage: str = "") -> Line:
+    """A line of the display of the command that runs, with the stage that begins."""
+    # Outside of a command there is no display.
+    display = session().display or Display(name, Console(stderr=True), quiet=True)
+    line = display.add(name)
+    if stage:
+        line(stage, 0, 1)
+    return line

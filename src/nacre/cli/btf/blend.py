@@ -46,9 +46,8 @@ def command(
     from nacre.textures.synthesis.blending import NAMED, named_mask
 
     check_latent_path(output)
-    inputs = [first, second, *([] if mask in NAMED else [Path(mask)])]
-    options.check_outputs([output], inputs)
-    progress(output.stem)("blending", 0, 1)
+    options.check_outputs([output], [first, second, None if mask in NAMED else Path(mask)])
+    progress(output.stem, "blending")
     for path in (first, second):
         expect(path, "an encoded texture")
     maps = [load_latent_map(path) for path in (first, second)]

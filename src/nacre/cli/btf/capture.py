@@ -14,7 +14,6 @@ from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report, say
-from nacre.cli.session import session
 from nacre.errors import FormatError
 
 if TYPE_CHECKING:
@@ -80,8 +79,7 @@ def command(
 
     def begun(recipe: Recipe, done: int, total: int) -> Progress:
         names.append(recipe.name)
-        if not session().as_json:
-            say(f"{done + 1} of {total}: {recipe.name}")
+        say(f"{done + 1} of {total}: {recipe.name}")
         return line
 
     capture_all(output, settings, begun)
@@ -99,7 +97,7 @@ def _one(recipe: str, output: Path, settings: Settings, picture: Path | None) ->
         check_image_path(picture)
     found = find(recipe)
     target(output, "btf")
-    options.check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
+    options.check_outputs([output, picture], [Path(recipe)])
     line = progress(found.name)
     btf = settings.take(found, line)
     loss = save(btf, output, progress=line)

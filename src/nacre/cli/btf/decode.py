@@ -30,11 +30,9 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     from nacre.textures.latent_map import NeuralBtf
 
     target(output, "btf")
-    inputs = [source, *([] if directions is None else [Path(directions)])]
-    options.check_outputs([output], inputs)
+    options.check_outputs([output], [source, Path(directions) if directions else None])
     expect(source, "an encoded texture")
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
         btf = btf.at_directions(*_pairs(directions))

@@ -51,11 +51,10 @@ def command(
     check_plot_path(output)
     if save is not None and save.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{save}: a map is saved as a .safetensors file")
-    inputs = [*codes, *([into] if into else [])]
-    options.check_outputs([path for path in (output, table, save) if path], inputs)
+    options.check_outputs([output, table, save], [*codes, into])
     for path in codes:
         expect(path, "an encoded texture")
-    progress(output.stem)("laying out texels", 0, 1)
+    progress(output.stem, "laying out texels")
     onto = load_embedding_map(into) if into is not None else None
     names = [path.stem for path in codes]
     chart = embed_texels(load_latent_maps(codes), names, count, seed, onto)

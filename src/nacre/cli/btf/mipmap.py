@@ -13,8 +13,7 @@ from nacre.cli.command import command as make
 from nacre.cli.materials import expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import keyed, print_json, print_table, say
-from nacre.cli.session import session
+from nacre.cli.report import keyed, print_table, report
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -81,14 +80,12 @@ def command(
     if output is not None and pictures:
         write_image(_sheet(pictures), output)
     columns = "level", "texels", "MSE x 1e4", "relative RMSE"
-    if session().as_json:
-        levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]
-        print_json({"file": str(source), "filter": by, "seconds": seconds, "levels": levels})
-        return
     print_table(columns, ((str(row[0]), *row[1:]) for row in rows))
-    say(f"{source}: filtered in {seconds:.2g} seconds")
+    lines = [f"{source}: filtered in {seconds:.2g} seconds"]
     if output is not None:
-        say(f"{output}: means of decoded values above, filtered codes below")
+        lines.append(f"{output}: means of decoded values above, filtered codes below")
+    levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]
+    report(lines, {"file": str(source), "filter": by, "seconds": seconds, "levels": levels})
 
 
 def _sheet(pictures: list[tuple[Floats, Floats]]) -> Floats:

@@ -12,8 +12,7 @@ from nacre.cli.command import command as make
 from nacre.cli.materials import expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import print_json, print_table, say
-from nacre.cli.session import session
+from nacre.cli.report import print_table, report
 from nacre.errors import NacreError
 
 
@@ -52,8 +51,7 @@ def command(
     if output is not None:
         check_plot_path(output)
         options.check_outputs([output], paths)
-    line = progress(codes.stem)
-    line("reading", 0, 1)
+    line = progress(codes.stem, "reading")
     texture, *textures = load_latent_maps(paths)
     height, width, _ = texture.codes.shape
     x, y = texel
@@ -81,10 +79,7 @@ def command(
         ]
         spheres = texel_spheres(texture.codec, np.stack(shown))
         write_plot(spheres_figure(spheres, captions), output)
-    if session().as_json:
-        nearest = [dict(zip(("file", "x", "y", "distance"), row, strict=True)) for row in rows]
-        print_json({"file": str(codes), "x": x, "y": y, "nearest": nearest})
-        return
     print_table(("texture", "x", "y", "distance"), rows)
-    if output is not None:
-        say(f"{output}: {len(shown)} spheres")
+    nearest = [dict(zip(("file", "x", "y", "distance"), row, strict=True)) for row in rows]
+    lines = [f"{output}: {len(shown)} spheres"] if output is not None else []
+    report(lines, {"file": str(codes), "x": x, "y": y, "nearest": nearest})

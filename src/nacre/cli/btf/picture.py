@@ -13,7 +13,6 @@ from nacre.cli.materials import check_pixels, expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.cli.session import session
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -59,7 +58,7 @@ def command(
     expect(source, "a texture", "an encoded texture")
     check_pixels(source, pixels)
     check_image_path(output)
-    progress(output.stem)("reading", 0, 1)
+    progress(output.stem, "reading")
     btf = load_btf(source, quantity=pixels)
     options.check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [wi] if wi else _LIGHTS, [wo] if wo else _VIEWS
@@ -77,13 +76,9 @@ def command(
         [float(np.degrees(a)) for w in (btf.wi, btf.wo) for a in to_spherical(split(w[pair]))]
         for pair in pairs
     ]
-    if not session().as_json:
-        columns = ("pair", "light theta", "phi", "view theta", "phi")
-        rows = zip(pairs, angles, strict=True)
-        print_table(columns, ((str(pair), *(f"{a:.1f}" for a in row)) for pair, row in rows))
-    shown = [
-        {"pair": int(pair), "light_deg": row[:2], "view_deg": row[2:]}
-        for pair, row in zip(pairs, angles, strict=True)
-    ]
+    columns = ("pair", "light theta", "phi", "view theta", "phi")
+    rows = list(zip(map(int, pairs), angles, strict=True))
+    print_table(columns, ((str(pair), *(f"{a:.1f}" for a in row)) for pair, row in rows))
+    shown = [{"pair": pair, "light_deg": row[:2], "view_deg": row[2:]} for pair, row in rows]
     data = {"output": str(output), "width": width, "height": height, "pairs": shown}
     report(f"{output}: {width} x {height} pixels", data)

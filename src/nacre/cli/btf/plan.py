@@ -53,8 +53,7 @@ def command(
     path = codec or PUBLISHED
     options.check_outputs([output], [path])
     expect(path, "a texture codec")
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     wi, wo = candidate_pairs(
         max(CANDIDATES, count),
         lights=max_light_angle,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import click
 from click import IntRange
@@ -42,12 +43,7 @@ def command(
     output: Path,
     texels: tuple[int, int] | None,
     scale: float | None,
-    tile: bool,
-    patch: int | None,
-    overlap: int | None,
-    tolerance: float,
-    periodic: bool | None,
-    seed: int,
+    **chosen: Any,
 ) -> None:
     """Make a larger texture like an encoded one, from patches of it.
 
@@ -69,18 +65,7 @@ def command(
     factor = 5.0 if scale is None else scale
     width, height = texels or (round(factor * columns), round(factor * rows))
     began = time.monotonic()
-    made = synthesize(
-        latent,
-        height,
-        width,
-        patch=patch,
-        overlap=overlap,
-        tolerance=tolerance,
-        periodic=periodic,
-        tile=tile,
-        seed=seed,
-        progress=progress(output.stem),
-    )
+    made = synthesize(latent, height, width, **chosen, progress=progress(output.stem))
     seconds = time.monotonic() - began
     facts = made.facts()
     metadata = {"source": source_of(source), "synthesis": facts}

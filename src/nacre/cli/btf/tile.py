@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from nacre.cli import options
-from nacre.cli.btf.uniform import OUTPUT_HELP, check_codec, write
+from nacre.cli.btf.written import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
 from nacre.cli.progress import progress
 
@@ -27,8 +27,7 @@ def command(
     from nacre.textures.uniform import tile
 
     check_codec(output, codec)
-    options.check_outputs([output], [source, *([codec] if codec else [])])
-    line = progress(output.stem)
-    line("evaluating", 0, 1)
+    options.check_outputs([output], [source, codec])
+    progress(output.stem, "evaluating")
     texture = tile(load_brdf(source), *named_directions(directions))
     write(texture, output, codec, texels)

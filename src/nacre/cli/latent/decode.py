@@ -24,8 +24,7 @@ def command(source: Path, output: Path, basis_name: str) -> None:
 
     write = writer(output)
     options.check_outputs([output], [source, Path(basis_name)])
-    line = progress(source.stem)
-    line("decoding", 0, 1)
+    line = progress(source.stem, "decoding")
     material = load_code(source, find_basis(basis_name))
     check_target(output, material)
     line("writing", 0, 1)

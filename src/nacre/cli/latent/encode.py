@@ -30,8 +30,7 @@ def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
     options.check_outputs([output], [source, Path(basis_name)])
-    line = progress(source.stem)
-    line("reading", 0, 1)
+    line = progress(source.stem, "reading")
     basis = find_basis(basis_name)
     brdf = load_brdf(source)
     line("encoding", 0, 1)

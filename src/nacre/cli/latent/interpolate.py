@@ -11,7 +11,6 @@ from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.cli.session import session
 
 
 @make(
@@ -48,8 +47,7 @@ def command(
 
     check_image_path(output, DISPLAY_IMAGES)
     options.check_outputs([output], [first, second, Path(basis_name)])
-    line = progress(output.stem)
-    line("encoding", 0, 1)
+    line = progress(output.stem, "encoding")
     ends = coded([first, second], find_basis(basis_name))
     materials = between(ends[0], ends[1], count)
     if codes:
@@ -61,9 +59,7 @@ def command(
         (index / (count - 1), [float(x) for x in albedo(material, [0.0]).value[0]])
         for index, material in enumerate(materials)
     ]
-    if not session().as_json:
-        columns = ("fraction of the second", "albedo, red", "green", "blue")
-        table = [(f"{fraction:.2f}", *(f"{x:.3f}" for x in albedos)) for fraction, albedos in rows]
-        print_table(columns, table)
+    columns = ("fraction of the second", "albedo, red", "green", "blue")
+    print_table(columns, ((f"{part:.2f}", *(f"{x:.3f}" for x in rgb)) for part, rgb in rows))
     data = [{"fraction": fraction, "albedo": albedos} for fraction, albedos in rows]
     report(f"{output}: {count} materials", {"output": str(output), "materials": data})

@@ -9,7 +9,6 @@ from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
@@ -50,7 +49,7 @@ def command(
     near = {
         str(path): [names[k] for k in nearest(codes, paths.index(path), 3)] for path in highlight
     }
-    if near and not session().as_json:
+    if near:
         rows = [(Path(path).stem, ", ".join(found)) for path, found in near.items()]
         print_table(("material", "nearest"), rows)
     data = {"output": str(output), "materials": len(paths), "nearest": near}

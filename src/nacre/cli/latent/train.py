@@ -52,8 +52,7 @@ def command(
             raise click.BadParameter(f"--resolution: {error}") from error
     options.check_outputs([output], paths)
     settings = {name: value for name, value in chosen.items() if value is not None}
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     basis = train_basis(
         paths,
         output,
