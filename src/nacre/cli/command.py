@@ -57,17 +57,7 @@ def _help_alone() -> None:
 
 
 class Command(click.Command):
-    """A command with the options that all share.
-
-    Parameters
-    ----------
-    writes
-        Whether it writes files, and so takes --force.
-    reports
-        Whether it reports results, and so takes --json.
-    settings
-        See click.
-    """
+    """A command with the options that all share; --force if it writes, --json if it reports."""
 
     def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
         super().__init__(**settings)
@@ -97,14 +87,8 @@ class Command(click.Command):
 class Group(click.Group):
     """A group whose commands are imported when they run: help must come at once.
 
-    Parameters
-    ----------
-    package
-        Package that has a module for each command, named like it, with the command as `command`.
-    commands_help
-        The commands, each with what the list says of it.
-    settings
-        See click.
+    The package has a module for each command, named like it, with the command as `command`;
+    `commands_help` is what the list says of each.
     """
 
     def __init__(

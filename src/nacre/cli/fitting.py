@@ -27,13 +27,7 @@ _SHOWN = 5
 
 
 class RunWatcher(Watcher):
-    """Shows how a run goes on.
-
-    Parameters
-    ----------
-    title
-        Shown before the counts of the whole run.
-    """
+    """Shows how a run goes on: one line on the whole, by its title, one on each fit in work."""
 
     def __init__(self, title: str) -> None:
         self._lock = threading.Lock()

@@ -21,12 +21,7 @@ _TAKEN_BY: dict[Kind, str] = {
 def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     """Whether a path is a reflectance or a texture; an encoded texture of one texel is the former.
 
-    Parameters
-    ----------
-    path
-        File or folder.
-    refusing
-        Refuse options on the command line that are for the other kind.
+    Options on the command line that are for the other kind are refused, unless `refusing` is false.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -90,16 +90,9 @@ def _texels(text: str) -> tuple[int, int]:
 
 
 def integers(example: str, count: int | None = None, most: int | None = None) -> Parsed:
-    """Whole numbers with commas between them.
+    """So many whole numbers with commas between them, up to eight where `count` is None.
 
-    Parameters
-    ----------
-    example
-        For messages.
-    count
-        How many there must be; up to eight where None.
-    most
-        They must be widths from 1 to this.
+    The example is for messages. With `most` they must be widths from 1 to that.
     """
 
     def parse(text: str) -> tuple[int, ...]:
@@ -194,25 +187,23 @@ def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings
 def refuse(applies: Container[str], subject: str) -> None:
     """Refuse options on the command line that are for something else than the subject.
 
-    Parameters
-    ----------
-    applies
-        What options are for that must not be given.
-    subject
-        What is at hand: "gold.bsdf is a reflectance".
+    `applies` is what those are for, `subject` what is at hand: "gold.bsdf is a reflectance".
 
     Raises
     ------
     UsageError
         Naming the first such option.
     """
-    context = click.get_current_context()
-    for parameter in context.command.params:
-        if isinstance(parameter, Option) and parameter.applies in applies:
-            name = max(parameter.opts, key=len)
-            if is_given(parameter.name or ""):
-                subjects = _SUBJECTS[parameter.applies]
-                raise click.UsageError(f"{name} is for {subjects}; {subject}", context)
+    for option, flag in given():
+        if option.applies in applies:
+            raise click.UsageError(f"{flag} is for {_SUBJECTS[option.applies]}; {subject}")
+
+
+def given() -> Iterator[tuple[Option, str]]:
+    """Options of the command that are on the command line, each with its flag."""
+    for option in click.get_current_context().command.params:
+        if isinstance(option, Option) and is_given(option.name or ""):
+            yield option, max(option.opts, key=len)
 
 
 def is_given(name: str) -> bool:
@@ -226,14 +217,7 @@ def check_outputs(
 ) -> None:
     """Raise before work starts if a file could not be written at its end, or is an input.
 
-    Parameters
-    ----------
-    outputs
-        Files to write; None are passed over.
-    inputs
-        Files that are read; None are passed over.
-    internal
-        States and caches, which may be there but must not be inputs.
+    What is None is passed over; `internal` are states and caches, which must not be inputs.
 
     Raises
     ------

@@ -73,18 +73,9 @@ class Line:
 
 
 class Display:
-    """All lines of a command, shown by a thread of its own.
+    """All lines of a command, shown by a thread of its own; the title until there is one.
 
-    Parameters
-    ----------
-    title
-        Shown until the first line is added.
-    console
-        Where to.
-    quiet
-        Show nothing.
-    verbose
-        Print how long every stage took.
+    `quiet` shows nothing, `verbose` prints how long every stage took.
     """
 
     def __init__(

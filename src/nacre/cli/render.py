@@ -82,10 +82,9 @@ def command(source: Path, output: Path | None, **chosen: Any) -> None:
     the others), which the mitsuba command cannot know of.
     """
     if source.suffix.lower() == ".xml":
-        for name in chosen:
-            if options.is_given(name) and name not in _SCENE_OPTIONS:
-                option = name.replace("_", "-")
-                raise click.UsageError(f"--{option} is for materials; {source} is a scene")
+        for given, flag in options.given():
+            if given.name not in _SCENE_OPTIONS:
+                raise click.UsageError(f"{flag} is for materials; {source} is a scene")
         render_scene(source, output, chosen["spp"], chosen["seed"])
     elif kind_of(source) == "brdf":
         render_reflectance(source, output, chosen)

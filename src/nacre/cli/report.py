@@ -117,19 +117,10 @@ def report_facts(
 
 
 def report_parts(results: Sequence[Mapping[str, Any]], lines: Iterable[str] = ()) -> None:
-    """Report on several files, of which some may have failed, and exit accordingly.
+    """Report on several files, and exit with 1 if some failed, with 2 if all did.
 
-    Parameters
-    ----------
-    results
-        One object a file; of a failure with the keys "file" and "error".
-    lines
-        Text on those that have not failed.
-
-    Raises
-    ------
-    Exit
-        With 1 if some failed, with 2 if all did.
+    A result is one object a file, of a failure with the keys "file" and "error"; the lines are text
+    on those that have not failed.
     """
     report(lines, results)
     failures = [result["error"] for result in results if result.get("error")]

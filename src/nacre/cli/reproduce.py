@@ -14,7 +14,7 @@ from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import aside, print_facts, report, say
 
-_FIELDS = {"cache": "folder"}
+_FIELDS: dict[str | None, str | None] = {"cache": "folder"}
 """Names of options that are called otherwise in :class:`nacre.reproduce.experiment.Request`."""
 _ALWAYS = frozenset(("experiment", "files", "output"))
 
@@ -114,9 +114,6 @@ def command(
 
 def _refuse_unheeded(experiment: str, heeded: frozenset[str]) -> None:
     """Raise if an option is given that the experiment does not heed."""
-    for parameter in click.get_current_context().command.params:
-        name = parameter.name or ""
-        own = parameter.expose_value and _FIELDS.get(name, name) not in heeded | _ALWAYS
-        if own and options.is_given(name):
-            option = max(parameter.opts, key=len)
-            raise click.BadParameter(f"{option} is not for {experiment}")
+    for given, flag in options.given():
+        if _FIELDS.get(given.name, given.name) not in heeded | _ALWAYS:
+            raise click.BadParameter(f"{flag} is not for {experiment}")

@@ -43,18 +43,8 @@ class _Flight:
 class Submission:
     """Carries out jobs on a cluster, of which it holds no more at a time than keep it busy.
 
-    Parameters
-    ----------
-    client
-        Of Dask, connected.
-    setup
-        What the workers have to know.
-    address
-        Of the scheduler, for messages.
-    data
-        See :data:`Data`.
-    patience
-        Seconds to wait for a worker when there is none left.
+    The client of Dask is connected, the address is for messages, and a worker is waited for as many
+    seconds as `patience` says when there is none left.
     """
 
     def __init__(

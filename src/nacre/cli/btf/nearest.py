@@ -13,7 +13,6 @@ from nacre.cli.materials import expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.errors import NacreError
 
 
 @make(
@@ -44,6 +43,7 @@ def command(
     from nacre.figures.texel_spheres import spheres_figure, texel_spheres
     from nacre.textures.embedding import nearest_texels
     from nacre.textures.latent_file import load_latent_maps
+    from nacre.workflows.texel import texel_index
 
     paths = [codes, *(among or [codes])]
     for path in paths:
@@ -54,15 +54,10 @@ def command(
     line = progress(codes.stem, "reading")
     texture, *textures = load_latent_maps(paths)
     height, width, _ = texture.codes.shape
-    x, y = texel
-    if x >= width or y >= height:
-        raise NacreError(
-            f"{codes}: has {width} x {height} texels, none in column {x}, row {y}; they count "
-            "from 0"
-        )
+    index, (x, y) = texel_index(codes, width, height, texel), texel
     code = texture.codes[y, x].astype(np.float32)
     same = [path.resolve() == codes.resolve() for path in paths[1:]]
-    itself = (same.index(True), y * width + x) if any(same) else None
+    itself = (same.index(True), index) if any(same) else None
     found = nearest_texels(
         code, textures, count, one_each=one_each, leave_out=itself, progress=line
     )

@@ -17,7 +17,7 @@ from nacre.cli.report import counted, report_file
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
-_SETTINGS = {"recipe_name": "preset"}
+_SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
 """Settings of a training that are not called as their options are."""
 
 
@@ -96,17 +96,13 @@ def command(
     from nacre.workflows.codec_training import is_first_process, kinds_with, train_codec
 
     settings: dict[str, Any] = {}
-    for name, value in chosen.items():
-        if not options.is_given(name):
+    for given, flag in options.given():
+        if (name := given.name or "") not in chosen:
             continue
         setting = _SETTINGS.get(name, name)
-        if name == "bfloat16":
-            setting, value = "precision", "bfloat16"
-        kinds = kinds_with(setting)
-        if model not in kinds:
-            option = name.removesuffix("_name").replace("_", "-")
-            raise click.BadParameter(f"--{option} is for --model {' and '.join(kinds)}")
-        settings[setting] = value
+        if model not in (kinds := kinds_with(setting)):
+            raise click.BadParameter(f"{flag} is for --model {' and '.join(kinds)}")
+        settings[setting] = "bfloat16" if name == "bfloat16" else chosen[name]
     found = train_codec(
         paths,
         output,
