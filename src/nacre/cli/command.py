@@ -15,16 +15,14 @@ from nacre.cli.session import session
 from nacre.io.outputs import overwrite, written_by
 
 
-def _set(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
+def _flag(name: str, *names: str, about: str) -> click.Option:
+    """A flag that sets an attribute of the session."""
+
     def callback(_context: click.Context, _parameter: click.Parameter, value: bool) -> None:
         if value:
             setattr(session(), name, True)
 
-    return callback
-
-
-def _flag(name: str, *names: str, about: str) -> click.Option:
-    return click.Option(names, is_flag=True, expose_value=False, callback=_set(name), help=about)
+    return click.Option(names, is_flag=True, expose_value=False, callback=callback, help=about)
 
 
 def _print_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -130,10 +128,7 @@ class Group(click.Group):
 
 
 def command(
-    name: str,
-    *rows: click.Parameter | str,
-    writes: bool = True,
-    reports: bool = True,
+    name: str, *rows: click.Parameter | str, writes: bool = True, reports: bool = True
 ) -> Callable[[Callable[..., Any]], Command]:
     """Make a function a :class:`Command`.
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     "convert",
     options.argument("source", metavar="INPUT"),
     options.output_option("File to write, in the format that its name ends in."),
-    options.material_option(applies="brdf"),
+    option("--material", applies="brdf", help="Name of the material, for a file of several."),
     options.resolution_option(applies="brdf"),
     options.precision_option(applies="btf", shown="that of the input, else half"),
     "Precision of the values of an .npz.",

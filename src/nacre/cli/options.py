@@ -140,12 +140,7 @@ class Option(click.Option):
     """An option that may be for one kind of material or model only; see :func:`refuse`."""
 
     def __init__(
-        self,
-        names: Sequence[str],
-        *,
-        applies: str = "",
-        shown: str | None = None,
-        **settings: Any,
+        self, names: Sequence[str], applies: str = "", shown: str | None = None, **settings: Any
     ) -> None:
         super().__init__(names, show_default=shown, **settings)
         self.applies = applies
@@ -270,7 +265,6 @@ environment_option = _shared(
     shown="a built-in studio",
     help="Light from a latitude-longitude map (.exr, .hdr, .png).",
 )
-material_option = _shared("--material", help="Name of the material, for a file of several.")
 resolution_option = _shared(
     "--resolution",
     integers("90,90,180"),

@@ -106,10 +106,7 @@ def report_file(path: Path, text: str, **data: Any) -> None:
 
 
 def report_facts(
-    title: str,
-    facts: Mapping[str, Any],
-    units: Mapping[str, str] | None = None,
-    **data: Any,
+    title: str, facts: Mapping[str, Any], units: Mapping[str, str] | None = None, **data: Any
 ) -> None:
     """Print facts in aligned columns, or as JSON after further `data`."""
     print_json({**data, **keyed(facts, units)})

@@ -35,11 +35,7 @@ _EDGE = 128
     option("--wo", options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."),
 )
 def command(
-    source: Path,
-    output: Path | None,
-    by: Filter,
-    wi: tuple[float, float],
-    wo: tuple[float, float],
+    source: Path, output: Path | None, by: Filter, wi: tuple[float, float], wo: tuple[float, float]
 ) -> None:
     """Filter an encoded texture for views from afar, and report the error.
 

@@ -39,11 +39,7 @@ from nacre.cli.report import report_facts
     options.seed_option(),
 )
 def command(
-    source: Path,
-    output: Path,
-    texels: tuple[int, int] | None,
-    scale: float | None,
-    **chosen: Any,
+    source: Path, output: Path, texels: tuple[int, int] | None, scale: float | None, **chosen: Any
 ) -> None:
     """Make a larger texture like an encoded one, from patches of it.
 

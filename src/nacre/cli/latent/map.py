@@ -22,11 +22,7 @@ from nacre.errors import NacreError
     options.seed_option(),
 )
 def command(
-    paths: tuple[Path, ...],
-    output: Path,
-    basis_name: str,
-    highlight: tuple[Path, ...],
-    seed: int,
+    paths: tuple[Path, ...], output: Path, basis_name: str, highlight: tuple[Path, ...], seed: int
 ) -> None:
     """Lay out materials or codes by t-SNE, neighbors side by side."""
     from nacre.figures.code_views import coded, draw_map
