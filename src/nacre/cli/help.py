@@ -8,10 +8,7 @@ from nacre.cli.command import command as make
 
 
 @make(
-    "help",
-    click.Argument(["names"], nargs=-1, metavar="[COMMAND]..."),
-    writes=False,
-    reports=False,
+    "help", click.Argument(["names"], nargs=-1, metavar="[COMMAND]..."), writes=False, reports=False
 )
 @click.pass_context
 def command(context: click.Context, names: tuple[str, ...]) -> None:

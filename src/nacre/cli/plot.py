@@ -42,9 +42,7 @@ def _angles(text: str) -> tuple[float, ...]:
     option("--channel", CHANNELS, default="luminance", help="Channel to plot."),
     option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer."),
     option(
-        "--floor",
-        options.FiniteRange(1e-12, 1e12),
-        shown="a power of ten below the plotted values",
+        "--floor", options.FiniteRange(1e-12, 1e12), shown="a power of ten below the plotted values"
     ),
     "Value at the center in 1/sr.",
 )

@@ -32,9 +32,7 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     options.output_option(required=False, shown="NAME.png, with --frames NAME.gif"),
     "Picture to write: .exr (linear), .png or .jpg; with --frames .gif, .png or .webp.",
     option(
-        "--shape",
-        _SHAPES,
-        shown=f"{scene.SHAPES[0]}; {texture_scene.GEOMETRIES[0]} for textures",
+        "--shape", _SHAPES, shown=f"{scene.SHAPES[0]}; {texture_scene.GEOMETRIES[0]} for textures"
     ),
     "Object to show.",
     option("--light", _LIGHTS, default="environment", help="Light on the object."),

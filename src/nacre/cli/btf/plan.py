@@ -55,11 +55,7 @@ def command(
     expect(path, "a texture codec")
     line = progress(output.stem, "reading")
     wi, wo = candidate_pairs(
-        max(CANDIDATES, count),
-        lights=max_light_angle,
-        views=max_view_angle,
-        flash=flash,
-        seed=seed,
+        max(CANDIDATES, count), lights=max_light_angle, views=max_view_angle, flash=flash, seed=seed
     )
     chosen = informative(load_codec(path), wi, wo, count, line)
     write_plan(wi[chosen], wo[chosen], output)
