@@ -391,8 +391,7 @@ def test_every_preset_can_be_chosen(folder, tmp_path):
     from nacre.cli.options import preset_option
     from nacre.neural.recipe import PRESETS
 
-    (option,) = preset_option()(lambda: None).__click_params__
-    assert tuple(option.type.choices) == tuple(PRESETS)
+    assert tuple(preset_option().type.choices) == tuple(PRESETS)
     settings = ["--preset", "draft", "--epochs", 2, "--samples", 4000]
     done = run("fit", folder / "table.binary", *settings, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

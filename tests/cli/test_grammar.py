@@ -64,7 +64,7 @@ def test_an_option_means_the_same_everywhere():
     for command in LEAVES.values():
         for o in options(command):
             flag = max(o.opts, key=len)
-            types.setdefault(flag, set()).add(f"{type(o.type).__name__} {o.nargs}")
+            types.setdefault(flag, set()).add(f"{type(o.type).__name__} {o.type.name} {o.nargs}")
     mixed = {flag: kinds for flag, kinds in types.items() if len(kinds) > 1}
     allowed = {"--model", "--output", "--basis"}  # a choice or a name; a file or a folder
     assert set(mixed) <= allowed, mixed

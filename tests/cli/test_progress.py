@@ -12,9 +12,9 @@ from rich.console import Console
 import nacre
 from nacre.cli import progress as module
 from nacre.cli import report
+from nacre.cli.fitting import RunWatcher
 from nacre.cli.progress import Display
 from nacre.cli.session import begin
-from nacre.cli.watcher import RunWatcher
 from tests.cli.support import run
 from tests.reflectances import Glossy
 

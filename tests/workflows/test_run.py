@@ -317,7 +317,7 @@ def test_what_cannot_begin_says_so_and_makes_nothing(folder, output, tmp_path):
         fit_library([tmp_path / "empty"], output, QUICK)
     neural = tmp_path / "x.safetensors"
     neural.touch()
-    with pytest.raises(FormatError, match="is an input as well"):
+    with pytest.raises(FormatError, match="is the input as well"):
         fit_library([folder, neural], tmp_path, QUICK)
     assert set(contents(tmp_path)) == {*(f"in/{name}.binary" for name in "abc"), "x.safetensors"}
     with pytest.raises(FormatError, match="cannot be written"):

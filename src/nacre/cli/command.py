@@ -15,16 +15,14 @@ from nacre.cli.session import session
 from nacre.io.outputs import overwrite, written_by
 
 
-def _set(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
+def _flag(name: str, *names: str, about: str) -> click.Option:
+    """A flag that sets an attribute of the session."""
+
     def callback(_context: click.Context, _parameter: click.Parameter, value: bool) -> None:
         if value:
             setattr(session(), name, True)
 
-    return callback
-
-
-def _flag(name: str, *names: str, about: str) -> click.Option:
-    return click.Option(names, is_flag=True, expose_value=False, callback=_set(name), help=about)
+    return click.Option(names, is_flag=True, expose_value=False, callback=callback, help=about)
 
 
 def _print_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -57,17 +55,7 @@ def _help_alone() -> None:
 
 
 class Command(click.Command):
-    """A command with the options that all share.
-
-    Parameters
-    ----------
-    writes
-        Whether it writes files, and so takes --force.
-    reports
-        Whether it reports results, and so takes --json.
-    settings
-        See click.
-    """
+    """A command with the options that all share; --force if it writes, --json if it reports."""
 
     def __init__(self, *, writes: bool = False, reports: bool = False, **settings: Any) -> None:
         super().__init__(**settings)
@@ -97,14 +85,8 @@ class Command(click.Command):
 class Group(click.Group):
     """A group whose commands are imported when they run: help must come at once.
 
-    Parameters
-    ----------
-    package
-        Package that has a module for each command, named like it, with the command as `command`.
-    commands_help
-        The commands, each with what the list says of it.
-    settings
-        See click.
+    The package has a module for each command, named like it, with the command as `command`;
+    `commands_help` is what the list says of each.
     """
 
     def __init__(
@@ -121,11 +103,9 @@ class Group(click.Group):
         self.params.extend(_shared())
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """See click."""
         return sorted(self._help)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """See click."""
         if cmd_name not in self._help:
             return None
         module = importlib.import_module(f"{self._package}.{cmd_name}")
@@ -143,20 +123,29 @@ class Group(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """See click."""
         with formatter.section("Commands"):
             formatter.write_dl(sorted(self._help.items()))
 
 
 def command(
-    name: str, *, writes: bool = False, reports: bool = False, **settings: Any
+    name: str, *rows: click.Parameter | str, writes: bool = True, reports: bool = True
 ) -> Callable[[Callable[..., Any]], Command]:
-    """Make a function a :class:`Command`."""
+    """Make a function a :class:`Command`.
 
-    def decorate(function: Callable[..., Any]) -> Command:
-        made: Command = click.command(
-            name, cls=Command, writes=writes, reports=reports, **settings
-        )(function)
-        return made
-
-    return decorate
+    Parameters
+    ----------
+    name
+        What it is called.
+    rows
+        Arguments and options in the order of the help. A text is the help of the option before it.
+    writes, reports
+        See :class:`Command`.
+    """
+    parameters: list[click.Parameter] = []
+    for row in rows:
+        if isinstance(row, click.Parameter):
+            parameters.append(row)
+        else:
+            assert isinstance(parameters[-1], click.Option)
+            parameters[-1].help = row
+    return click.command(name, Command, params=parameters, writes=writes, reports=reports)

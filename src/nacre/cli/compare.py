@@ -2,58 +2,37 @@
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of
+from nacre.cli.materials import NAMES, kind_of
+from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import json_key, keyed, print_facts, print_json, print_table, say
-from nacre.cli.session import session
+from nacre.cli.report import keyed, print_facts, print_table, report
 from nacre.errors import FormatError
 
-if TYPE_CHECKING:
-    from nacre.measured.textures.image_folder import Quantity
 
-
-@make("compare", writes=True, reports=True)
-@options.input_argument("reference")
-@options.input_argument("other")
-@options.output_option(
-    "Picture to write (.png, .jpg).", required=False, show_default="OTHER_compared.png"
+@make(
+    "compare",
+    options.argument("reference"),
+    options.argument("other"),
+    options.output_option(required=False, shown="OTHER_compared.png"),
+    "Picture to write (.png, .jpg).",
+    options.environment_option(applies="brdf"),
+    option("--size", IntRange(16, 2048), applies="brdf", default=128),
+    "Width and height of each picture in pixels.",
+    option("--pairs", IntRange(1), applies="btf", shown="all"),
+    "Random pairs of directions to compare.",
+    options.seed_option(applies="btf"),
+    options.pixels_option(applies="btf"),
 )
-@options.environment_option(applies="brdf")
-@options.option(
-    "--size",
-    applies="brdf",
-    type=click.IntRange(16, 2048),
-    default=128,
-    help="Width and height of each picture in pixels.",
-)
-@options.option(
-    "--pairs",
-    applies="btf",
-    type=click.IntRange(1),
-    show_default="all",
-    help="Random pairs of directions to compare.",
-)
-@options.seed_option(applies="btf")
-@options.pixels_option(applies="btf")
-def command(
-    reference: Path,
-    other: Path,
-    output: Path | None,
-    environment: Path | None,
-    size: int,
-    pairs: int | None,
-    seed: int,
-    pixels: Quantity | None,
-) -> None:
+def command(reference: Path, other: Path, output: Path | None, **chosen: Any) -> None:
     """Compare OTHER with the REFERENCE: error figures, and a picture of both and their difference.
 
     Reflectances are compared on rendered spheres and over pairs of directions. Textures are
@@ -64,26 +43,21 @@ def command(
 
     kinds = kind_of(reference), kind_of(other)
     if kinds[0] != kinds[1]:
-        names = {"brdf": "a reflectance", "btf": "a texture"}
         raise FormatError(
-            f"{other}: is {names[kinds[1]]}, and {reference} {names[kinds[0]]}; nacre btf average "
+            f"{other}: is {NAMES[kinds[1]]}, and {reference} {NAMES[kinds[0]]}; nacre btf average "
             "makes a reflectance of a texture, nacre btf tile a texture of a reflectance"
         )
     output = output or Path(f"{other.stem}_compared.png")
     check_image_path(output, DISPLAY_IMAGES)
-    if kinds[0] == "brdf":
-        _reflectances(reference, other, output, environment, size)
-    else:
-        _textures(reference, other, output, pairs, seed, pixels)
+    run = _reflectances if kinds[0] == "brdf" else _textures
+    run(reference, other, output, chosen)
 
 
 def _names(reference: Path, other: Path, output: Path) -> dict[str, Any]:
     return {"reference": str(reference), "other": str(other), "output": str(output)}
 
 
-def _reflectances(
-    reference: Path, other: Path, output: Path, environment: Path | None, size: int
-) -> None:
+def _reflectances(reference: Path, other: Path, output: Path, chosen: dict[str, Any]) -> None:
     from nacre.figures import picture
     from nacre.formats import load_brdf
     from nacre.metrics import compare
@@ -91,37 +65,24 @@ def _reflectances(
     from nacre.render.preview import write_bytes
 
     options.check_outputs([output], [reference, other])
-    report = progress(other.stem)
-    report("reading", 0, 1)
+    line = progress(other.stem, "reading")
     materials = load_brdf(reference), load_brdf(other)
-    lighting = load_environment(environment) if environment else None
+    lighting = chosen["environment"] and load_environment(chosen["environment"])
     comparison = compare(
-        *materials,
-        size=size,
-        environment=lighting,
-        progress=lambda part: report("comparing", round(100 * part), 100),
+        *materials, size=chosen["size"], environment=lighting, progress=line.parts("comparing")
     )
-    comparison = dataclasses.replace(comparison, truth=reference.name, other=other.name)
+    comparison = replace(comparison, truth=reference.name, other=other.name)
     write_bytes(picture(comparison), output)
-    if session().as_json:
-        figures: dict[str, dict[str, float]] = {}
-        for where, measure, value in comparison.rows():
-            figures.setdefault(json_key(where), {})[json_key(measure)] = value
-        print_json({**_names(reference, other, output), "figures": figures})
-        return
-    for light, rows in itertools.groupby(comparison.rows(), lambda row: row[0]):
-        print_table((light, ""), [row[1:] for row in rows])
-    say(f"{output}: reference | other | FLIP error")
+    figures: dict[str, dict[str, float]] = {}
+    for where, measure, value in comparison.rows():
+        figures.setdefault(where, {})[measure] = value
+    for light, rows in figures.items():
+        print_table((light, ""), rows.items())
+    names = _names(reference, other, output)
+    report(f"{output}: reference | other | FLIP error", names | keyed({"figures": figures}))
 
 
-def _textures(
-    reference: Path,
-    other: Path,
-    output: Path,
-    pairs: int | None,
-    seed: int,
-    pixels: Quantity | None,
-) -> None:
+def _textures(reference: Path, other: Path, output: Path, chosen: dict[str, Any]) -> None:
     from contextlib import ExitStack
 
     from nacre.figures.texture_sheet import texture_sheet
@@ -132,12 +93,11 @@ def _textures(
     from nacre.render.preview import write_bytes
     from nacre.workflows.identity import source_files
 
-    paths = reference, other
+    paths, pixels, seed = (reference, other), chosen["pixels"], chosen["seed"]
     images = [bool(identify(path).claims_folder) for path in paths]
     if pixels is not None and not any(images):
         raise click.BadParameter("--pixels: neither texture is a folder of images")
-    report = progress(other.stem)
-    report("reading", 0, 1)
+    line = progress(other.stem, "reading")
     textures = [
         load_btf(path, quantity=pixels if inside else None)
         for path, inside in zip(paths, images, strict=True)
@@ -145,15 +105,10 @@ def _textures(
     files = map(source_files, paths, textures)
     options.check_outputs([output], [*paths, *(file for some in files for file in some)])
     with ExitStack() as stack:
-        readable = [stack.enter_context(transposed(btf, progress=report)) for btf in textures]
-        found = compare_textures(*readable, pairs=pairs, seed=seed, progress=report)
+        readable = [stack.enter_context(transposed(btf, progress=line)) for btf in textures]
+        found = compare_textures(*readable, pairs=chosen["pairs"], seed=seed, progress=line)
     write_bytes(texture_sheet(textures[0], textures[1], (reference.name, other.name)), output)
     worst = [{"x": x, "y": y, "MSE x 1e4": 1e4 * mse} for x, y, mse in found.worst()]
-    if session().as_json:
-        facts = keyed({"pairs compared": found.compared, **found.errors.facts()}, UNITS)
-        texels = [keyed(texel) for texel in worst]
-        print_json({**_names(reference, other, output), **facts, "worst_texels": texels})
-        return
     shown, by_view = found.errors.shown()
     rows = [("pairs compared", found.compared), *shown.items()]
     print_facts(f"{other.name} against {reference.name}", rows, UNITS)
@@ -162,4 +117,6 @@ def _textures(
         ("worst texels (x, y)", "MSE x 1e4"),
         [(f"{w['x']}, {w['y']}", w["MSE x 1e4"]) for w in worst],
     )
-    say(f"{output}: reference | other | error")
+    facts = keyed({"pairs compared": found.compared, **found.errors.facts()}, UNITS)
+    data = _names(reference, other, output) | facts | keyed({"worst texels": worst})
+    report(f"{output}: reference | other | error", data)

@@ -9,8 +9,12 @@ from nacre.cli.command import command as make
 from nacre.errors import NacreError
 
 
-@make("completion")
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@make(
+    "completion",
+    click.Argument(["shell"], type=click.Choice(["bash", "zsh", "fish"])),
+    writes=False,
+    reports=False,
+)
 @click.pass_context
 def command(context: click.Context, shell: str) -> None:
     r"""Print the script that completes commands, options and files in a shell.

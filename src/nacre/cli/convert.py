@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import check_pixels, kind_of
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
 
@@ -17,24 +18,18 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 
-@make("convert", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option("File to write, in the format that its name ends in.")
-@options.material_option(applies="brdf")
-@options.resolution_option(applies="brdf")
-@options.precision_option(
-    applies="btf",
-    show_default="that of the input, else half",
-    help="Precision of the values of an .npz.",
+@make(
+    "convert",
+    options.argument("source", metavar="INPUT"),
+    options.output_option("File to write, in the format that its name ends in."),
+    option("--material", applies="brdf", help="Name of the material, for a file of several."),
+    options.resolution_option(applies="brdf"),
+    options.precision_option(applies="btf", shown="that of the input, else half"),
+    "Precision of the values of an .npz.",
+    option("--components", IntRange(1), applies="btf", metavar="K"),
+    "Components of each channel in a factored file (.btf).",
+    options.pixels_option(applies="btf"),
 )
-@options.option(
-    "--components",
-    applies="btf",
-    type=click.IntRange(1),
-    metavar="K",
-    help="Components of each channel in a factored file (.btf).",
-)
-@options.pixels_option(applies="btf")
 def command(
     source: Path,
     output: Path,
@@ -73,8 +68,7 @@ def _reflectance(
 
     write = writer(output, resolution)
     options.check_outputs([output], [source])
-    report = progress(output.stem)
-    report("reading", 0, 1)
+    report = progress(output.stem, "reading")
     brdf = load_brdf(source, material)
     check_target(output, brdf)
     report("writing", 0, 1)

@@ -6,13 +6,14 @@ import dataclasses
 import os
 from pathlib import Path
 
-import click
 import numpy as np
 import numpy.typing as npt
+from click import IntRange
 
 from nacre.brdf import Brdf
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import Line, progress
 from nacre.cli.report import print_facts, print_table, say
 from nacre.errors import FormatError
@@ -29,13 +30,15 @@ _MATERIAL = {
 """A copper-colored car paint under clear coat."""
 
 
-@make("demo", writes=True)
-@options.input_argument("source", metavar="[INPUT]", required=False)
-@options.output_option(
-    "Picture to write; the other files go beside it.", required=False, default="out/demo.png"
+@make(
+    "demo",
+    options.argument("source", metavar="[INPUT]", required=False),
+    options.output_option(required=False, default="out/demo.png"),
+    "Picture to write; the other files go beside it.",
+    options.preset_option(),
+    option("--spp", IntRange(1), default=128, help="Samples per pixel."),
+    reports=False,
 )
-@options.preset_option()
-@options.option("--spp", type=click.IntRange(1), default=128, help="Samples per pixel.")
 def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     """Measure, fit, save, render and compare one material; look at the picture at the end.
 
@@ -47,6 +50,7 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     from nacre.metrics import compare
     from nacre.neural import Recipe, fit
     from nacre.render.preview import DISPLAY_IMAGES, check_image_path, write_bytes
+    from nacre.render.virtual import MitsubaBrdf
 
     check_image_path(output, DISPLAY_IMAGES)
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -57,15 +61,13 @@ def command(source: Path | None, output: Path, preset: str, spp: int) -> None:
     report = progress(path.stem)
     if named is None:
         report("measuring", 0, 1)
-        _measure(path)
+        save(MitsubaBrdf(_MATERIAL, "virtual car paint"), path)
     truth = load_brdf(path)
     network = fit(truth, Recipe.preset(preset), progress=report)
     save(network, target)
     neural = load_brdf(target)
     report("comparing", 0, 100)
-    comparison = compare(
-        truth, neural, progress=lambda part: report("comparing", round(100 * part), 100)
-    )
+    comparison = compare(truth, neural, progress=report.parts("comparing"))
     views = _view(truth, spp, report), _view(neural, spp, report)
     comparison = dataclasses.replace(comparison, truth=path.name, other=target.name)
     write_bytes(picture(comparison, views), output)
@@ -89,20 +91,10 @@ def _from_environment() -> Path | None:
     return path
 
 
-def _measure(path: Path) -> None:
-    """Tabulate the built-in material as a MERL file."""
-    from nacre.formats import save
-    from nacre.render.virtual import MitsubaBrdf
-
-    save(MitsubaBrdf(_MATERIAL, "virtual car paint"), path)
-
-
 def _view(brdf: Brdf, spp: int, report: Line) -> npt.NDArray[np.float32]:
     """A path-traced preview."""
     from nacre.render.preview import render_preview
 
-    def show(part: float) -> None:
-        report(f"rendering {type(brdf).__name__}", round(part * spp), spp)
-
+    show = report.parts(f"rendering {type(brdf).__name__}", spp)
     show(0)
     return render_preview(brdf, spp=spp, progress=show)

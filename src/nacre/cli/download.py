@@ -11,21 +11,22 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import Line, hidden_progress, progress
 from nacre.cli.report import aside, print_facts, print_json, report_parts, say
-from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@make("download", writes=True, reports=True)
-@click.argument("database", required=False)
-@click.argument("materials", nargs=-1)
-@options.output_option("Folder to write to.", required=False, show_default="the cache")
-@options.option("--all", "everything", is_flag=True, help="Download all materials.")
-@options.option(
-    "--mirror", metavar="URL", show_default="NACRE_MIRROR", help="Server that has DATABASE/FILE."
+@make(
+    "download",
+    options.argument("database", None, required=False),
+    options.argument("materials", None, nargs=-1),
+    options.output_option("Folder to write to.", required=False, shown="the cache"),
+    option("--all everything", is_flag=True, help="Download all materials."),
+    option("--mirror", metavar="URL", shown="NACRE_MIRROR"),
+    "Server that has DATABASE/FILE.",
+    option("--accept-terms", is_flag=True, help="Accept the terms of use without a question."),
 )
-@options.option("--accept-terms", is_flag=True, help="Accept the terms of use without a question.")
 def command(
     database: str | None,
     materials: tuple[str, ...],
@@ -45,11 +46,9 @@ def command(
     if database is None:
         if output or mirror or accept_terms or everything:
             raise click.UsageError("expected the name of a database")
-        known = {each.name: each.title for each in databases().values()}
-        if session().as_json:
-            print_json([{"database": name, "title": title} for name, title in known.items()])
-        else:
-            print_facts("databases", known.items())
+        known = [(each.name, each.title) for each in databases().values()]
+        print_json([{"database": name, "title": title} for name, title in known])
+        print_facts("databases", known)
         return
     source = find(database)
     if everything:
@@ -57,11 +56,9 @@ def command(
             raise click.UsageError("expected either names or --all")
         materials = ("*",)
     if not materials:
-        if session().as_json:
-            names = list(source.materials)
-            print_json({"database": source.name, "page": source.page, "materials": names})
-        else:
-            say("\n".join(source.materials) or f"{source.name}: names are at {source.page}")
+        names = list(source.materials)
+        print_json({"database": source.name, "page": source.page, "materials": names})
+        say("\n".join(names) or f"{source.name}: names are at {source.page}")
         return
 
     def agree(terms: str) -> bool:
@@ -87,8 +84,7 @@ def command(
             line.end()
         checked = "SHA-256 verified" if found.verified else "not verified: no known checksum"
         aside(f"{material}: {'downloaded' if found.fresh else 'already there'}, {checked}")
-        if not session().as_json:
-            say(str(found.path))
+        say(str(found.path))
         results.append(
             {
                 "material": material,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,11 +11,12 @@ import click
 
 from nacre.cli import options
 from nacre.cli.materials import check_pixels, expect
-from nacre.cli.progress import progress
-from nacre.cli.report import fail, json_key, report, report_facts, report_parts, say
+from nacre.cli.progress import Line, progress
+from nacre.cli.report import aside, fail, json_key, report, report_facts, report_parts, say
 from nacre.cli.session import session
-from nacre.cli.watcher import RunWatcher
 from nacre.errors import printable
+from nacre.runtime.progress import Progress
+from nacre.workflows.watcher import Watcher
 
 if TYPE_CHECKING:
     from nacre.workflows import Executor, FittedFile, Fitting, Record
@@ -22,6 +24,45 @@ if TYPE_CHECKING:
 _RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling")
 _SHOWN = 5
 """Files that are named of a list that may be long."""
+
+
+class RunWatcher(Watcher):
+    """Shows how a run goes on: one line on the whole, by its title, one on each fit in work."""
+
+    def __init__(self, title: str) -> None:
+        self._lock = threading.Lock()
+        self._lines: dict[str, Line] = {}
+        self._whole = progress(title)
+        self._total = self._done = self._failed = 0
+        self._whole("looking for what has changed", 0, 0)
+
+    def dashboard(self, link: str) -> None:
+        aside(f"dashboard: {link}")
+
+    def begin(self, materials: int) -> None:
+        self._total = materials
+        self._update()
+
+    def start(self, name: str) -> Progress:
+        line = progress(name)
+        with self._lock:
+            self._lines[name] = line
+            self._update()
+        return line
+
+    def end(self, name: str, error: str | None) -> None:
+        with self._lock:
+            if line := self._lines.pop(name, None):
+                line.end()
+            self._done += error is None
+            self._failed += error is not None
+            self._update()
+
+    def _update(self) -> None:
+        if self._total == 1:  # the line of the material says it all
+            self._whole.end()
+        counts = f"{len(self._lines)} running, {self._failed} failed"
+        self._whole("fitted", self._done + self._failed, self._total, counts)
 
 
 def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[str, Any]) -> None:
@@ -102,11 +143,8 @@ def _fit_folders(paths: Sequence[Path], output: Path, chosen: Mapping[str, Any])
         raise click.BadParameter(f"{output} must be a folder, for the fits to a folder")
     fitting, executor = _fitting(chosen), _executor(chosen)
     outcome = fit_library(paths, output, fitting, executor=executor, watcher=RunWatcher("fit"))
-    counts = {
-        "fitted": outcome.fitted,
-        "unchanged": outcome.unchanged,
-        "failed": outcome.failed,
-    }
+    words = ("fitted", "unchanged", "failed")
+    counts: dict[str, tuple[Record, ...]] = {word: getattr(outcome, word) for word in words}
     line = ", ".join(f"{len(records)} {word}" for word, records in counts.items() if records)
     rows = {word: [_recorded(record) for record in records] for word, records in counts.items()}
     left_out = [str(path) for path in outcome.left_out]
@@ -154,16 +192,15 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     codec, directions = chosen["codec"], chosen["directions"]
     (target,) = output_paths([source], output, ".safetensors")
     state = target.with_name(f"{target.name}.state")
-    listed = [Path(directions)] if directions is not None else []
-    options.check_outputs([target], [source, codec or PUBLISHED, *listed], [state])
+    listed = directions and Path(directions)
+    options.check_outputs([target], [source, codec or PUBLISHED, listed], [state])
     if directions is None:
         check_pixels(source, chosen["pixels"])
     elif not source.is_dir():
         raise click.BadParameter("--directions is for a folder of images; leave it out")
     if codec is not None:
         expect(codec, "a texture codec")
-    line = progress(target.stem)
-    line("reading", 0, 1)
+    line = progress(target.stem, "reading")
     found = encode_texture(
         source,
         target,
@@ -194,5 +231,5 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     beside = found.beside and found.beside.name
     names = {"file": str(source), "output": str(target), "keep_beside": beside}
     report_facts(target.name, facts, UNITS, **names)
-    if beside and not session().as_json:
+    if beside:
         say(f"{target}: keep {beside} beside it")

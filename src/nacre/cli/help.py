@@ -7,8 +7,9 @@ import click
 from nacre.cli.command import command as make
 
 
-@make("help")
-@click.argument("names", nargs=-1, metavar="[COMMAND]...")
+@make(
+    "help", click.Argument(["names"], nargs=-1, metavar="[COMMAND]..."), writes=False, reports=False
+)
 @click.pass_context
 def command(context: click.Context, names: tuple[str, ...]) -> None:
     """Show the help of a command: nacre help btf capture."""

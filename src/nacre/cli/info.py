@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import kind_of
+from nacre.cli.options import option
 from nacre.cli.plot import check_count, name_apart
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, report_parts
-from nacre.cli.session import session
 from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
@@ -20,20 +20,15 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 
-@make("info", writes=True, reports=True)
-@options.inputs_argument("paths", metavar="INPUT...")
-@options.option(
-    "--physics/--no-physics",
-    applies="brdf",
-    default=True,
-    help="Integrate energy, reciprocity and anisotropy.",
+@make(
+    "info",
+    options.inputs_argument(),
+    option("--physics/--no-physics", applies="brdf", default=True),
+    "Integrate energy, reciprocity and anisotropy.",
+    option("--plot", options.OUTPUT),
+    "Also plot the lobes of all reflectances (.png, .svg, .pdf).",
+    options.pixels_option(applies="btf"),
 )
-@options.option(
-    "--plot",
-    type=options.OUTPUT,
-    help="Also plot the lobes of all reflectances (.png, .svg, .pdf).",
-)
-@options.pixels_option(applies="btf")
 def command(
     paths: tuple[Path, ...], physics: bool, plot: Path | None, pixels: Quantity | None
 ) -> None:
@@ -68,8 +63,7 @@ def command(
         results.append({"file": str(path), "kind": found.kind, **facts})
         if found.brdf is not None:
             plotted.append((path, found.brdf))
-        if not session().as_json:
-            print_facts(path.resolve().name, found.facts.items(), found.units)
+        print_facts(path.resolve().name, found.facts.items(), found.units)
     if plot is not None and plotted:
         from nacre.figures.plot import lobe_figure, write_plot
 

@@ -10,7 +10,7 @@ from nacre.errors import FormatError
 
 Kind: TypeAlias = Literal["a texture", "an encoded texture", "a texture codec"]
 
-_NAMES = {"brdf": "a reflectance", "btf": "a texture"}
+NAMES = {"brdf": "a reflectance", "btf": "a texture"}
 _TAKEN_BY: dict[Kind, str] = {
     "a texture": "nacre fit encodes it, nacre btf train trains a codec on several",
     "an encoded texture": "nacre btf decode and all commands on textures take it",
@@ -21,12 +21,7 @@ _TAKEN_BY: dict[Kind, str] = {
 def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     """Whether a path is a reflectance or a texture; an encoded texture of one texel is the former.
 
-    Parameters
-    ----------
-    path
-        File or folder.
-    refusing
-        Refuse options on the command line that are for the other kind.
+    Options on the command line that are for the other kind are refused, unless `refusing` is false.
 
     Raises
     ------
@@ -42,7 +37,7 @@ def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     if kind == "btf" and entry.load_material is not None and load_btf(path).texel_count == 1:
         kind = "brdf"
     if refusing:
-        refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {_NAMES[kind]}")
+        refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {NAMES[kind]}")
     return kind
 
 

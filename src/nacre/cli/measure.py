@@ -9,18 +9,21 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
 from nacre.errors import FormatError
 
 
-@make("measure", writes=True, reports=True)
-@click.argument("source", metavar="INPUT", type=click.Path(allow_dash=True))
-@options.output_option("File to write: a table, or a network (.safetensors, .h5).")
-@options.option("--bsdf", "name", metavar="ID", help="BSDF of a scene, needed if it has several.")
-@options.resolution_option()
-@options.preset_option()
-@options.seed_option()
+@make(
+    "measure",
+    options.argument("source", click.Path(allow_dash=True), metavar="INPUT"),
+    options.output_option("File to write: a table, or a network (.safetensors, .h5)."),
+    option("--bsdf name", metavar="ID", help="BSDF of a scene, needed if it has several."),
+    options.resolution_option(),
+    options.preset_option(),
+    options.seed_option(),
+)
 def command(
     source: str,
     output: Path,
@@ -44,11 +47,9 @@ def command(
     write = writer(output, resolution)
     file = scene or source.lower().endswith(".json")
     options.check_outputs([output], [Path(source)] if file else [])
-    line = progress(output.stem)
-    line("loading Mitsuba", 0, 1)
+    line = progress(output.stem, "loading Mitsuba")
     brdf = scene_bsdf(source, name) if scene else described_bsdf(*_text(source, file=file))
     missing = brdf.left_out()
-    brdf = brdf.replaced(name=output.stem)
     brdf = brdf.replaced(name=output.stem)
     check_target(output, brdf)
     if target(output).holds == "neural":

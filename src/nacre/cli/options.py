@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 from click.core import ParameterSource
 
 from nacre.cli.session import session
-from nacre.errors import FormatError
-from nacre.io.files import check_writable
+from nacre.io.files import check_not_inputs, check_writable
 
 if TYPE_CHECKING:
     ParamType: TypeAlias = click.ParamType[Any]  # generic for type checkers of late
 else:
     ParamType = click.ParamType
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 SEED = click.IntRange(0, (1 << 32) - 1)
 """Seeds; of the libraries that draw numbers, some take 32 bits."""
@@ -31,31 +28,29 @@ class FiniteRange(click.FloatRange):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """See click."""
         number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
             self.fail(f"{value} is not a finite number", param, ctx)
         return number
 
 
+def positive(most: float | None = None) -> FiniteRange:
+    """Numbers above 0."""
+    return FiniteRange(0.0, most, min_open=True)
+
+
 class _Input(click.Path):
     """A file or folder to read, which the command checks itself; - is standard input."""
 
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
-
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """See click."""
         return session().spooled() if value == "-" else super().convert(value, param, ctx)
 
 
-class Output(click.Path):
+class _Output(click.Path):
     """A file to write, which the command checks itself.
 
-    Parameters
-    ----------
-    text
-        Ending of what - stands for, standard output, where text is written; else - is refused.
+    `text` is the ending of what - stands for, standard output, where text is written; else - is
+    refused.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -63,7 +58,6 @@ class Output(click.Path):
         self._text = text
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """See click."""
         if value != "-":
             return super().convert(value, param, ctx)
         if not self._text:
@@ -71,92 +65,84 @@ class Output(click.Path):
         return session().to_stdout(self._text)
 
 
-class _Texels(ParamType):
+class Parsed(ParamType):
+    """Text that a function makes a value of; its ValueError says what was expected."""
+
+    def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
+        self.name, self._parse = name, parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return self._parse(value) if isinstance(value, str) else value
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def _texels(text: str) -> tuple[int, int]:
     """Width and height in texels, like 64x48; a lone number is both."""
-
-    name = "WxH"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        """See click."""
-        if isinstance(value, tuple):
-            return value
-        parts = str(value).lower().split("x")
-        if len(parts) > 2 or not all(p.isascii() and p.isdigit() and len(p) < 6 for p in parts):
-            self.fail(f"{value!r}: expected a width and a height, like 64x48", param, ctx)
-        width, height = int(parts[0]), int(parts[-1])
-        if not 1 <= min(width, height) <= max(width, height) <= 1 << 14:
-            self.fail(f"{value}: expected 1 to {1 << 14} texels each way", param, ctx)
-        return width, height
+    parts = text.lower().split("x")
+    if len(parts) > 2 or not all(p.isascii() and p.isdigit() and len(p) < 6 for p in parts):
+        raise ValueError(f"{text!r}: expected a width and a height, like 64x48")
+    width, height = int(parts[0]), int(parts[-1])
+    if not 1 <= min(width, height) <= max(width, height) <= 1 << 14:
+        raise ValueError(f"{text}: expected 1 to {1 << 14} texels each way")
+    return width, height
 
 
-class Integers(ParamType):
-    """Whole numbers with commas between them.
+def integers(example: str, count: int | None = None, most: int | None = None) -> Parsed:
+    """So many whole numbers with commas between them, up to eight where `count` is None.
 
-    Parameters
-    ----------
-    example
-        For messages.
-    count
-        How many there must be; up to eight where None.
+    The example is for messages. With `most` they must be widths from 1 to that.
     """
 
-    name = "N,N"
-
-    def __init__(self, example: str, count: int | None = None) -> None:
-        self._example, self._count = example, count
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, ...]:
-        """See click."""
-        if isinstance(value, tuple):
-            return value
-        parts = str(value).split(",")
+    def parse(text: str) -> tuple[int, ...]:
+        parts = text.split(",")
         whole = all(len(p) < 10 and p.isascii() and p.isdigit() for p in parts)
-        if not whole or len(parts) > 8 or self._count not in (None, len(parts)):
-            text = f"expected whole numbers with commas between them, like {self._example}"
-            self.fail(text, param, ctx)
+        if not whole or len(parts) > 8 or count not in (None, len(parts)):
+            raise ValueError(f"expected whole numbers with commas between them, like {example}")
+        if most and not all(1 <= int(part) <= most for part in parts):
+            raise ValueError(f"expected up to 8 widths from 1 to {most}, like {example}")
         return tuple(map(int, parts))
 
+    return Parsed("N,N", parse)
 
-class _Direction(ParamType):
+
+def floats(text: str) -> tuple[float, ...]:
+    """Numbers with commas between them; one that is none where the text is not of that kind."""
+    try:
+        return tuple(map(float, text.split(",")))
+    except ValueError:
+        return (math.nan,)
+
+
+def _direction(text: str) -> tuple[float, ...]:
     """A polar angle and an azimuth in degrees."""
-
-    name = "THETA,PHI"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, float]:
-        """See click."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            theta, phi = (float(part) for part in str(value).split(","))
-        except ValueError:
-            theta, phi = math.nan, math.nan
-        if not (0.0 <= theta < 90.0 and math.isfinite(phi)):
-            self.fail("expected a polar angle below 90 and an azimuth, like 30,180", param, ctx)
-        return theta, phi
+    angles = floats(text)
+    if len(angles) != 2 or not (0.0 <= angles[0] < 90.0 and math.isfinite(angles[1])):
+        raise ValueError("expected a polar angle below 90 and an azimuth, like 30,180")
+    return angles
 
 
-INPUT, OUTPUT, TEXELS, DIRECTION = _Input(), Output(), _Texels(), _Direction()
+INPUT, OUTPUT = _Input(path_type=Path), _Output()
+TEXELS, DIRECTION = Parsed("WxH", _texels), Parsed("THETA,PHI", _direction)
+TEXEL = integers("12,7", 2)
 
 _SUBJECTS = {
     "brdf": "reflectances (BRDFs)",
     "btf": "textures (BTFs)",
     "network": "networks",
-    "network codec": "unified and custom",
+    "codec": "unified and custom",
 }
 """What options may be for where that is not everything."""
 
 
-class _Option(click.Option):
+class Option(click.Option):
     """An option that may be for one kind of material or model only; see :func:`refuse`."""
 
-    def __init__(self, *arguments: Any, applies: str = "", **settings: Any) -> None:
-        super().__init__(*arguments, **settings)
+    def __init__(
+        self, names: Sequence[str], applies: str = "", shown: str | None = None, **settings: Any
+    ) -> None:
+        super().__init__(names, show_default=shown, **settings)
         self.applies = applies
         if self.metavar is None and isinstance(self.type, click.IntRange | click.FloatRange):
             self.metavar = "N" if isinstance(self.type, click.IntRange) else "X"
@@ -176,33 +162,43 @@ class _Option(click.Option):
         return names, text
 
 
-def option(*names: str, applies: str = "", **settings: Any) -> Callable[[_Function], _Function]:
-    """An option; `applies` names what it is for where that is not everything."""
-    return click.option(*names, cls=_Option, applies=applies, **settings)
+def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings: Any) -> Option:
+    """An option of a command; see :func:`nacre.cli.command.command` for what it is about.
+
+    Parameters
+    ----------
+    names
+        With spaces between them, as click takes them: "--size", "-o --output", "--decode decoder".
+    kind
+        Type of its values, or the values to choose from.
+    settings
+        As click takes them; `applies`, what it is for where that is not everything; and `shown`, a
+        default in words.
+    """
+    chosen = kind if kind is None or isinstance(kind, click.ParamType) else click.Choice(kind)
+    return Option(names.split(), type=chosen, **settings)
 
 
 def refuse(applies: Container[str], subject: str) -> None:
     """Refuse options on the command line that are for something else than the subject.
 
-    Parameters
-    ----------
-    applies
-        What options are for that must not be given.
-    subject
-        What is at hand: "gold.bsdf is a reflectance".
+    `applies` is what those are for, `subject` what is at hand: "gold.bsdf is a reflectance".
 
     Raises
     ------
     UsageError
         Naming the first such option.
     """
-    context = click.get_current_context()
-    for parameter in context.command.params:
-        if isinstance(parameter, _Option) and parameter.applies in applies:
-            name = max(parameter.opts, key=len)
-            if is_given(parameter.name or ""):
-                subjects = _SUBJECTS[parameter.applies]
-                raise click.UsageError(f"{name} is for {subjects}; {subject}", context)
+    for option, flag in given():
+        if option.applies in applies:
+            raise click.UsageError(f"{flag} is for {_SUBJECTS[option.applies]}; {subject}")
+
+
+def given() -> Iterator[tuple[Option, str]]:
+    """Options of the command that are on the command line, each with its flag."""
+    for option in click.get_current_context().command.params:
+        if isinstance(option, Option) and is_given(option.name or ""):
+            yield option, max(option.opts, key=len)
 
 
 def is_given(name: str) -> bool:
@@ -212,18 +208,11 @@ def is_given(name: str) -> bool:
 
 
 def check_outputs(
-    outputs: Iterable[Path], inputs: Iterable[Path], internal: Iterable[Path] = ()
+    outputs: Iterable[Path | None], inputs: Iterable[Path | None], internal: Iterable[Path] = ()
 ) -> None:
     """Raise before work starts if a file could not be written at its end, or is an input.
 
-    Parameters
-    ----------
-    outputs
-        Files to write.
-    inputs
-        Files that are read.
-    internal
-        States and caches, which may be there but must not be inputs.
+    What is None is passed over; `internal` are states and caches, which must not be inputs.
 
     Raises
     ------
@@ -232,89 +221,81 @@ def check_outputs(
     """
     from nacre.cli.report import detail
 
-    inputs, outputs = list(inputs), list(outputs)
-    taken = {path.resolve() for path in inputs}
-    for path in (*outputs, *internal):
-        if path.resolve() in taken:
-            raise FormatError(f"{path}: is the input as well; name another output")
-    for path in outputs:
+    read, written = ([path for path in paths if path] for paths in (inputs, outputs))
+    check_not_inputs([*written, *internal], read)
+    for path in written:
         check_writable(path)
-    for verb, paths in (("reads", inputs), ("writes", outputs)):
+    for verb, paths in (("reads", read), ("writes", written)):
         for path in paths:
             detail(f"{verb} {path.resolve()}")
 
 
-def input_argument(name: str = "path", **settings: Any) -> Callable[[_Function], _Function]:
-    """One file or folder to read."""
-    return click.argument(name, type=INPUT, **settings)
+def argument(name: str, kind: ParamType | None = INPUT, **settings: Any) -> click.Argument:
+    """What a command is given; a file or folder to read unless `kind` is another."""
+    return click.Argument([name], type=kind, **settings)
 
 
-def inputs_argument(name: str = "paths", **settings: Any) -> Callable[[_Function], _Function]:
+def inputs_argument(name: str = "paths", metavar: str = "INPUT...") -> click.Argument:
     """Files or folders to read, one or more."""
-    return click.argument(name, nargs=-1, required=True, type=INPUT, **settings)
+    return argument(name, nargs=-1, required=True, metavar=metavar)
 
 
 def output_option(
-    about: str, *, required: bool = True, text: str = "", **settings: Any
-) -> Callable[[_Function], _Function]:
+    about: str = "", *, required: bool = True, text: str = "", **settings: Any
+) -> Option:
     """The file that a command writes."""
-    kind = Output(text)
-    return option("-o", "--output", required=required, type=kind, help=about, **settings)
+    return option("-o --output", _Output(text), required=required, help=about, **settings)
 
 
-def _shared(*names: str, **defaults: Any) -> Callable[..., Callable[[_Function], _Function]]:
+def _shared(names: str, kind: Any = None, **defaults: Any) -> Callable[..., Option]:
     """An option of several commands, which may change its settings."""
-    return lambda **settings: option(*names, **{**defaults, **settings})
+    return lambda kind=kind, **settings: option(names, kind, **(defaults | settings))
 
 
 seed_option = _shared(
     "--seed",
-    type=SEED,
+    SEED,
     default=0,
     help="Seed of all random numbers: the same seed gives the same result.",
 )
-jobs_option = _shared(
-    "--jobs", type=click.IntRange(1), show_default="one a core", help="Materials at a time."
-)
+jobs_option = _shared("--jobs", click.IntRange(1), shown="one a core", help="Materials at a time.")
 environment_option = _shared(
     "--environment",
-    type=INPUT,
-    show_default="a built-in studio",
+    INPUT,
+    shown="a built-in studio",
     help="Light from a latitude-longitude map (.exr, .hdr, .png).",
 )
-material_option = _shared("--material", help="Name of the material, for a file of several.")
 resolution_option = _shared(
     "--resolution",
-    type=Integers("90,90,180"),
+    integers("90,90,180"),
     metavar="N,N,...",
-    show_default="see docs/reference/formats.md",
+    shown="see docs/reference/formats.md",
     help="Nodes of a table: theta_h,theta_d,phi_d for .binary and .npz; "
     "phi_i,theta_i,square,azimuths,polars for .bsdf.",
 )
 preset_option = _shared(
     "--preset",
+    ["draft", "standard", "best"],
     default="standard",
-    type=click.Choice(["draft", "standard", "best"]),
     help="Length of the fit: about 0.5, 3 or 15 seconds on two cores.",
 )
 basis_option = _shared(
-    "--basis",
-    "basis_name",
+    "--basis basis_name",
     metavar="neural|hypernetwork|FILE",
     default="neural",
     help="Latent basis: a pretrained one that is included, or a file of nacre latent train.",
 )
 codec_option = _shared(
     "--codec",
-    type=INPUT,
-    show_default="the pretrained one that is included",
+    INPUT,
+    shown="the pretrained one that is included",
     help="Texture codec, a file of nacre btf train.",
 )
-precision_option = _shared("--precision", type=click.Choice(["single", "half"]))
+precision_option = _shared("--precision", ["single", "half"])
 pixels_option = _shared(
     "--pixels",
-    type=click.Choice(["reflectance", "radiance"]),
-    show_default="what the list of directions says, else reflectance",
+    ["reflectance", "radiance"],
+    shown="what the list of directions says, else reflectance",
     help="Meaning of pixels in a folder of images: reflectance factors, relative to white under "
     "the same light, or radiance for unit irradiance, which includes the cosine of the light.",
 )
@@ -323,7 +304,7 @@ directions_option = _shared(
     metavar="bonn|utia|FILE",
     help="Pairs of directions: every light with every view of a dome, or a list (.csv).",
 )
-texels_option = _shared("--texels", type=TEXELS, metavar="WxH")
+texels_option = _shared("--texels", TEXELS, metavar="WxH")
 device_option = _shared(
     "--device", help="PyTorch device, like cpu, cuda or cuda:1, in place of the CPU kernel."
 )

@@ -6,11 +6,10 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import kind_of
+from nacre.cli.options import option
 from nacre.cli.progress import Line, progress
 from nacre.cli.report import report
 from nacre.errors import NacreError, printable
@@ -22,56 +21,30 @@ if TYPE_CHECKING:
 _DEFAULT = ",".join(f"{math.degrees(angle):g}" for angle in INCIDENCE)
 
 
-class _Angles(options.ParamType):
-    """Up to six angles in degrees with commas between them."""
-
-    name = "DEG,DEG"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
-        """See click."""
-        try:
-            degrees = tuple(float(part) for part in value.split(","))
-        except ValueError:
-            degrees = (math.nan,)
-        if len(degrees) > 6 or not all(0.0 <= angle < 90.0 for angle in degrees):
-            text = f"expected up to 6 degrees from 0 to below 90, like {_DEFAULT}"
-            self.fail(text, param, ctx)
-        return degrees
+def _angles(text: str) -> tuple[float, ...]:
+    """Up to six angles in degrees."""
+    degrees = options.floats(text)
+    if len(degrees) > 6 or not all(0.0 <= angle < 90.0 for angle in degrees):
+        raise ValueError(f"expected up to 6 degrees from 0 to below 90, like {_DEFAULT}")
+    return degrees
 
 
-@make("plot", writes=True, reports=True)
-@options.inputs_argument("paths", metavar="INPUT...")
-@options.output_option("Plot to write (.png, .svg, .pdf).", required=False, default="lobes.png")
-@options.option(
-    "--texel",
-    applies="btf",
-    type=options.Integers("12,7", 2),
-    metavar="X,Y",
-    show_default="the mean of all",
-    help="Texel whose lobes to plot: column and row, counted from 0.",
-)
-@options.option(
-    "--incidence",
-    default=_DEFAULT,
-    type=_Angles(),
-    help="Angles between the light and the normal, in degrees.",
-)
-@options.option(
-    "--azimuth",
-    type=options.FiniteRange(-360.0, 360.0),
-    default=0.0,
-    metavar="DEG",
-    help="Azimuth of the plane of incidence, for anisotropic materials.",
-)
-@options.option(
-    "--channel", type=click.Choice(CHANNELS), default="luminance", help="Channel to plot."
-)
-@options.option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer.")
-@options.option(
-    "--floor",
-    type=options.FiniteRange(1e-12, 1e12),
-    show_default="a power of ten below the plotted values",
-    help="Value at the center in 1/sr.",
+@make(
+    "plot",
+    options.inputs_argument(),
+    options.output_option("Plot to write (.png, .svg, .pdf).", required=False, default="lobes.png"),
+    option("--texel", options.TEXEL, applies="btf", metavar="X,Y", shown="the mean of all"),
+    "Texel whose lobes to plot: column and row, counted from 0.",
+    option("--incidence", options.Parsed("DEG,DEG", _angles), default=_DEFAULT),
+    "Angles between the light and the normal, in degrees.",
+    option("--azimuth", options.FiniteRange(-360.0, 360.0), default=0.0, metavar="DEG"),
+    "Azimuth of the plane of incidence, for anisotropic materials.",
+    option("--channel", CHANNELS, default="luminance", help="Channel to plot."),
+    option("--cosine", is_flag=True, help="Multiply by the cosine of the viewer."),
+    option(
+        "--floor", options.FiniteRange(1e-12, 1e12), shown="a power of ten below the plotted values"
+    ),
+    "Value at the center in 1/sr.",
 )
 def command(
     paths: tuple[Path, ...],
@@ -79,9 +52,7 @@ def command(
     texel: tuple[int, int] | None,
     incidence: tuple[float, ...],
     azimuth: float,
-    channel: str,
-    cosine: bool,
-    floor: float | None,
+    **chosen: Any,
 ) -> None:
     """Plot the lobes of materials over one another, in the plane of incidence, on a log scale.
 
@@ -100,15 +71,8 @@ def command(
         materials.append((path, _load(path, texel, line, several=len(paths) > 1)))
     named = name_apart(materials)
     line("plotting", 0, 1)
-    figure = lobe_figure(
-        named,
-        tuple(map(math.radians, incidence)),
-        azimuth=math.radians(azimuth),
-        channel=channel,
-        cosine=cosine,
-        floor=floor,
-    )
-    write_plot(figure, output)
+    angles = tuple(map(math.radians, incidence))
+    write_plot(lobe_figure(named, angles, azimuth=math.radians(azimuth), **chosen), output)
     data = {"output": str(output), "materials": list(named), "incidence_deg": list(incidence)}
     report(f"{output}: {', '.join(named)}", data)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
@@ -42,6 +42,10 @@ class Line:
             self.stage, self.began = stage, now
         self.done, self.total, self.note = done, total, note
 
+    def parts(self, stage: str, total: int = 100) -> Callable[[float], None]:
+        """What to call with how much of a stage is done, from 0 to 1."""
+        return lambda part: self(stage, round(part * total), total)
+
     def end(self) -> None:
         """Take the line off the display."""
         self._display.remove(self)
@@ -69,18 +73,9 @@ class Line:
 
 
 class Display:
-    """All lines of a command, shown by a thread of its own.
+    """All lines of a command, shown by a thread of its own; the title until there is one.
 
-    Parameters
-    ----------
-    title
-        Shown until the first line is added.
-    console
-        Where to.
-    quiet
-        Show nothing.
-    verbose
-        Print how long every stage took.
+    `quiet` shows nothing, `verbose` prints how long every stage took.
     """
 
     def __init__(
@@ -199,9 +194,11 @@ def hidden_progress() -> Iterator[None]:
         yield
 
 
-def progress(name: str) -> Line:
-    """A line of the display of the command that runs."""
-    display = session().display
-    if display is None:  # outside of a command
-        return Line(Display(name, Console(stderr=True), quiet=True), name)
-    return display.add(name)
+def progress(name: str, stage: str = "") -> Line:
+    """A line of the display of the command that runs, with the stage that begins."""
+    # Outside of a command there is no display.
+    display = session().display or Display(name, Console(stderr=True), quiet=True)
+    line = display.add(name)
+    if stage:
+        line(stage, 0, 1)
+    return line

@@ -12,7 +12,6 @@ import click
 from nacre.cli import options
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, report
-from nacre.cli.session import session
 from nacre.render import scene
 from nacre.render.textures import scene as texture_scene
 
@@ -50,11 +49,8 @@ def render_scene(source: Path, output: Path | None, spp: int | None, seed: int) 
     output = output or Path(f"{source.stem}.png")
     check_image_path(output)
     options.check_outputs([output], [source])
-    line = progress(source.stem)
-    line("compiling", 0, 1)
-    image = render_file(
-        source, spp=spp, seed=seed, progress=lambda part: line("rendering", round(100 * part), 100)
-    )
+    line = progress(source.stem, "compiling")
+    image = render_file(source, spp=spp, seed=seed, progress=line.parts("rendering"))
     write_image(image, output)
     height, width = image.shape[:2]
     data = {"output": str(output), "width": width, "height": height}
@@ -72,8 +68,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
     options.check_outputs([output], [source])
     width, spp = chosen["size"], chosen["spp"] or default_spp(chosen["denoise"])
     height = chosen["height"] or width
-    line = progress(source.stem)
-    line("reading", 0, 1)
+    line = progress(source.stem, "reading")
     brdf = load_brdf(source)
     environment = _environment(chosen["environment"])
     line("compiling", 0, 1)
@@ -85,7 +80,7 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
         spp,
         chosen["seed"],
         environment,
-        lambda part: line("rendering", round(part * spp), spp),
+        line.parts("rendering", spp),
         chosen["denoise"],
     )
     write_image(image, output)
@@ -115,8 +110,7 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     lighting = chosen.pop("environment")
     view = TextureView(**chosen)
     check_texture_view(output, view, compared=reference is not None)
-    inputs = [path for path in (source, reference, view.height_field) if path is not None]
-    options.check_outputs([output], inputs)
+    options.check_outputs([output], [source, reference, view.height_field])
     view = replace(view, environment=_environment(lighting))
     texture = load_btf(source)
     compared = load_btf(reference) if reference else None
@@ -137,7 +131,7 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
         data["mse"] = made.mse
     steps = {} if made.temporal is None else _temporal(made.temporal)
     report(f"{output}: {text}", data | keyed(steps))
-    if steps and not session().as_json:
+    if steps:
         print_facts("from frame to frame", steps.items())
 
 

@@ -6,16 +6,16 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from nacre.cli.session import session
+from nacre.cli.session import Session, session
 from nacre.errors import printable
 
 _results = Console(highlight=False, soft_wrap=True)
@@ -41,13 +41,25 @@ _KEYS = {
 }
 
 
-def say(text: str, *, style: str | None = None, end: str = "\n") -> None:
-    """Print a line of results."""
+def _cleared() -> Session:
+    """The session, with room made for what is printed."""
     now = session()
     if now.display is not None:
         now.display.clear()
-    # Standard output may be taken by a file that is written there.
-    (_results if now.piped is None else status).print(text, style=style, markup=False, end=end)
+    return now
+
+
+def _print(thing: str | Table, **settings: Any) -> None:
+    """Print results for people, in place of which --json prints data."""
+    now = _cleared()
+    if not now.as_json:
+        # Standard output may be taken by a file that is written there.
+        (_results if now.piped is None else status).print(thing, **settings)
+
+
+def say(text: str, *, style: str | None = None, end: str = "\n") -> None:
+    """Print a line of results; nothing with --json."""
+    _print(text, style=style, markup=False, end=end)
 
 
 def note(text: str) -> None:
@@ -69,31 +81,19 @@ def detail(text: str) -> None:
 
 def fail(message: str) -> None:
     """Print what went wrong, on one line of standard error."""
-    now = session()
-    if now.display is not None:
-        now.display.clear()
-    click.echo(f"nacre: {printable(_unspooled(message))}", err=True)
-
-
-def _unspooled(text: str) -> str:
-    """Paths of standard input and output by their names alone."""
-    for folder in session().folders:
-        text = text.replace(f"{folder}{os.sep}", "")
-    return text
+    for folder in _cleared().folders:  # of standard input and output
+        message = message.replace(f"{folder}{os.sep}", "")
+    click.echo(f"nacre: {printable(message)}", err=True)
 
 
 def _print_status(text: str) -> None:
-    now = session()
-    if now.display is not None:
-        now.display.clear()
+    _cleared()
     status.print(printable(text), markup=False)
 
 
-def report(text: str | Iterable[str], data: Mapping[str, Any]) -> None:
+def report(text: str | Iterable[str], data: Any) -> None:
     """Print a result: lines for people, or its data as JSON."""
-    if session().as_json:
-        print_json(data)
-        return
+    print_json(data)
     for line in [text] if isinstance(text, str) else text:
         say(printable(line))
 
@@ -106,52 +106,31 @@ def report_file(path: Path, text: str, **data: Any) -> None:
 
 
 def report_facts(
-    title: str,
-    facts: Mapping[str, Any],
-    units: Mapping[str, str] | None = None,
-    **data: Any,
+    title: str, facts: Mapping[str, Any], units: Mapping[str, str] | None = None, **data: Any
 ) -> None:
     """Print facts in aligned columns, or as JSON after further `data`."""
-    if session().as_json:
-        print_json({**data, **keyed(facts, units)})
-    else:
-        print_facts(title, facts.items(), units)
+    print_json({**data, **keyed(facts, units)})
+    print_facts(title, facts.items(), units)
 
 
 def report_parts(results: Sequence[Mapping[str, Any]], lines: Iterable[str] = ()) -> None:
-    """Report on several files, of which some may have failed, and exit accordingly.
+    """Report on several files, and exit with 1 if some failed, with 2 if all did.
 
-    Parameters
-    ----------
-    results
-        One object a file; of a failure with the keys "file" and "error".
-    lines
-        Text on those that have not failed.
-
-    Raises
-    ------
-    Exit
-        With 1 if some failed, with 2 if all did.
+    A result is one object a file, of a failure with the keys "file" and "error"; the lines are text
+    on those that have not failed.
     """
-    if session().as_json:
-        print_json(results)
-    else:
-        for line in lines:
-            say(printable(line))
+    report(lines, results)
     failures = [result["error"] for result in results if result.get("error")]
     for failure in failures:
         fail(failure)
     if failures:
-        _exit(1 if len(failures) < len(results) else 2)
-
-
-def _exit(code: int) -> NoReturn:
-    raise SystemExit(code)
+        raise SystemExit(1 if len(failures) < len(results) else 2)
 
 
 def keyed(facts: Mapping[str, Any], units: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Facts under keys in snake case that end in the unit."""
-    return {json_key(name, (units or {}).get(name, "")): _plain(v) for name, v in facts.items()}
+    units = units or {}
+    return {json_key(name, units.get(name, "")): _plain(v, json_key) for name, v in facts.items()}
 
 
 def json_key(name: str, unit: str = "") -> str:
@@ -163,12 +142,13 @@ def json_key(name: str, unit: str = "") -> str:
     return key if not ending or key.endswith(ending) else f"{key}_{ending}"
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, key: Callable[[str], str] = str) -> Any:
+    """A value as JSON has it, null for what is not finite; its parts are called by their `key`."""
     if isinstance(value, Mapping):
-        return {json_key(str(key)): _plain(item) for key, item in value.items()}
+        return {key(str(name)): _plain(item, key) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
+        return [_plain(item, key) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_facts(
@@ -176,7 +156,7 @@ def print_facts(
 ) -> None:
     """Aligned columns under a title: what, its value, and in brackets its unit where there is one.
 
-    A line is never broken, so that scripts can read it.
+    A line is never broken, so that scripts can read it. Nothing is printed with --json.
     """
     lines = [(key, _text(value)) for key, value in facts]
     width = max(len(key) for key, _ in lines)
@@ -189,38 +169,25 @@ def print_facts(
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table with all but the first column to the right."""
-    now = session()
-    if now.display is not None:
-        now.display.clear()
+    """A table with all but the first column to the right; nothing with --json."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if index else "left")
     for row in rows:
         table.add_row(*(Text(_text(v)) for v in row))
-    (_results if now.piped is None else status).print(table)
+    _print(table)
 
 
 def print_json(value: Any) -> None:
-    """A value as JSON; what is not finite becomes null, which is all that JSON has for it."""
-    now = session()
-    if now.display is not None:
-        now.display.clear()
-    text = json.dumps(_finite(value), indent=2, allow_nan=False)
-    click.echo(text, err=now.piped is not None)
+    """A value as JSON, with --json; what is not finite becomes null."""
+    if session().as_json:
+        text = json.dumps(_plain(value), indent=2, allow_nan=False)
+        click.echo(text, err=_cleared().piped is not None)
 
 
 def counted(number: int, one: str, many: str) -> str:
     """A number with the word that goes with it: "1 pair", "2 pairs"."""
     return f"{number:,} {one if number == 1 else many}"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _text(value: Any) -> str:

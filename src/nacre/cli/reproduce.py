@@ -6,13 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import aside, print_facts, report, say
 
-_FIELDS = {"cache": "folder"}
+_FIELDS: dict[str | None, str | None] = {"cache": "folder"}
 """Names of options that are called otherwise in :class:`nacre.reproduce.experiment.Request`."""
 _ALWAYS = frozenset(("experiment", "files", "output"))
 
@@ -41,83 +43,46 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     return list(dict.fromkeys(part.strip() for part in (value or "").split(",") if part.strip()))
 
 
-@make("reproduce", writes=True, reports=True)
-@click.argument("experiment")
-@options.inputs_argument("files", metavar="INPUT...")
-@options.output_option(
+@make(
+    "reproduce",
+    options.argument("experiment", None),
+    options.inputs_argument("files"),
+    options.output_option(required=False, default="reproduced"),
     "Folder for the CSV, the Markdown table and the pictures.",
-    required=False,
-    default="reproduced",
-)
-@options.option(
-    "--methods",
-    callback=_names,
-    metavar="NAME,NAME",
-    show_default="what the paper compares, and nacre's own",
-    help="Methods to compare: codes for table2, samplers for fig13 to fig16, codecs like "
-    "unified-32 for textures.",
-)
-@options.option(
-    "--list",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_list,
-    help="Print the names of all experiments and methods.",
-)
-@options.option(
-    "--published",
-    type=options.INPUT,
-    multiple=True,
-    help="Folder of published networks, MATERIAL.h5 each. May be repeated.",
-)
-@options.option(
-    "--basis",
-    type=options.INPUT,
-    show_default="a pretrained one",
-    help="Basis of nacre latent train: principal components for the method pca, any for fig11 and "
+    option(
+        "--methods",
+        callback=_names,
+        metavar="NAME,NAME",
+        shown="what the paper compares, and nacre's own",
+    ),
+    "Methods to compare: codes for table2, samplers for fig13 to fig16, codecs like unified-32 "
+    "for textures.",
+    option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list),
+    "Print the names of all experiments and methods.",
+    option("--published", options.INPUT, multiple=True),
+    "Folder of published networks, MATERIAL.h5 each. May be repeated.",
+    option("--basis", options.INPUT, shown="a pretrained one"),
+    "Basis of nacre latent train: principal components for the method pca, any for fig11 and "
     "fig12, a neural one for fig13 to fig16.",
+    options.environment_option(),
+    option("--size", IntRange(16, 1024), default=128),
+    "Width and height of each picture in pixels.",
+    option("--epochs", IntRange(1), default=100, help="Epochs of each training."),
+    option("--minutes", options.positive(1e6), shown="10"),
+    "Minutes of training each network of btf-...",
+    option("--unseen", multiple=True, metavar="NAME", shown="all whose names end in 12"),
+    "Texture to keep from the training of btf-... May be repeated.",
+    option("--other", options.INPUT, multiple=True),
+    "Folder or file of further unseen textures for btf-fig6, of any directions. May be repeated.",
+    option("--again", options.INPUT),
+    "Folder of second measurements for btf-table1, with other noise and the same names.",
+    option("--quick", is_flag=True, help="Make short fits and small pictures to look at."),
+    options.seed_option(),
+    option("--cache", options.OUTPUT, shown="OUTPUT/cache"),
+    "Folder of results to keep.",
+    option("--fresh", is_flag=True, help="Make again what is in the cache."),
+    options.jobs_option(),
 )
-@options.environment_option()
-@options.option(
-    "--size",
-    type=click.IntRange(16, 1024),
-    default=128,
-    help="Width and height of each picture in pixels.",
-)
-@options.option("--epochs", type=click.IntRange(1), default=100, help="Epochs of each training.")
-@options.option(
-    "--minutes",
-    type=options.FiniteRange(0.0, 1e6, min_open=True),
-    show_default="10",
-    help="Minutes of training each network of btf-...",
-)
-@options.option(
-    "--unseen",
-    multiple=True,
-    metavar="NAME",
-    show_default="all whose names end in 12",
-    help="Texture to keep from the training of btf-... May be repeated.",
-)
-@options.option(
-    "--other",
-    type=options.INPUT,
-    multiple=True,
-    help="Folder or file of further unseen textures for btf-fig6, of any directions. May be "
-    "repeated.",
-)
-@options.option(
-    "--again",
-    type=options.INPUT,
-    help="Folder of second measurements for btf-table1, with other noise and the same names.",
-)
-@options.option("--quick", is_flag=True, help="Make short fits and small pictures to look at.")
-@options.seed_option()
-@options.option(
-    "--cache", type=options.OUTPUT, show_default="OUTPUT/cache", help="Folder of results to keep."
-)
-@options.option("--fresh", is_flag=True, help="Make again what is in the cache.")
-@options.jobs_option()
 def command(
     experiment: str, files: tuple[Path, ...], output: Path, cache: Path | None, **chosen: Any
 ) -> None:
@@ -149,9 +114,6 @@ def command(
 
 def _refuse_unheeded(experiment: str, heeded: frozenset[str]) -> None:
     """Raise if an option is given that the experiment does not heed."""
-    for parameter in click.get_current_context().command.params:
-        name = parameter.name or ""
-        own = parameter.expose_value and _FIELDS.get(name, name) not in heeded | _ALWAYS
-        if own and options.is_given(name):
-            option = max(parameter.opts, key=len)
-            raise click.BadParameter(f"{option} is not for {experiment}")
+    for given, flag in options.given():
+        if _FIELDS.get(given.name, given.name) not in heeded | _ALWAYS:
+            raise click.BadParameter(f"{flag} is not for {experiment}")

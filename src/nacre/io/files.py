@@ -10,7 +10,7 @@ import platform
 import re
 import secrets
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -124,6 +124,20 @@ def check_writable(path: PathLike) -> None:
     path = Path(path)
     check_replaceable(path)
     _claim(path).unlink()
+
+
+def check_not_inputs(outputs: Iterable[PathLike], inputs: Iterable[PathLike]) -> None:
+    """Raise before work starts if a file that it writes is one that it reads.
+
+    Raises
+    ------
+    FormatError
+        Naming the file.
+    """
+    taken = {Path(path).resolve() for path in inputs}
+    for path in outputs:
+        if Path(path).resolve() in taken:
+            raise FormatError(f"{path}: is the input as well; name another output")
 
 
 @contextmanager

@@ -60,7 +60,6 @@ class Cluster(Executor):
 
     @contextmanager
     def open(self, fitting: Fitting, watcher: Watcher) -> Iterator[Stream]:
-        """See :class:`Executor`."""
         distributed = require("distributed", "cluster")
         # One message for each file that is sent along would tell nobody anything.
         settings = {"distributed.admin.large-graph-warning-threshold": "1 TiB"}
@@ -71,18 +70,12 @@ class Cluster(Executor):
             try:
                 client.wait_for_workers(1, self._patience)
             except TimeoutError as error:
-                message = f"{self._address}: has no worker after {self._patience:g} s"
-                raise NacreError(message) from error
+                raise self._error(f"has no worker after {self._patience:g} s") from error
             if client.dashboard_link:
                 watcher.dashboard(client.dashboard_link)
-            threads = sum(client.nthreads().values())
-            setup = Setup(
-                fitting,
-                fitting.digest,
-                nacre.__version__,
-                f"nacre-{secrets.token_hex(8)}",
-                max(0.5, threads / _MESSAGES),
-            )
+            interval = max(0.5, sum(client.nthreads().values()) / _MESSAGES)
+            topic = f"nacre-{secrets.token_hex(8)}"
+            setup = Setup(fitting, fitting.digest, nacre.__version__, topic, interval)
             self._check(client, setup)
             yield Submission(client, setup, self._address, self._data, self._patience)
 
@@ -101,19 +94,19 @@ class Cluster(Executor):
         try:
             return distributed.Client(place, timeout=self._patience, set_as_default=False)
         except OSError as error:
-            raise NacreError(
-                f"{self._address}: no Dask scheduler has answered for {self._patience:g} s"
-            ) from error
+            text = f"no Dask scheduler has answered for {self._patience:g} s"
+            raise self._error(text) from error
         except (ValueError, RuntimeError, TypeError) as error:  # of a wrong address, or without TLS
-            raise NacreError(f"{self._address}: cannot be used: {reason(error)}") from error
+            raise self._error(f"cannot be used: {reason(error)}") from error
 
     def _check(self, client: Any, setup: Setup) -> None:
         """Refuse workers that would all fail; later ones are checked by their first fit."""
         for worker, error in client.run(check, setup, on_error="return").items():
             if isinstance(error, NacreError):
-                raise NacreError(f"{self._address}: worker {worker}: {error}") from error
+                raise self._error(f"worker {worker}: {error}") from error
             if error is not None:
                 text = f"{type(error).__name__}: {reason(error)}"
-                raise NacreError(
-                    f"{self._address}: worker {worker} has not this nacre: {text}"
-                ) from error
+                raise self._error(f"worker {worker} has not this nacre: {text}") from error
+
+    def _error(self, text: str) -> NacreError:
+        return NacreError(f"{self._address}: {text}")

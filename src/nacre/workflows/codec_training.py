@@ -12,12 +12,12 @@ from typing import Any
 
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, check_writable
+from nacre.io.files import PathLike, check_not_inputs, check_writable
 from nacre.measured.textures.image_folder import Quantity
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.codec_file import save_codec
-from nacre.workflows.identity import check_not_inputs, source_fingerprint
+from nacre.workflows.identity import source_fingerprint
 
 
 @dataclass(frozen=True, eq=False)

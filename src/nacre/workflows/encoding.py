@@ -16,7 +16,7 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError, reason
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, check_writable, digest
+from nacre.io.files import PathLike, check_not_inputs, check_writable, digest
 from nacre.io.tensors import check_numbers
 from nacre.measured.textures.image_folder import Quantity
 from nacre.measured.textures.transposition import transposed
@@ -28,7 +28,7 @@ from nacre.textures.codecs.codec import TexelCodec, on_all_cores
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
 from nacre.textures.latent_map import CodecFile, LatentMap
-from nacre.workflows.identity import check_not_inputs, source_files, source_fingerprint
+from nacre.workflows.identity import source_files, source_fingerprint
 
 BLOCK = 1 << 28
 """Bytes of values that are read at a time; two such blocks are in memory."""

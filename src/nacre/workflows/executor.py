@@ -23,16 +23,9 @@ from nacre.workflows.watcher import Watcher
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A material that is to be fitted.
+    """A measured file that is to be fitted, and what is known of it so far.
 
-    Parameters
-    ----------
-    path
-        Measured file.
-    record
-        What is known of it so far.
-    progress
-        To be called as the fit goes on, from one thread at a time.
+    `progress` is called as the fit goes on, from one thread at a time.
     """
 
     path: Path
@@ -83,7 +76,6 @@ class Threads(Executor):
         self._count = count or core_count()
 
     def open(self, fitting: Fitting, watcher: Watcher) -> AbstractContextManager[Stream]:
-        """See :class:`Executor`."""
         fitting.check()
         return nullcontext(partial(self._results, fitting))
 

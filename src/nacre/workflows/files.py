@@ -6,19 +6,17 @@ import contextlib
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import nacre
 from nacre.errors import FormatError, NacreError, printable
 from nacre.io.files import PathLike, atomic_path, check_writable
 from nacre.runtime.parallel import core_count
-from nacre.runtime.progress import Progress
 from nacre.workflows.executor import Executor, Job, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.manifest import Record
 from nacre.workflows.material import Fit, explain
-from nacre.workflows.watcher import Watcher
+from nacre.workflows.watcher import Watcher, begun
 
 
 @dataclass(frozen=True)
@@ -129,9 +127,11 @@ def fit_files(
     watcher.begin(len(pairs) - len(found))
 
     def jobs() -> Iterator[Job]:
+        same = fitting.digest, nacre.__version__
         for path, output in pairs:
             if output not in found:
-                yield Job(path, _record(path, output, fitting), _progress(path, watcher))
+                record = Record(str(path), None, None, None, *same, str(output))
+                yield Job(path, record, begun(watcher, printable(path.name)))
 
     threads = Threads(min(core_count(), len(pairs)))
     with (
@@ -143,16 +143,6 @@ def fit_files(
             found[output] = _written(job.path, output, fit)
             watcher.end(printable(job.path.name), found[output].error)
     return [FittedFile(path, output, found[output]) for path, output in pairs]
-
-
-def _record(path: Path, output: Path, fitting: Fitting) -> Record:
-    return Record(str(path), None, None, None, fitting.digest, nacre.__version__, str(output))
-
-
-def _progress(path: Path, watcher: Watcher) -> Progress:
-    """A material counts as started when the first is heard of it, not when it is queued."""
-    started = cache(lambda: watcher.start(printable(path.name)))
-    return lambda stage, done, total, note: started()(stage, done, total, note)
 
 
 def _written(source: Path, output: Path, fit: Fit) -> Fit:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -21,6 +21,12 @@ from nacre.formats import check_target, save, target
 from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
 from nacre.runtime.progress import Progress
+
+_ENCODERS: dict[str, Callable[[Any], bytes]] = {
+    ".safetensors": neural_file.encode,
+    ".json": analytic_file.encode,
+}
+"""Of formats whose content needs no file."""
 
 
 class Fitting(abc.ABC):
@@ -46,7 +52,7 @@ class Fitting(abc.ABC):
             If it cannot be fitted.
         """
 
-    def encode(self, fitted: Brdf) -> bytes:
+    def encode(self, fitted: Any) -> bytes:
         """The content of the file of a fit.
 
         Raises
@@ -54,17 +60,19 @@ class Fitting(abc.ABC):
         NacreError
             If it cannot be written.
         """
+        if encode := _ENCODERS.get(self.ending):
+            return encode(fitted)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"fit{self.ending}"
             save(fitted, path)
             return path.read_bytes()
 
     @abc.abstractmethod
-    def losses(self, fitted: Brdf) -> dict[str, float]:
-        """How good a fit is, by name."""
+    def losses(self, fitted: Any) -> dict[str, float]:
+        """How good a fit, which :meth:`fit` gave, is, by name."""
 
     @abc.abstractmethod
-    def summary(self, fitted: Brdf) -> str:
+    def summary(self, fitted: Any) -> str:
         """A fit in one line."""
 
     def check(self) -> None:
@@ -108,40 +116,21 @@ class NetworkFitting(Fitting):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """See :class:`Fitting`."""
         return {"model": "nbrdf", "device": self.device, **asdict(self.recipe)}
 
     def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf:
-        """See :class:`Fitting`."""
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         return neural.fit(brdf, self.recipe, device=self.device, progress=progress)
 
-    def encode(self, fitted: Brdf) -> bytes:
-        """See :class:`Fitting`."""
-        assert isinstance(fitted, NeuralBrdf)
-        if self.ending != ".safetensors":
-            return super().encode(fitted)
-        return neural_file.encode(fitted)
-
-    def losses(self, fitted: Brdf) -> dict[str, float]:
-        """See :class:`Fitting`."""
-        assert isinstance(fitted, NeuralBrdf)
+    def losses(self, fitted: Any) -> dict[str, float]:
         return _finite(fitted.metadata["quality"])
 
-    def summary(self, fitted: Brdf) -> str:
-        """See :class:`Fitting`."""
-        assert isinstance(fitted, NeuralBrdf)
+    def summary(self, fitted: Any) -> str:
         memory = f"{fitted.weight_count} weights ({fitted.nbytes:,} bytes)"
         return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}"
 
     def check(self) -> None:
-        """See :class:`Fitting`: also whether there is such a device.
-
-        Raises
-        ------
-        NacreError
-            If PyTorch is not installed, or has no such device here.
-        """
+        """See :class:`Fitting`; raises also where PyTorch has no such device, or is not there."""
         super().check()
         if self.recipe.inputs != "paper" and self.ending in (".h5", ".hdf5"):
             raise NacreError(f"*{self.ending}: such files hold networks of the paper's inputs only")
@@ -172,29 +161,16 @@ class AnalyticFitting(Fitting):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """See :class:`Fitting`."""
         return {"model": self.model.model, **self.options}
 
     def fit(self, brdf: Brdf, progress: Progress) -> AnalyticBrdf:
-        """See :class:`Fitting`."""
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         return analytic.fit(brdf, self.model, progress=progress, **self.options)
 
-    def encode(self, fitted: Brdf) -> bytes:
-        """See :class:`Fitting`."""
-        assert isinstance(fitted, AnalyticBrdf)
-        if self.ending != ".json":
-            return super().encode(fitted)
-        return analytic_file.encode(fitted)
-
-    def losses(self, fitted: Brdf) -> dict[str, float]:
-        """See :class:`Fitting`."""
-        assert isinstance(fitted, AnalyticBrdf)
+    def losses(self, fitted: Any) -> dict[str, float]:
         return _finite({"loss": fitted.metadata["fit"]["loss"]})
 
-    def summary(self, fitted: Brdf) -> str:
-        """See :class:`Fitting`."""
-        assert isinstance(fitted, AnalyticBrdf)
+    def summary(self, fitted: Any) -> str:
         return f"{fitted.summary()}, {fitted.loss_text()}"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from nacre.btf import Btf
@@ -68,17 +68,3 @@ def source_fingerprint(path: PathLike, files: Sequence[Path] | None = None) -> s
             f"\0{name}\0{facts.st_size}\0{facts.st_mtime_ns}".encode(errors="surrogateescape")
         )
     return total.hexdigest()
-
-
-def check_not_inputs(outputs: Iterable[PathLike], inputs: Iterable[PathLike]) -> None:
-    """Raise before work starts if a file that it writes is one that it reads.
-
-    Raises
-    ------
-    FormatError
-        Naming the file.
-    """
-    taken = {Path(path).resolve() for path in inputs}
-    for path in outputs:
-        if Path(path).resolve() in taken:
-            raise FormatError(f"{path}: is the input as well; name another output")

@@ -129,16 +129,14 @@ def _other(path: Path) -> Inspection | None:
     from nacre.textures.embedding import KEY as MAP
     from nacre.textures.embedding import load_embedding_map
 
+    facts: dict[str, Any]
     if has_header(path, CODEC):
         return Inspection("codec", codec_facts(path), {"bytes": "bytes"})
-    facts: dict[str, Any]
     if has_header(path, BASIS):
-        kind = "basis"
-        described = load_basis(path).describe()
+        kind, described = "basis", load_basis(path).describe()
         facts = {"model" if name == "kind" else name: value for name, value in described.items()}
     elif has_header(path, MAP):
-        chart = load_embedding_map(path)
-        kind = "map"
+        kind, chart = "map", load_embedding_map(path)
         facts = {"texels": len(chart.texture), "textures": ", ".join(chart.names)}
     elif is_code(path):
         kind, facts = "code", _code_facts(path)

@@ -13,9 +13,9 @@ import os
 import threading
 from collections.abc import Container
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, get_type_hints
 
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, atomic_path
@@ -69,20 +69,8 @@ class Record:
         return self.source, PurePosixPath(self.output).suffix
 
 
-_TYPES: dict[str, tuple[type, ...]] = {
-    "source": (str,),
-    "sha256": (str, type(None)),
-    "size": (int, type(None)),
-    "modified": (int, type(None)),
-    "settings": (str,),
-    "nacre": (str,),
-    "output": (str,),
-    "output_sha256": (str, type(None)),
-    "losses": (dict,),
-    "seconds": (int, float),
-    "error": (str, type(None)),
-}
-"""Of the fields in a file, which anyone may have edited."""
+_TYPES: dict[str, Any] = get_type_hints(Record) | {"losses": dict, "seconds": int | float}
+"""Of the fields in a file, which anyone may have edited, as JSON has them."""
 
 
 class Manifest:
@@ -194,7 +182,7 @@ def _parse(line: str) -> Record | None:
         return None
     whole = (
         isinstance(content, dict)
-        and content.keys() == {f.name for f in fields(Record)}
+        and content.keys() == _TYPES.keys()
         and all(isinstance(content[name], kinds) for name, kinds in _TYPES.items())
     )
     return Record(**content) if whole else None

@@ -26,6 +26,8 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
     NacreError
         If it is no such object, or Mitsuba refuses it.
     """
+    from nacre.render import register
+    from nacre.render.engine import mitsuba
 
     def refuse(name: str) -> None:
         raise NacreError(f"{where}: {name} is not a number of JSON")
@@ -40,7 +42,14 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         raise NacreError(f"{where}: is nested too deeply") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
-    return _virtual(_loaded(description, where), where)
+    register()
+    try:
+        bsdf = mitsuba().load_dict(description)
+    except NacreError:
+        raise
+    except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet
+        raise NacreError(f"{where}: Mitsuba: {' '.join(str(error).split())}") from error
+    return _virtual(bsdf, where)
 
 
 def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
@@ -68,21 +77,6 @@ def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:
         names = [*found, f"{nameless} without an id"] if nameless else found
         raise NacreError(f"{path}: {problem} (found: {', '.join(names) or 'none'})")
     return _virtual(found[name], f"{path}: {name}")
-
-
-def _loaded(description: dict[str, Any], where: str) -> Any:
-    """What Mitsuba makes of a dictionary; its complaints in one line."""
-    from nacre.render import register
-    from nacre.render.engine import mitsuba
-
-    mi = mitsuba()
-    register()
-    try:
-        return mi.load_dict(description)
-    except NacreError:
-        raise
-    except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet
-        raise NacreError(f"{where}: Mitsuba: {' '.join(str(error).split())}") from error
 
 
 def _virtual(bsdf: Any, where: str) -> MitsubaBrdf:

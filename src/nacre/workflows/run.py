@@ -7,23 +7,21 @@ import hashlib
 import stat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import nacre
 from nacre.errors import FormatError, NacreError, printable
 from nacre.formats import is_btf
-from nacre.io.files import PathLike, abandoned, atomic_path, digest
+from nacre.io.files import PathLike, abandoned, atomic_path, check_not_inputs, digest
 from nacre.io.outputs import check_replaceable, overwrite
 from nacre.runtime.lock import exclusive
 from nacre.runtime.parallel import thread_map
-from nacre.runtime.progress import Progress
 from nacre.workflows.executor import Executor, Job, Stream, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.manifest import Manifest, Record
 from nacre.workflows.material import Fit, explain
 from nacre.workflows.sources import Source, find_sources, output_names
-from nacre.workflows.watcher import Watcher
+from nacre.workflows.watcher import Watcher, begun
 
 LOCK = ".library.lock"
 """Name of the file, in the folder of the fits, that keeps a second run out."""
@@ -101,10 +99,7 @@ def fit_library(
         advice = ", but textures (BTFs); fit these one at a time" if textures else ""
         raise NacreError(f"{where}: no measured materials found{advice}")
     names = output_names(sources, fitting.ending)
-    taken = {source.path.resolve() for source in sources}
-    for name in names:
-        if (output / name).resolve() in taken:
-            raise FormatError(f"{output / name}: is an input as well; name another output")
+    check_not_inputs((output / name for name in names), (source.path for source in sources))
     watcher = watcher or Watcher()
     with contextlib.ExitStack() as stack:
         stream = stack.enter_context((executor or Threads()).open(fitting, watcher))
@@ -143,8 +138,7 @@ class _Run:
     def __init__(
         self, output: Path, fitting: Fitting, manifest: Manifest, watcher: Watcher
     ) -> None:
-        self._output, self._watcher = output, watcher
-        self._manifest = manifest
+        self._output, self._manifest, self._watcher = output, manifest, watcher
         self._settings = fitting.digest
         self._records: dict[str, Record] = {}
         self._before = {record.output: record for record in manifest.records()}
@@ -153,7 +147,8 @@ class _Run:
         pairs = list(zip(sources, names, strict=True))
         current = list(thread_map(lambda pair: self._current(*pair), pairs))
         work = [pair for pair, record in zip(pairs, current, strict=True) if record is None]
-        work.sort(key=lambda pair: self._failed_before(pair[1]))
+        failed = {name for name, record in self._before.items() if record.error is not None}
+        work.sort(key=lambda pair: pair[1] in failed)  # it may fail again, or end the process
         self._watcher.begin(len(work))
         with contextlib.closing(stream(self._begun(work))) as results:
             for job, fit in results:
@@ -169,9 +164,7 @@ class _Run:
         """The record of a fit that is up to date; None where a material is to be fitted."""
         record = self._manifest.find(name)
         expected = (str(source.relative), self._settings, nacre.__version__, None)
-        if record is None:
-            return None
-        if (record.source, record.settings, record.nacre, record.error) != expected:
+        if not record or expected != (record.source, record.settings, record.nacre, record.error):
             return None
         with contextlib.suppress(OSError, FormatError):
             if digest(self._output / name) != record.output_sha256:
@@ -186,11 +179,6 @@ class _Run:
                 return record
         return None
 
-    def _failed_before(self, name: str) -> bool:
-        """Whether a material may fail again, or end the process: it had better come last."""
-        record = self._manifest.find(name)
-        return record is not None and record.error is not None
-
     def _begun(self, work: Sequence[tuple[Source, str]]) -> Iterator[Job]:
         """The jobs, each marked in the manifest when it is taken."""
         for source, name in work:
@@ -201,17 +189,13 @@ class _Run:
             try:
                 # Before it is read: a change while it is read shows in the next run.
                 status = source.path.stat()
-            except OSError as error:
-                self._finish(record, source.path, Fit(error=explain(error, source.path)))
-                continue
-            record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
-            try:
+                record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
                 with overwrite(self._is_own(self._output / name)):
                     check_replaceable(self._output / name)
-            except FormatError as error:
-                self._finish(record, source.path, Fit(error=str(error)))
+            except (OSError, FormatError) as error:
+                self._finish(record, source.path, Fit(error=explain(error, source.path)))
                 continue
-            yield Job(source.path, record, self._progress(relative))
+            yield Job(source.path, record, begun(self._watcher, printable(relative)))
 
     def _is_own(self, path: Path) -> bool:
         """Whether the manifest says that a file is a fit of this library, whole or damaged."""
@@ -222,11 +206,6 @@ class _Run:
             mode = path.lstat().st_mode
             return stat.S_ISREG(mode) and bool(mode & 0o222)
         return False
-
-    def _progress(self, relative: str) -> Progress:
-        """A material counts as started when the first is heard of it, not when it is queued."""
-        started = cache(lambda: self._watcher.start(printable(relative)))
-        return lambda stage, done, total, note: started()(stage, done, total, note)
 
     def _finish(self, record: Record, source: Path, fit: Fit) -> None:
         """Write what came of a material, and keep a record of it."""

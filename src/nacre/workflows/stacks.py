@@ -56,17 +56,12 @@ def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Resul
         job, sha256 = taken[index]
         # Of materials that were fitted together, the mean of all so far.
         seconds = (time.perf_counter() - start) / len(taken)
-        yield job, _fit(fitting, job, sha256, seconds, result)
+        try:
+            if isinstance(result, Exception):
+                raise result
+            fit = finished(fitting, result, sha256, seconds)
+        except Exception as error:
+            fit = Fit(error=explain(error, job.path))
+        yield job, fit
     while unread:
         yield unread.pop()
-
-
-def _fit(
-    fitting: NetworkFitting, job: Job, sha256: str | None, seconds: float, result: Brdf | Exception
-) -> Fit:
-    try:
-        if isinstance(result, Exception):
-            raise result
-        return finished(fitting, result, sha256, seconds)
-    except Exception as error:
-        return Fit(error=explain(error, job.path))

@@ -43,18 +43,8 @@ class _Flight:
 class Submission:
     """Carries out jobs on a cluster, of which it holds no more at a time than keep it busy.
 
-    Parameters
-    ----------
-    client
-        Of Dask, connected.
-    setup
-        What the workers have to know.
-    address
-        Of the scheduler, for messages.
-    data
-        See :data:`Data`.
-    patience
-        Seconds to wait for a worker when there is none left.
+    The client of Dask is connected, the address is for messages, and a worker is waited for as many
+    seconds as `patience` says when there is none left.
     """
 
     def __init__(
@@ -82,26 +72,24 @@ class Submission:
     def _submit(self, jobs: Iterator[Job]) -> Results:
         """Send jobs as long as there is room; gives back those whose file cannot be read."""
         room = _PER_THREAD * self._thread_count()
-        while len(self._flights) < room and self._bytes_in_flight() < _MOST_BYTES:
+        flights = self._flights.values()
+        while len(flights) < room and sum(flight.sent for flight in flights) < _MOST_BYTES:
             send = self._data == "content" or bool(self._unread)
             job = self._unread.popleft() if self._unread else next(jobs, None)
             if job is None:
                 return
             try:
                 content = np.fromfile(job.path, np.uint8) if send else None
-                sha256 = (
-                    digest(job.path)
-                    if content is None
-                    else hashlib.sha256(content.data).hexdigest()
-                )
+                sent = b"" if content is None else content.data
+                sha256 = hashlib.sha256(sent).hexdigest() if send else digest(job.path)
             except (OSError, FormatError) as error:
                 yield job, Fit(error=explain(error, job.path))
                 continue
-            token = secrets.token_hex(16)
-            task = Task(token, str(job.path.absolute()), sha256, content)
-            key = _key(token)
+            # The scheduler's pages count all tasks of one first word together.
+            key = f"fit-{secrets.token_hex(16)}"
+            task = Task(key, str(job.path.absolute()), sha256, content)
             future = self._client.submit(work, self._setup, task, key=key, pure=False)
-            self._flights[key] = _Flight(job, future, 0 if content is None else content.nbytes)
+            self._flights[key] = _Flight(job, future, len(sent))
             future.add_done_callback(lambda future: self._done.put(future.key))
 
     def _collect(self) -> Results:
@@ -155,20 +143,11 @@ class Submission:
                 raise self._end(f"has had no worker for {self._patience:g} s")
         return max(1, self._threads)
 
-    def _bytes_in_flight(self) -> int:
-        return sum(flight.sent for flight in self._flights.values())
-
     def _report(self, event: tuple[float, Any]) -> None:
         """Pass on how far a worker is; a late message on a job that is back says nothing."""
         token, *progress = event[1]
-        flight = self._flights.get(_key(token))
-        if flight is not None:
+        if flight := self._flights.get(token):
             flight.job.progress(*progress)
 
     def _end(self, why: str) -> NacreError:
         return NacreError(f"{self._address}: {why}; what was finished stays, run again to go on")
-
-
-def _key(token: str) -> str:
-    """Of the task at the scheduler, whose pages count all of one word together."""
-    return f"fit-{token}"

@@ -12,6 +12,16 @@ from nacre.runtime.progress import Progress, silent
 from nacre.textures.uniform import average
 
 
+def texel_index(name: object, width: int, height: int, texel: tuple[int, int]) -> int:
+    """Number of the texel in a column and a row, from 0; a NacreError if there is none."""
+    x, y = texel
+    if x >= width or y >= height:
+        raise NacreError(
+            f"{name}: has {width} x {height} texels, none in column {x}, row {y}; they count from 0"
+        )
+    return y * width + x
+
+
 def texture_reflectance(
     texture: Btf, texel: tuple[int, int] | None = None, progress: Progress = silent
 ) -> Brdf:
@@ -34,13 +44,8 @@ def texture_reflectance(
     if texel is None:
         values = average(texture, progress).texels(slice(0, 1))[0]
     else:
-        x, y = texel
-        if x >= texture.width or y >= texture.height:
-            raise NacreError(
-                f"{texture.name}: has {texture.width} x {texture.height} texels, none in column "
-                f"{x}, row {y}; they count from 0"
-            )
-        values = texture.texels(slice(y * texture.width + x, y * texture.width + x + 1))[0]
+        index = texel_index(texture.name, texture.width, texture.height, texel)
+        values = texture.texels(slice(index, index + 1))[0]
     above = (texture.wi[:, 2] > 0.0) & (texture.wo[:, 2] > 0.0)
     rgb = values[above] / math.pi
     return ScatteredBrdf(texture.wi[above], texture.wo[above], rgb, texture.name, isotropic=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from nacre.runtime.progress import Progress
 
 
@@ -20,3 +22,9 @@ class Watcher:
 
     def end(self, name: str, error: str | None) -> None:
         """A material is done, or has failed for a reason, maybe before it was begun."""
+
+
+def begun(watcher: Watcher, name: str) -> Progress:
+    """A material counts as started when the first is heard of it, not when it is queued."""
+    started = cache(lambda: watcher.start(name))
+    return lambda stage, done, total, note: started()(stage, done, total, note)

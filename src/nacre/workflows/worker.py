@@ -48,17 +48,9 @@ class Setup:
 class Task:
     """A material to fit.
 
-    Parameters
-    ----------
-    token
-        By which messages name it.
-    path
-        Absolute path of the measured file, as its owner has it.
-    sha256
-        Of the file, in hexadecimal.
-    content
-        Bytes of the file, as an array, which Dask passes on without copying it; None where the file
-        is to be read under its path.
+    Messages name it by the token. The path is absolute, as the owner of the file has it, its
+    SHA-256 in hexadecimal. The content is an array, which Dask passes on without copying it, or
+    None where the file is to be read under its path.
     """
 
     token: str
@@ -69,13 +61,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Unread:
-    """A worker has not the owner's file under its path.
-
-    Parameters
-    ----------
-    reason
-        Which worker, and what is there.
-    """
+    """A worker has not the owner's file under its path: which worker, and what is there."""
 
     reason: str
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.cli import options
-from nacre.cli.btf.uniform import OUTPUT_HELP, check_codec, write
+from nacre.cli.btf.written import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
 from nacre.cli.materials import check_pixels, expect
 from nacre.cli.progress import progress
@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
 
-@make("average", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option(OUTPUT_HELP)
-@options.codec_option()
-@options.pixels_option()
+@make(
+    "average",
+    options.argument("source", metavar="INPUT"),
+    options.output_option(OUTPUT_HELP),
+    options.codec_option(),
+    options.pixels_option(),
+)
 def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | None) -> None:
     """Make one reflectance of a texture: the mean of its texels, as it looks from afar.
 
@@ -30,10 +32,9 @@ def command(source: Path, output: Path, codec: Path | None, pixels: Quantity | N
     from nacre.textures.uniform import average
 
     check_codec(output, codec)
-    options.check_outputs([output], [source, *([codec] if codec else [])])
+    options.check_outputs([output], [source, codec])
     expect(source, "a texture", "an encoded texture")
     check_pixels(source, pixels)
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     mean = average(load_btf(source, quantity=pixels), line)
     write(mean, output, codec)

@@ -9,29 +9,24 @@ from nacre.cli import options
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report_file
 
 
-@make("blend", writes=True, reports=True)
-@options.input_argument("first")
-@options.input_argument("second")
-@options.output_option("Encoded texture to write (.safetensors).")
-@options.option(
-    "--mask",
-    default="right",
-    metavar="right|down|noise|IMAGE",
-    help="Place of SECOND: white in a gray image (.png, .jpg), which is stretched.",
+@make(
+    "blend",
+    options.argument("first"),
+    options.argument("second"),
+    options.output_option("Encoded texture to write (.safetensors)."),
+    option("--mask", default="right", metavar="right|down|noise|IMAGE"),
+    "Place of SECOND: white in a gray image (.png, .jpg), which is stretched.",
+    options.texels_option(shown="those of the larger one"),
+    "Width and height of the output in texels.",
+    option("--keep-contrast/--no-keep-contrast", default=True),
+    "Restore in the middle the contrast that means of unlike textures lose.",
+    options.seed_option(),
 )
-@options.texels_option(
-    show_default="those of the larger one", help="Width and height of the output in texels."
-)
-@options.option(
-    "--keep-contrast/--no-keep-contrast",
-    default=True,
-    help="Restore in the middle the contrast that means of unlike textures lose.",
-)
-@options.seed_option()
 def command(
     first: Path,
     second: Path,
@@ -51,9 +46,8 @@ def command(
     from nacre.textures.synthesis.blending import NAMED, named_mask
 
     check_latent_path(output)
-    inputs = [first, second, *([] if mask in NAMED else [Path(mask)])]
-    options.check_outputs([output], inputs)
-    progress(output.stem)("blending", 0, 1)
+    options.check_outputs([output], [first, second, None if mask in NAMED else Path(mask)])
+    progress(output.stem, "blending")
     for path in (first, second):
         expect(path, "an encoded texture")
     maps = [load_latent_map(path) for path in (first, second)]

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report, say
-from nacre.cli.session import session
 from nacre.errors import FormatError
 
 if TYPE_CHECKING:
@@ -21,18 +22,16 @@ if TYPE_CHECKING:
     from nacre.textures.capture.recipe import Recipe
 
 
-@make("capture", writes=True, reports=True)
-@click.argument("recipe", required=False)
-@options.option("--all", "everything", is_flag=True, help="Capture all built-in recipes.")
-@options.output_option("Texture to write; a folder with --all.")
-@options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32.")
-@options.option(
-    "--paths", default=64, type=click.IntRange(1, 1 << 16), help="Light paths per texel."
-)
-@options.directions_option(default="bonn")
-@options.seed_option()
-@options.option(
-    "--picture", type=options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."
+@make(
+    "capture",
+    options.argument("recipe", None, required=False),
+    option("--all everything", is_flag=True, help="Capture all built-in recipes."),
+    options.output_option("Texture to write; a folder with --all."),
+    options.texels_option(default="32", help="Texels along each edge, like 32 or 32x32."),
+    option("--paths", IntRange(1, 1 << 16), default=64, help="Light paths per texel."),
+    options.directions_option(default="bonn"),
+    options.seed_option(),
+    option("--picture", options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."),
 )
 def command(
     recipe: str | None,
@@ -80,8 +79,7 @@ def command(
 
     def begun(recipe: Recipe, done: int, total: int) -> Progress:
         names.append(recipe.name)
-        if not session().as_json:
-            say(f"{done + 1} of {total}: {recipe.name}")
+        say(f"{done + 1} of {total}: {recipe.name}")
         return line
 
     capture_all(output, settings, begun)
@@ -99,7 +97,7 @@ def _one(recipe: str, output: Path, settings: Settings, picture: Path | None) ->
         check_image_path(picture)
     found = find(recipe)
     target(output, "btf")
-    options.check_outputs([output, *([picture] if picture else [])], [Path(recipe)])
+    options.check_outputs([output, picture], [Path(recipe)])
     line = progress(found.name)
     btf = settings.take(found, line)
     loss = save(btf, output, progress=line)

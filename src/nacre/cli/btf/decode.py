@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from nacre.array import Floats
 
 
-@make("decode", writes=True, reports=True)
-@options.input_argument("source", metavar="CODES")
-@options.output_option("Texture to write, in the format that its name ends in.")
-@options.directions_option(
-    show_default="those of the texture that was encoded",
-    help="Pairs of directions: every light with every view of a dome, those of another texture, "
-    "or a list (.csv).",
+@make(
+    "decode",
+    options.argument("source", metavar="CODES"),
+    options.output_option("Texture to write, in the format that its name ends in."),
+    options.directions_option(shown="those of the texture that was encoded"),
+    "Pairs of directions: every light with every view of a dome, those of another texture, or a "
+    "list (.csv).",
 )
 def command(source: Path, output: Path, directions: str | None) -> None:
     """Write the texture that the codes of nacre fit stand for, at its directions or at others."""
@@ -30,11 +30,9 @@ def command(source: Path, output: Path, directions: str | None) -> None:
     from nacre.textures.latent_map import NeuralBtf
 
     target(output, "btf")
-    inputs = [source, *([] if directions is None else [Path(directions)])]
-    options.check_outputs([output], inputs)
+    options.check_outputs([output], [source, Path(directions) if directions else None])
     expect(source, "an encoded texture")
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     btf = NeuralBtf(load_latent_map(source))
     if directions is not None:
         btf = btf.at_directions(*_pairs(directions))

@@ -5,34 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import counted, report
 
 
-@make("map", writes=True, reports=True)
-@options.inputs_argument("codes", metavar="CODES...")
-@options.output_option("Plot to write (.png, .svg, .pdf).")
-@options.option(
-    "--table", type=options.OUTPUT, help="Also write a table of texels and places (.csv)."
+@make(
+    "map",
+    options.inputs_argument("codes", metavar="CODES..."),
+    options.output_option("Plot to write (.png, .svg, .pdf)."),
+    option("--table", options.OUTPUT, help="Also write a table of texels and places (.csv)."),
+    option("--save", options.OUTPUT, help="Also write the map (.safetensors), for --into."),
+    option("--into", options.INPUT),
+    "Saved map to put CODES on; what it has stays in its place.",
+    option("--count", IntRange(1, 1 << 16), default=40),
+    "Number of random texels of each texture.",
+    option("--colors", is_flag=True, help="Show texels in their own colors."),
+    options.seed_option(),
 )
-@options.option(
-    "--save", type=options.OUTPUT, help="Also write the map (.safetensors), for --into."
-)
-@options.option(
-    "--into", type=options.INPUT, help="Saved map to put CODES on; what it has stays in its place."
-)
-@options.option(
-    "--count",
-    default=40,
-    type=click.IntRange(1, 1 << 16),
-    help="Number of random texels of each texture.",
-)
-@options.option("--colors", is_flag=True, help="Show texels in their own colors.")
-@options.seed_option()
 def command(
     codes: tuple[Path, ...],
     output: Path,
@@ -56,11 +51,10 @@ def command(
     check_plot_path(output)
     if save is not None and save.suffix.lower() != ".safetensors":
         raise click.BadParameter(f"{save}: a map is saved as a .safetensors file")
-    inputs = [*codes, *([into] if into else [])]
-    options.check_outputs([path for path in (output, table, save) if path], inputs)
+    options.check_outputs([output, table, save], [*codes, into])
     for path in codes:
         expect(path, "an encoded texture")
-    progress(output.stem)("laying out texels", 0, 1)
+    progress(output.stem, "laying out texels")
     onto = load_embedding_map(into) if into is not None else None
     names = [path.stem for path in codes]
     chart = embed_texels(load_latent_maps(codes), names, count, seed, onto)

@@ -6,15 +6,14 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import keyed, print_json, print_table, say
-from nacre.cli.session import session
+from nacre.cli.report import keyed, print_table, report
 
 if TYPE_CHECKING:
     from nacre.array import Floats
@@ -26,28 +25,17 @@ _EDGE = 128
 """Pixels of the longer edge of each level's picture, at least."""
 
 
-@make("mipmap", writes=True, reports=True)
-@options.input_argument("source", metavar="CODES")
-@options.output_option("Picture to write (.png, .jpg, .exr).", required=False)
-@options.option(
-    "--filter",
-    "by",
-    default="reflectance",
-    type=click.Choice(["reflectance", "codes"]),
-    help="Average what codes decode to, and encode that again; or average the codes.",
-)
-@options.option(
-    "--wi", type=options.DIRECTION, default="30,0", help="Direction to the light, in degrees."
-)
-@options.option(
-    "--wo", type=options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."
+@make(
+    "mipmap",
+    options.argument("source", metavar="CODES"),
+    options.output_option("Picture to write (.png, .jpg, .exr).", required=False),
+    option("--filter by", ["reflectance", "codes"], default="reflectance"),
+    "Average what codes decode to, and encode that again; or average the codes.",
+    option("--wi", options.DIRECTION, default="30,0", help="Direction to the light, in degrees."),
+    option("--wo", options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."),
 )
 def command(
-    source: Path,
-    output: Path | None,
-    by: Filter,
-    wi: tuple[float, float],
-    wo: tuple[float, float],
+    source: Path, output: Path | None, by: Filter, wi: tuple[float, float], wo: tuple[float, float]
 ) -> None:
     """Filter an encoded texture for views from afar, and report the error.
 
@@ -88,14 +76,12 @@ def command(
     if output is not None and pictures:
         write_image(_sheet(pictures), output)
     columns = "level", "texels", "MSE x 1e4", "relative RMSE"
-    if session().as_json:
-        levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]
-        print_json({"file": str(source), "filter": by, "seconds": seconds, "levels": levels})
-        return
     print_table(columns, ((str(row[0]), *row[1:]) for row in rows))
-    say(f"{source}: filtered in {seconds:.2g} seconds")
+    lines = [f"{source}: filtered in {seconds:.2g} seconds"]
     if output is not None:
-        say(f"{output}: means of decoded values above, filtered codes below")
+        lines.append(f"{output}: means of decoded values above, filtered codes below")
+    levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]
+    report(lines, {"file": str(source), "filter": by, "seconds": seconds, "levels": levels})
 
 
 def _sheet(pictures: list[tuple[Floats, Floats]]) -> Floats:

@@ -4,33 +4,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
 import numpy as np
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import print_json, print_table, say
-from nacre.cli.session import session
-from nacre.errors import NacreError
+from nacre.cli.report import print_table, report
 
 
-@make("nearest", writes=True, reports=True)
-@options.input_argument("codes")
-@options.input_argument("among", nargs=-1)
-@options.output_option("Also write spheres of the texels (.png, .svg, .pdf).", required=False)
-@options.option(
-    "--texel",
-    type=options.Integers("12,7", 2),
-    required=True,
-    metavar="X,Y",
-    help="Texel to look for: column and row, counted from 0.",
+@make(
+    "nearest",
+    options.argument("codes"),
+    options.argument("among", nargs=-1),
+    options.output_option("Also write spheres of the texels (.png, .svg, .pdf).", required=False),
+    option("--texel", options.TEXEL, required=True, metavar="X,Y"),
+    "Texel to look for: column and row, counted from 0.",
+    option("--count", IntRange(1, 1000), default=5, help="Number of texels to find."),
+    option("--one-each", is_flag=True, help="Find only the nearest texel of each texture."),
 )
-@options.option(
-    "--count", default=5, type=click.IntRange(1, 1000), help="Number of texels to find."
-)
-@options.option("--one-each", is_flag=True, help="Find only the nearest texel of each texture.")
 def command(
     codes: Path,
     among: tuple[Path, ...],
@@ -49,6 +43,7 @@ def command(
     from nacre.figures.texel_spheres import spheres_figure, texel_spheres
     from nacre.textures.embedding import nearest_texels
     from nacre.textures.latent_file import load_latent_maps
+    from nacre.workflows.texel import texel_index
 
     paths = [codes, *(among or [codes])]
     for path in paths:
@@ -56,19 +51,13 @@ def command(
     if output is not None:
         check_plot_path(output)
         options.check_outputs([output], paths)
-    line = progress(codes.stem)
-    line("reading", 0, 1)
+    line = progress(codes.stem, "reading")
     texture, *textures = load_latent_maps(paths)
     height, width, _ = texture.codes.shape
-    x, y = texel
-    if x >= width or y >= height:
-        raise NacreError(
-            f"{codes}: has {width} x {height} texels, none in column {x}, row {y}; they count "
-            "from 0"
-        )
+    index, (x, y) = texel_index(codes, width, height, texel), texel
     code = texture.codes[y, x].astype(np.float32)
     same = [path.resolve() == codes.resolve() for path in paths[1:]]
-    itself = (same.index(True), y * width + x) if any(same) else None
+    itself = (same.index(True), index) if any(same) else None
     found = nearest_texels(
         code, textures, count, one_each=one_each, leave_out=itself, progress=line
     )
@@ -85,10 +74,7 @@ def command(
         ]
         spheres = texel_spheres(texture.codec, np.stack(shown))
         write_plot(spheres_figure(spheres, captions), output)
-    if session().as_json:
-        nearest = [dict(zip(("file", "x", "y", "distance"), row, strict=True)) for row in rows]
-        print_json({"file": str(codes), "x": x, "y": y, "nearest": nearest})
-        return
     print_table(("texture", "x", "y", "distance"), rows)
-    if output is not None:
-        say(f"{output}: {len(shown)} spheres")
+    nearest = [dict(zip(("file", "x", "y", "distance"), row, strict=True)) for row in rows]
+    lines = [f"{output}: {len(shown)} spheres"] if output is not None else []
+    report(lines, {"file": str(codes), "x": x, "y": y, "nearest": nearest})

@@ -10,9 +10,9 @@ import numpy as np
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import check_pixels, expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.cli.session import session
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -22,12 +22,14 @@ _LIGHTS = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0))
 _VIEWS = ((0.0, 0.0), (30.0, 180.0), (60.0, 180.0))
 
 
-@make("picture", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option("Picture to write (.png, .jpg, .exr).")
-@options.option("--wi", type=options.DIRECTION, help="Direction to the light, in degrees.")
-@options.option("--wo", type=options.DIRECTION, help="Direction to the viewer, in degrees.")
-@options.pixels_option()
+@make(
+    "picture",
+    options.argument("source", metavar="INPUT"),
+    options.output_option("Picture to write (.png, .jpg, .exr)."),
+    option("--wi", options.DIRECTION, help="Direction to the light, in degrees."),
+    option("--wo", options.DIRECTION, help="Direction to the viewer, in degrees."),
+    options.pixels_option(),
+)
 def command(
     source: Path,
     output: Path,
@@ -56,7 +58,7 @@ def command(
     expect(source, "a texture", "an encoded texture")
     check_pixels(source, pixels)
     check_image_path(output)
-    progress(output.stem)("reading", 0, 1)
+    progress(output.stem, "reading")
     btf = load_btf(source, quantity=pixels)
     options.check_outputs([output], [source, *source_files(source, btf)])
     lights, views = [wi] if wi else _LIGHTS, [wo] if wo else _VIEWS
@@ -74,13 +76,9 @@ def command(
         [float(np.degrees(a)) for w in (btf.wi, btf.wo) for a in to_spherical(split(w[pair]))]
         for pair in pairs
     ]
-    if not session().as_json:
-        columns = ("pair", "light theta", "phi", "view theta", "phi")
-        rows = zip(pairs, angles, strict=True)
-        print_table(columns, ((str(pair), *(f"{a:.1f}" for a in row)) for pair, row in rows))
-    shown = [
-        {"pair": int(pair), "light_deg": row[:2], "view_deg": row[2:]}
-        for pair, row in zip(pairs, angles, strict=True)
-    ]
+    columns = ("pair", "light theta", "phi", "view theta", "phi")
+    rows = list(zip(map(int, pairs), angles, strict=True))
+    print_table(columns, ((str(pair), *(f"{a:.1f}" for a in row)) for pair, row in rows))
+    shown = [{"pair": pair, "light_deg": row[:2], "view_deg": row[2:]} for pair, row in rows]
     data = {"output": str(output), "width": width, "height": height, "pairs": shown}
     report(f"{output}: {width} x {height} pixels", data)

@@ -5,32 +5,31 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report
 
 _POLAR = options.FiniteRange(0.0, 89.0, min_open=True)
 
 
-@make("plan", writes=True, reports=True)
-@options.output_option("List to write (.csv); - is standard output.", text=".csv")
-@options.option(
-    "--count", required=True, type=click.IntRange(1, 4096), help="Number of photographs to take."
+@make(
+    "plan",
+    options.output_option("List to write (.csv); - is standard output.", text=".csv"),
+    option("--count", IntRange(1, 4096), required=True, help="Number of photographs to take."),
+    option("--max-light-angle", _POLAR, default=75.0),
+    "Largest polar angle of lights in degrees.",
+    option("--max-view-angle", _POLAR, default=75.0),
+    "Largest polar angle of views in degrees.",
+    option("--flash", is_flag=True),
+    "Collocated flash: the light is at the camera, as a phone's.",
+    options.codec_option(),
+    options.seed_option(),
 )
-@options.option(
-    "--max-light-angle", default=75.0, type=_POLAR, help="Largest polar angle of lights in degrees."
-)
-@options.option(
-    "--max-view-angle", default=75.0, type=_POLAR, help="Largest polar angle of views in degrees."
-)
-@options.option(
-    "--flash", is_flag=True, help="Collocated flash: the light is at the camera, as a phone's."
-)
-@options.codec_option()
-@options.seed_option()
 def command(
     output: Path,
     count: int,
@@ -54,14 +53,9 @@ def command(
     path = codec or PUBLISHED
     options.check_outputs([output], [path])
     expect(path, "a texture codec")
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     wi, wo = candidate_pairs(
-        max(CANDIDATES, count),
-        lights=max_light_angle,
-        views=max_view_angle,
-        flash=flash,
-        seed=seed,
+        max(CANDIDATES, count), lights=max_light_angle, views=max_view_angle, flash=flash, seed=seed
     )
     chosen = informative(load_codec(path), wi, wo, count, line)
     write_plan(wi[chosen], wo[chosen], output)

@@ -5,66 +5,41 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
 from nacre.cli.materials import expect
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report_facts
 
 
-@make("synthesize", writes=True, reports=True)
-@options.input_argument("source", metavar="CODES")
-@options.output_option("Encoded texture to write (.safetensors).")
-@options.texels_option(
-    show_default="--scale times the input", help="Width and height of the output in texels."
+@make(
+    "synthesize",
+    options.argument("source", metavar="CODES"),
+    options.output_option("Encoded texture to write (.safetensors)."),
+    options.texels_option(shown="--scale times the input"),
+    "Width and height of the output in texels.",
+    option("--scale", options.positive(), shown="5"),
+    "Edges of the output, as a multiple of the input's.",
+    option("--tile", is_flag=True, help="Make a texture that tiles."),
+    option("--patch", IntRange(2), shown="from the texture"),
+    "Edge of patches in texels.",
+    option("--overlap", IntRange(1), shown="3/8 of their edge"),
+    "Overlap of patches in texels.",
+    option("--tolerance", options.FiniteRange(0.0), default=0.1),
+    "Choose among patches whose error is at most this fraction above the smallest.",
+    option("--periodic/--no-periodic", default=None, shown="found out"),
+    "Let patches reach over the edges of the input, which then must tile.",
+    options.seed_option(),
 )
-@options.option(
-    "--scale",
-    type=options.FiniteRange(0.0, min_open=True),
-    show_default="5",
-    help="Edges of the output, as a multiple of the input's.",
-)
-@options.option("--tile", is_flag=True, help="Make a texture that tiles.")
-@options.option(
-    "--patch",
-    type=click.IntRange(2),
-    show_default="from the texture",
-    help="Edge of patches in texels.",
-)
-@options.option(
-    "--overlap",
-    type=click.IntRange(1),
-    show_default="3/8 of their edge",
-    help="Overlap of patches in texels.",
-)
-@options.option(
-    "--tolerance",
-    default=0.1,
-    type=options.FiniteRange(0.0),
-    help="Choose among patches whose error is at most this fraction above the smallest.",
-)
-@options.option(
-    "--periodic/--no-periodic",
-    default=None,
-    show_default="found out",
-    help="Let patches reach over the edges of the input, which then must tile.",
-)
-@options.seed_option()
 def command(
-    source: Path,
-    output: Path,
-    texels: tuple[int, int] | None,
-    scale: float | None,
-    tile: bool,
-    patch: int | None,
-    overlap: int | None,
-    tolerance: float,
-    periodic: bool | None,
-    seed: int,
+    source: Path, output: Path, texels: tuple[int, int] | None, scale: float | None, **chosen: Any
 ) -> None:
     """Make a larger texture like an encoded one, from patches of it.
 
@@ -86,18 +61,7 @@ def command(
     factor = 5.0 if scale is None else scale
     width, height = texels or (round(factor * columns), round(factor * rows))
     began = time.monotonic()
-    made = synthesize(
-        latent,
-        height,
-        width,
-        patch=patch,
-        overlap=overlap,
-        tolerance=tolerance,
-        periodic=periodic,
-        tile=tile,
-        seed=seed,
-        progress=progress(output.stem),
-    )
+    made = synthesize(latent, height, width, **chosen, progress=progress(output.stem))
     seconds = time.monotonic() - began
     facts = made.facts()
     metadata = {"source": source_of(source), "synthesis": facts}

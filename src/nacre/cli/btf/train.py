@@ -6,116 +6,72 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import counted, report_file
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
 
-_SETTINGS = {"recipe_name": "preset"}
+_SETTINGS = {"recipe_name": "preset", "bfloat16": "precision"}
 """Settings of a training that are not called as their options are."""
 
 
-@make("train", writes=True, reports=True)
-@options.inputs_argument("paths", metavar="INPUT...")
-@options.output_option("Codec to write (.safetensors).")
-@options.option(
-    "--model",
-    metavar="NAME",
-    default="basis",
-    help="Kind of codec. basis: ours, encodes textures of any directions, trained on those of one "
-    "set in minutes. unified: of any directions (Rainer et al. 2020). custom: of one set of "
+@make(
+    "train",
+    options.inputs_argument(),
+    options.output_option("Codec to write (.safetensors)."),
+    option("--model", metavar="NAME", default="basis"),
+    "Kind of codec. basis: ours, encodes textures of any directions, trained on those of one set "
+    "in minutes. unified: of any directions (Rainer et al. 2020). custom: of one set of "
     "directions, made for one texture (Rainer et al. 2019).",
+    option("--code-dim", IntRange(1, 1024), shown="32; 8 for custom"),
+    "Latent size: values in a code; up to 128 for basis.",
+    options.precision_option(default="single", help="Precision of stored weights."),
+    option(
+        "--steps",
+        IntRange(1),
+        shown="10000; for unified and custom 100 epochs of 100 texels per "
+        "texture, with the reference recipe 1000",
+    ),
+    "Optimizer steps; for basis, of both its stages.",
+    option(
+        "--recipe recipe_name", ["reference", "efficient"], applies="codec", default="efficient"
+    ),
+    "Way to train: as the paper does, which takes days, or ours.",
+    option("--minutes", options.positive(1e6), applies="codec"),
+    "Approximate length of the training, in place of --steps.",
+    option("--pooling", ["mean", "max"], applies="codec", shown="mean"),
+    "Pooling of entries in the unified encoder.",
+    option("--decoder", ["network", "bilinear"], applies="codec", default="network"),
+    "Decoder: the paper's network, or coefficients of a code times features of directions.",
+    option("--loss", ["l1", "l2"], applies="codec", shown="l1; l2 for custom"),
+    "Loss to minimize.",
+    option("--batch", IntRange(1), applies="codec", shown="32; 10 with the reference recipe"),
+    "Texels in a step.",
+    option(
+        "--learning-rate",
+        options.positive(1e3),
+        applies="codec",
+        shown="0.01; 0.2 with the reference recipe",
+    ),
+    "Largest learning rate.",
+    option("--patience", IntRange(0), applies="codec", default=0),
+    "Stop after this many validations, 200 steps apart, without improvement; 0 for never.",
+    option("--bfloat16", applies="codec", is_flag=True),
+    "Multiply matrices in bfloat16, which many processors do fast.",
+    options.device_option(applies="codec", default="cpu"),
+    "PyTorch device to train on.",
+    options.seed_option(),
+    option("--events", options.OUTPUT, applies="codec"),
+    "Folder to write a log to that TensorBoard reads.",
+    option("--resume", is_flag=True, help="Continue where the same command was stopped."),
+    options.pixels_option(),
 )
-@options.option(
-    "--code-dim",
-    type=click.IntRange(1, 1024),
-    show_default="32; 8 for custom",
-    help="Latent size: values in a code; up to 128 for basis.",
-)
-@options.precision_option(default="single", help="Precision of stored weights.")
-@options.option(
-    "--steps",
-    type=click.IntRange(1),
-    show_default="10000; for unified and custom 100 epochs of 100 texels per texture, with the "
-    "reference recipe 1000",
-    help="Optimizer steps; for basis, of both its stages.",
-)
-@options.option(
-    "--recipe",
-    "recipe_name",
-    applies="network codec",
-    type=click.Choice(["reference", "efficient"]),
-    default="efficient",
-    help="Way to train: as the paper does, which takes days, or ours.",
-)
-@options.option(
-    "--minutes",
-    applies="network codec",
-    type=options.FiniteRange(0.0, 1e6, min_open=True),
-    help="Approximate length of the training, in place of --steps.",
-)
-@options.option(
-    "--pooling",
-    applies="network codec",
-    type=click.Choice(["mean", "max"]),
-    show_default="mean",
-    help="Pooling of entries in the unified encoder.",
-)
-@options.option(
-    "--decoder",
-    applies="network codec",
-    type=click.Choice(["network", "bilinear"]),
-    default="network",
-    help="Decoder: the paper's network, or coefficients of a code times features of directions.",
-)
-@options.option(
-    "--loss",
-    applies="network codec",
-    type=click.Choice(["l1", "l2"]),
-    show_default="l1; l2 for custom",
-    help="Loss to minimize.",
-)
-@options.option(
-    "--batch",
-    applies="network codec",
-    type=click.IntRange(1),
-    show_default="32; 10 with the reference recipe",
-    help="Texels in a step.",
-)
-@options.option(
-    "--learning-rate",
-    applies="network codec",
-    type=options.FiniteRange(0.0, 1e3, min_open=True),
-    show_default="0.01; 0.2 with the reference recipe",
-    help="Largest learning rate.",
-)
-@options.option(
-    "--patience",
-    applies="network codec",
-    default=0,
-    type=click.IntRange(0),
-    help="Stop after this many validations, 200 steps apart, without improvement; 0 for never.",
-)
-@options.option(
-    "--bfloat16",
-    applies="network codec",
-    is_flag=True,
-    help="Multiply matrices in bfloat16, which many processors do fast.",
-)
-@options.device_option(applies="network codec", default="cpu", help="PyTorch device to train on.")
-@options.seed_option()
-@options.option(
-    "--events",
-    applies="network codec",
-    type=options.OUTPUT,
-    help="Folder to write a log to that TensorBoard reads.",
-)
-@options.option("--resume", is_flag=True, help="Continue where the same command was stopped.")
-@options.pixels_option()
 def command(
     paths: tuple[Path, ...],
     output: Path,
@@ -140,17 +96,13 @@ def command(
     from nacre.workflows.codec_training import is_first_process, kinds_with, train_codec
 
     settings: dict[str, Any] = {}
-    for name, value in chosen.items():
-        if not options.is_given(name):
+    for given, flag in options.given():
+        if (name := given.name or "") not in chosen:
             continue
         setting = _SETTINGS.get(name, name)
-        if name == "bfloat16":
-            setting, value = "precision", "bfloat16"
-        kinds = kinds_with(setting)
-        if model not in kinds:
-            option = name.removesuffix("_name").replace("_", "-")
-            raise click.BadParameter(f"--{option} is for --model {' and '.join(kinds)}")
-        settings[setting] = value
+        if model not in (kinds := kinds_with(setting)):
+            raise click.BadParameter(f"{flag} is for --model {' and '.join(kinds)}")
+        settings[setting] = "bfloat16" if name == "bfloat16" else chosen[name]
     found = train_codec(
         paths,
         output,

@@ -1,18 +1,24 @@
-"""What commands report of a texture that they write, and put into it."""
+"""Textures that commands write: what is put into the file, and reported of it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nacre.cli.report import counted, report_file, say
-from nacre.cli.session import session
+import click
+import numpy as np
+
+from nacre.cli.materials import expect
+from nacre.cli.report import counted, report_facts, report_file, say
 from nacre.io.files import digest
 
 if TYPE_CHECKING:
     from nacre.btf import Btf
     from nacre.measured.textures.ubo2014.writer import Loss
     from nacre.textures.latent_map import CodecFile, LatentMap
+
+OUTPUT_HELP = "File to write: codes (.safetensors), or values in a format of textures."
+"""Of commands that make uniform textures."""
 
 
 def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
@@ -29,7 +35,7 @@ def report_texture(path: Path, btf: Btf, loss: Loss | None) -> None:
         text += f", mean absolute error {100.0 * loss.error:.3g} % of the mean absolute value"
         data |= {"relative_mae": loss.error, "negative_fraction": loss.negative}
     report_file(path, text, **data)
-    if loss is not None and loss.negative and not session().as_json:
+    if loss is not None and loss.negative:
         clipped = f"{100.0 * loss.negative:.3g} % of the values were negative"
         say(f"{path}: {clipped} and became 0; an .npz keeps them")
 
@@ -46,3 +52,50 @@ def written_reference(latent: LatentMap, source: Path, output: Path) -> CodecFil
     """
     beside = source.resolve().parent == output.resolve().parent
     return latent.reference if beside else None
+
+
+def is_encoded(output: Path) -> bool:
+    """Whether codes are written rather than values."""
+    return output.suffix.lower() == ".safetensors"
+
+
+def check_codec(output: Path, codec: Path | None) -> None:
+    """Refuse a codec that is none, or that nothing is encoded by, and formats that are unknown."""
+    from nacre.formats import target
+
+    encoded = is_encoded(output)
+    if not encoded:
+        target(output, "btf")
+    if codec is None:
+        return
+    if not encoded:
+        raise click.BadParameter("--codec encodes; it is for an output that ends in .safetensors")
+    expect(codec, "a texture codec")
+
+
+def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] = (1, 1)) -> None:
+    """Write a texture of one texel, repeated to width and height, and report what it became."""
+    from nacre.btf import TableBtf
+    from nacre.formats import save
+    from nacre.metrics.texture_errors import UNITS
+    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+    from nacre.textures.latent_file import save_latent_map
+    from nacre.textures.latent_map import LatentMap
+    from nacre.workflows.encoding import encode
+
+    width, height = size
+    if not is_encoded(output):
+        values = np.broadcast_to(texture.texels(slice(0, 1)), (height, width, len(texture.wi), 3))
+        uniform = TableBtf(values, texture.wi, texture.wo, texture.name)
+        report_texture(output, uniform, save(uniform, output))
+        return
+    model = model or PUBLISHED
+    codec = load_codec(model)
+    found = encode(texture, codec)
+    codes = np.tile(found.codes, (height, width, 1))
+    facts: dict[str, Any] = {"model": model.name, "errors": found.errors.facts()}
+    latent = LatentMap(codes, codec, texture.wi, texture.wo, texture.name, None, facts)
+    save_latent_map(latent, output)
+    shown, _ = found.errors.shown()
+    rows = {"texels": f"{width} x {height}", **shown, "bytes": output.stat().st_size}
+    report_facts(output.name, rows, UNITS, output=str(output))

@@ -10,12 +10,13 @@ from nacre.cli.progress import progress
 from nacre.cli.report import report_file
 
 
-@make("decode", writes=True, reports=True)
-@options.input_argument("source", metavar="CODE")
-@options.output_option(
-    "Material to write (.binary, .bsdf, ...); networks also as .safetensors and .h5."
+@make(
+    "decode",
+    options.argument("source", metavar="CODE"),
+    options.output_option(),
+    "Material to write (.binary, .bsdf, ...); networks also as .safetensors and .h5.",
+    options.basis_option(),
 )
-@options.basis_option()
 def command(source: Path, output: Path, basis_name: str) -> None:
     """Write the material that a code stands for, in the format that the output's name ends in."""
     from nacre.formats import check_target, writer
@@ -23,8 +24,7 @@ def command(source: Path, output: Path, basis_name: str) -> None:
 
     write = writer(output)
     options.check_outputs([output], [source, Path(basis_name)])
-    line = progress(source.stem)
-    line("decoding", 0, 1)
+    line = progress(source.stem, "decoding")
     material = load_code(source, find_basis(basis_name))
     check_target(output, material)
     line("writing", 0, 1)

@@ -8,18 +8,18 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report_file
 
 
-@make("encode", writes=True, reports=True)
-@options.input_argument("source", metavar="INPUT")
-@options.output_option("Code to write (.json); - is standard output.", text=".json")
-@options.basis_option()
-@options.option(
-    "--refine/--no-refine",
-    default=True,
-    help="Refine the code for pictures. Without, a pca code is closest in the logarithm, and an "
+@make(
+    "encode",
+    options.argument("source", metavar="INPUT"),
+    options.output_option("Code to write (.json); - is standard output.", text=".json"),
+    options.basis_option(),
+    option("--refine/--no-refine", default=True),
+    "Refine the code for pictures. Without, a pca code is closest in the logarithm, and an "
     "autoencoder's is what its encoder gives; the others have no such code.",
 )
 def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
@@ -30,8 +30,7 @@ def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
     options.check_outputs([output], [source, Path(basis_name)])
-    line = progress(source.stem)
-    line("reading", 0, 1)
+    line = progress(source.stem, "reading")
     basis = find_basis(basis_name)
     brdf = load_brdf(source)
     line("encoding", 0, 1)

@@ -4,31 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.cli.session import session
 
 
-@make("interpolate", writes=True, reports=True)
-@options.input_argument("first")
-@options.input_argument("second")
-@options.output_option("Picture to write (.png, .jpg).")
-@options.basis_option()
-@options.option(
-    "--count", default=5, type=click.IntRange(2, 64), help="Number of materials, both ends too."
-)
-@options.option("--codes", type=options.OUTPUT, help="Folder to write the code of each to (.json).")
-@options.option(
-    "--size", default=192, type=click.IntRange(16, 1024), help="Width of each picture in pixels."
-)
-@options.option(
-    "--spp",
-    type=click.IntRange(1),
-    help="Samples per pixel; by default those of nacre render, which are denoised.",
+@make(
+    "interpolate",
+    options.argument("first"),
+    options.argument("second"),
+    options.output_option("Picture to write (.png, .jpg)."),
+    options.basis_option(),
+    option("--count", IntRange(2, 64), default=5, help="Number of materials, both ends too."),
+    option("--codes", options.OUTPUT, help="Folder to write the code of each to (.json)."),
+    option("--size", IntRange(16, 1024), default=192, help="Width of each picture in pixels."),
+    option("--spp", IntRange(1)),
+    "Samples per pixel; by default those of nacre render, which are denoised.",
 )
 def command(
     first: Path,
@@ -52,8 +47,7 @@ def command(
 
     check_image_path(output, DISPLAY_IMAGES)
     options.check_outputs([output], [first, second, Path(basis_name)])
-    line = progress(output.stem)
-    line("encoding", 0, 1)
+    line = progress(output.stem, "encoding")
     ends = coded([first, second], find_basis(basis_name))
     materials = between(ends[0], ends[1], count)
     if codes:
@@ -65,9 +59,7 @@ def command(
         (index / (count - 1), [float(x) for x in albedo(material, [0.0]).value[0]])
         for index, material in enumerate(materials)
     ]
-    if not session().as_json:
-        columns = ("fraction of the second", "albedo, red", "green", "blue")
-        table = [(f"{fraction:.2f}", *(f"{x:.3f}" for x in albedos)) for fraction, albedos in rows]
-        print_table(columns, table)
+    columns = ("fraction of the second", "albedo, red", "green", "blue")
+    print_table(columns, ((f"{part:.2f}", *(f"{x:.3f}" for x in rgb)) for part, rgb in rows))
     data = [{"fraction": fraction, "albedo": albedos} for fraction, albedos in rows]
     report(f"{output}: {count} materials", {"output": str(output), "materials": data})

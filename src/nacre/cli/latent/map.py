@@ -6,29 +6,23 @@ from pathlib import Path
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report
-from nacre.cli.session import session
 from nacre.errors import NacreError
 
 
-@make("map", writes=True, reports=True)
-@options.inputs_argument("paths", metavar="INPUT...")
-@options.output_option("Plot to write (.png, .svg, .pdf).")
-@options.basis_option()
-@options.option(
-    "--highlight",
-    type=options.INPUT,
-    multiple=True,
-    help="Material among INPUT to ring in red, and to list the nearest of. May be repeated.",
+@make(
+    "map",
+    options.inputs_argument(),
+    options.output_option("Plot to write (.png, .svg, .pdf)."),
+    options.basis_option(),
+    option("--highlight", options.INPUT, multiple=True),
+    "Material among INPUT to ring in red, and to list the nearest of. May be repeated.",
+    options.seed_option(),
 )
-@options.seed_option()
 def command(
-    paths: tuple[Path, ...],
-    output: Path,
-    basis_name: str,
-    highlight: tuple[Path, ...],
-    seed: int,
+    paths: tuple[Path, ...], output: Path, basis_name: str, highlight: tuple[Path, ...], seed: int
 ) -> None:
     """Lay out materials or codes by t-SNE, neighbors side by side."""
     from nacre.figures.code_views import coded, draw_map
@@ -51,7 +45,7 @@ def command(
     near = {
         str(path): [names[k] for k in nearest(codes, paths.index(path), 3)] for path in highlight
     }
-    if near and not session().as_json:
+    if near:
         rows = [(Path(path).stem, ", ".join(found)) for path, found in near.items()]
         print_table(("material", "nearest"), rows)
     data = {"output": str(output), "materials": len(paths), "nearest": near}

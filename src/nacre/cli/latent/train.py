@@ -6,50 +6,33 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
 
 
-@make("train", writes=True, reports=True)
-@options.inputs_argument("paths", metavar="INPUT...")
-@options.output_option("Basis to write (.safetensors).")
-@options.option(
-    "--model",
-    metavar="NAME",
-    default="pca",
-    help="Kind of basis. pca: principal components, 16 MB. neural: closer, 0.2 MB. hypernetwork: "
-    "codes decode into networks of 675 weights; 0.6 MB. autoencoder: the paper's. All but pca "
-    "continue where they were stopped.",
-)
-@options.option(
-    "--code-dim",
-    type=click.IntRange(1, 1024),
-    show_default="32",
-    help="Latent size: values in a code.",
-)
-@options.resolution_option(
-    type=options.Integers("90,45,45", 3),
-    metavar="N,N,N",
-    show_default="90,45,45",
-    help="Nodes of the grid of pca: theta_h,theta_d,phi_d.",
-)
-@options.option(
-    "--separate",
-    is_flag=True,
-    default=None,
-    help="Train pca on each channel as a material of its own, not on the six channel permutations.",
-)
-@options.option(
-    "--steps",
-    type=click.IntRange(1),
-    show_default="8000; 4000 for autoencoder",
-    help="Optimizer steps, except for pca.",
-)
-@options.seed_option(
-    default=None, show_default="0", help="Seed of all random numbers, except for pca."
+@make(
+    "train",
+    options.inputs_argument(),
+    options.output_option("Basis to write (.safetensors)."),
+    option("--model", metavar="NAME", default="pca"),
+    "Kind of basis. pca: principal components, 16 MB. neural: closer, 0.2 MB. hypernetwork: codes "
+    "decode into networks of 675 weights; 0.6 MB. autoencoder: the paper's. All but pca continue "
+    "where they were stopped.",
+    option("--code-dim", IntRange(1, 1024), shown="32"),
+    "Latent size: values in a code.",
+    options.resolution_option(options.integers("90,45,45", 3), metavar="N,N,N", shown="90,45,45"),
+    "Nodes of the grid of pca: theta_h,theta_d,phi_d.",
+    option("--separate", is_flag=True, default=None),
+    "Train pca on each channel as a material of its own, not on the six channel permutations.",
+    option("--steps", IntRange(1), shown="8000; 4000 for autoencoder"),
+    "Optimizer steps, except for pca.",
+    options.seed_option(default=None, shown="0"),
+    "Seed of all random numbers, except for pca.",
 )
 def command(
     paths: tuple[Path, ...],
@@ -69,8 +52,7 @@ def command(
             raise click.BadParameter(f"--resolution: {error}") from error
     options.check_outputs([output], paths)
     settings = {name: value for name, value in chosen.items() if value is not None}
-    line = progress(output.stem)
-    line("reading", 0, 1)
+    line = progress(output.stem, "reading")
     basis = train_basis(
         paths,
         output,
