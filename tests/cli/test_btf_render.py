@@ -10,6 +10,7 @@ import pytest
 
 import nacre
 from nacre import textures
+from nacre.render.denoise import can_denoise
 from tests.cli.support import run
 from tests.render.textures.made import latent, picture
 from tests.textures.codecs.basis.made import codec
@@ -45,8 +46,25 @@ def test_an_encoded_texture_beside_the_measured_one(
     assert run("render", "grey.npz", *options[:-2], "-o", "alone.exr") == 0
     alone = np.array(mi.Bitmap("alone.exr"))
     assert alone[12, 12].min() > 0.05
-    assert run("render", "grey.npz", *options[:-2], *LIT, "-o", "lit.exr") == 0
+    assert run("render", "grey.npz", *options[:-2], *LIT, "--no-denoise", "-o", "lit.exr") == 0
     np.testing.assert_allclose(image[:, :24], np.array(mi.Bitmap("lit.exr")), atol=1e-4)
+
+
+@pytest.mark.skipif(not can_denoise(), reason="needs pyoidn (extra 'render')")
+def test_a_picture_is_denoised_unless_told_otherwise(
+    capsys: pytest.CaptureFixture[str], cloth: Path
+) -> None:
+    import mitsuba as mi
+
+    options = ("--size", 48, "--shape", "plane")
+    assert run("render", "grey.npz", *options, "-o", "clean.exr") == 0
+    assert "48 x 48 pixels, 24 samples per pixel" in capsys.readouterr().out
+    assert run("render", "grey.npz", *options, "--no-denoise", "-o", "truth.exr") == 0
+    assert "64 samples per pixel" in capsys.readouterr().out
+    assert run("render", "grey.npz", *options, "--no-denoise", "--spp", 24, "-o", "noisy.exr") == 0
+    clean, noisy = (np.array(mi.Bitmap(f"{name}.exr"))[18:30, 18:30] for name in ("clean", "noisy"))
+    assert clean.std(axis=(0, 1)).mean() < 0.5 * noisy.std(axis=(0, 1)).mean()
+    np.testing.assert_allclose(clean.mean((0, 1)), noisy.mean((0, 1)), rtol=0.03)
 
 
 def test_errors_are_shown_beside_renderings(
@@ -88,6 +106,7 @@ def test_mistakes_are_told_before_anything_is_rendered(
         (("cloth.safetensors", "-o", "x.tif"), "a picture ends in one of"),
         (("cloth.safetensors", "-o", "x.gif"), "a picture ends in one of"),
         (("cloth.safetensors", "--frames", 4), "directional or point light"),
+        (("cloth.safetensors", "--frames", 4, "--denoise", *LIT), "for one picture of one texture"),
         (("cloth.safetensors", "--frames", 1, *LIT), "--frames"),
         (("cloth.safetensors", "--light-path", "over", *LIT), "--frames"),
         (("cloth.safetensors", "--frames", 4, *LIT, "-o", "x.mp4"), "one of .gif, .png, .webp"),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -16,6 +19,7 @@ from nacre.workflows import (
     output_paths,
     texture_reflectance,
 )
+from tests.cli.support import run
 from tests.workflows.support import QUICK, table
 
 
@@ -49,6 +53,15 @@ def test_a_failure_costs_only_its_own_file(tmp_path):
     assert "content is of no known format" in third.error
     assert heard.total == 2
     assert set(heard.ended) == {"a.binary", "bad.binary"}
+
+
+def test_a_measurement_is_opened_for_its_head_to_be_read_and_to_be_hashed(tmp_path, monkeypatch):
+    path = table(tmp_path / "a.binary")
+    os.utime(path, (1e9, 1e9))
+    opened, really = [], Path.open
+    monkeypatch.setattr(Path, "open", lambda p, *a, **k: (opened.append(p), really(p, *a, **k))[1])
+    assert run("fit", path, "-o", tmp_path / "a.json", "--model", "lambert") == 0
+    assert opened.count(path) == 3
 
 
 def test_a_name_that_is_too_long_costs_only_its_own_file(tmp_path):

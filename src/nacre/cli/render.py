@@ -43,12 +43,13 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     option(
         "--spp",
         IntRange(1),
-        shown=f"{DENOISED_SPP}, not denoised {PLAIN_SPP}; {TEXTURE_SPP} for textures; as a "
-        "scene says",
+        shown=f"{DENOISED_SPP}, not denoised {PLAIN_SPP}, of textures {TEXTURE_SPP}; as a scene "
+        "says",
     ),
     "Samples per pixel.",
-    option("--denoise/--no-denoise", applies="brdf", default=True),
-    "Remove noise, where Intel's denoiser is installed (extra: render).",
+    option("--denoise/--no-denoise", default=True),
+    "Remove noise, where Intel's denoiser is installed (extra: render); not from animations and "
+    "comparisons of textures.",
     options.seed_option(),
     option("--angle", click.FloatRange(0.0, 89.0), applies="btf", default=45.0),
     "Degrees between the view and a directional or point light.",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from nacre.render.environment import Environment
 
 TEXTURE_SPP = 64
-"""Samples per pixel of a texture."""
+"""Samples per pixel of a texture that is not denoised."""
 
 
 def _check_shape(
@@ -91,6 +91,8 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
 def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     """Render an object of a texture, or an animation of one."""
     from nacre.formats import load_btf
+    from nacre.render.denoise import can_denoise
+    from nacre.render.preview import default_spp
     from nacre.workflows.texture_rendering import (
         TextureView,
         check_texture_view,
@@ -102,10 +104,15 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
     _check_shape(source, chosen, "a texture", shapes, lights)
     frames, reference = chosen["frames"], chosen.pop("reference")
     output = output or Path(f"{source.stem}.{'gif' if frames else 'png'}")
-    del chosen["height"], chosen["denoise"]
+    del chosen["height"]
+    if frames or reference:
+        if chosen["denoise"] and options.is_given("denoise"):
+            raise click.UsageError("--denoise is for one picture of one texture")
+        chosen["denoise"] = False
+    spp = default_spp(True) if chosen["denoise"] and can_denoise() else TEXTURE_SPP
     chosen |= {
         "shape": chosen["shape"] or texture_scene.GEOMETRIES[0],
-        "spp": chosen["spp"] or TEXTURE_SPP,
+        "spp": chosen["spp"] or spp,
     }
     lighting = chosen.pop("environment")
     view = TextureView(**chosen)

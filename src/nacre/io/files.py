@@ -10,9 +10,10 @@ import platform
 import re
 import secrets
 import stat
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -21,6 +22,9 @@ from nacre.io.format import HEAD
 from nacre.io.outputs import check_replaceable, record_output
 
 PathLike: TypeAlias = str | os.PathLike[str]
+Identity: TypeAlias = tuple[int, int, int]
+
+_SETTLED = 2_000_000_000  # nanoseconds since a file was written
 
 _TEMPORARY = re.compile(r"\.([0-9a-f]{6})([0-9a-f]{6})[0-9a-f]{4}(\.\w+)?")
 """Names that :func:`atomic_path` gives: a mark of the file to write, the process, anything."""
@@ -42,11 +46,30 @@ def read_head(path: PathLike, count: int = HEAD) -> bytes:
     FormatError
         If it is no regular file, is empty or cannot be read.
     """
-    with opened(path) as file:
-        head = file.read(count)
+    found = identity(path)
+    # A file that was written just now may change again and keep its time.
+    settled = found is not None and time.time_ns() - found[2] > _SETTLED
+    head = (_head if settled else _head.__wrapped__)(Path(path), count, found)
     if not head:
         raise FormatError(f"{path}: is empty")
     return head
+
+
+@lru_cache(maxsize=64)
+def _head(path: Path, count: int, _identity: Identity | None) -> bytes:
+    """The start of a file, read once as long as the file is the same."""
+    with opened(path) as file:
+        return file.read(count)
+
+
+def identity(path: PathLike) -> Identity | None:
+    """Inode, size and time of change of a regular file; None of anything else."""
+    try:
+        found = Path(path).stat()
+    except OSError:
+        return None
+    regular = stat.S_ISREG(found.st_mode)
+    return (found.st_ino, found.st_size, found.st_mtime_ns) if regular else None
 
 
 @contextmanager

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import stat
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from nacre.io.files import PathLike, digest
+from nacre.io.files import PathLike, digest, identity
 
 
 class Source(Mapping[str, str]):
@@ -26,7 +25,7 @@ class Source(Mapping[str, str]):
     def __init__(self, path: PathLike) -> None:
         self._path = Path(path).absolute()
         self._name = Path(path).name
-        self._state = self._status()
+        self._state = identity(self._path)
         self._sha256: str | None = None
 
     def __getitem__(self, key: str) -> str:
@@ -49,18 +48,9 @@ class Source(Mapping[str, str]):
 
     def _hashed(self) -> bool:
         """Whether the hash is known, once it was tried."""
-        if self._sha256 is None and self._state is not None and self._state == self._status():
+        if self._sha256 is None and self._state is not None and self._state == identity(self._path):
             with suppress(ValueError):  # it has gone, or may not be read again
                 found = digest(self._path)
-                if self._state == self._status():
+                if self._state == identity(self._path):
                     self._sha256 = found
         return self._sha256 is not None
-
-    def _status(self) -> tuple[int, int, int] | None:
-        """Inode, size and time of change of the file; None where there is none."""
-        try:
-            found = self._path.stat()
-        except OSError:
-            return None
-        regular = stat.S_ISREG(found.st_mode)
-        return (found.st_ino, found.st_size, found.st_mtime_ns) if regular else None

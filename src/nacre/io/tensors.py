@@ -141,7 +141,9 @@ def format_errors(path: PathLike) -> Iterator[None]:
         raise
     except KeyError as error:
         raise FormatError(f"{path}: field {reason(error)} is missing") from error
-    except (TypeError, ValueError, AttributeError, OverflowError) as error:
+    except (TypeError, AttributeError) as error:  # Python's words for it are none of the user's
+        raise FormatError(f"{path}: a field of its header has the wrong type") from error
+    except (ValueError, OverflowError, RecursionError) as error:
         raise FormatError(f"{path}: {reason(error)}") from error
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes, write_encoded
-from nacre.io.tensors import from_file, to_bytes
+from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.registry import Registry
 
@@ -67,7 +67,7 @@ def load_basis(path: PathLike) -> LatentBasis:
         If the file is not a whole basis of a version we know.
     """
     header, tensors = from_file(path, KEY, _BASIS_LIMIT, "a basis")
-    try:
+    with format_errors(path):
         model = str(header["model"]).removesuffix(" basis")
         kind = next((kind for kind, name in _IN_FILES.items() if name == model), model)
         if kind not in BASES or model == header["model"]:
@@ -77,12 +77,6 @@ def load_basis(path: PathLike) -> LatentBasis:
         if not isinstance(header["metadata"], dict):
             raise FormatError(f"{path}: metadata is not an object")
         return BASES[kind].unpack(header, tensors)
-    except FormatError:
-        raise
-    except KeyError as error:
-        raise FormatError(f"{path}: field {reason(error)} is missing; is no basis") from error
-    except (TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
-        raise FormatError(f"{path}: is not a whole basis: {reason(error)}") from error
 
 
 def save_code(material: CodedBrdf, path: PathLike) -> None:

@@ -37,6 +37,8 @@ class TextureView:
         Width and height of a picture in pixels.
     spp, seed
         Samples per pixel, and their seed.
+    denoise
+        Whether to remove noise from a picture, where the denoiser is installed.
     frames, light_path
         Frames of an animation, and the path of its light; one picture where None.
     decoder, interpolation, mipmap
@@ -53,6 +55,7 @@ class TextureView:
     size: int = 512
     spp: int = 64
     seed: int = 0
+    denoise: bool = False
     frames: int | None = None
     light_path: str | None = None
     decoder: str = "table"
@@ -207,7 +210,7 @@ def _pictures(btf: Btf, view: TextureView, start: Callable[[str], Progress]) -> 
         bsdf, view.shape, view.light, size, view.angle, view.environment, standing=standing
     )
     if view.frames is None:
-        yield render_scene(scene, view.spp, view.seed, progress)
+        yield render_scene(scene, view.spp, view.seed, progress, view.denoise)
         return
     directions = light_path(way, view.frames, view.angle, view.shape)
     for picture in render_moving(scene, directions, view.spp, view.seed, progress):
