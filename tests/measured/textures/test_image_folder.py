@@ -282,8 +282,9 @@ def test_a_factored_file_of_images_is_as_exact_as_its_numbers(bright, tmp_path: 
     nacre.save(load(path), tmp_path / "half.btf")
 
 
-def test_commands_take_such_images(bright, tmp_path: Path) -> None:
+def test_commands_take_such_images(bright, tmp_path: Path, monkeypatch) -> None:
     path, _ = bright
+    monkeypatch.chdir(tmp_path)
     model = tmp_path / "foil.safetensors"
     assert run("convert", path, "-o", tmp_path / "x.npz") == 0
     assert run("compare", path, tmp_path / "x.npz") == 0
