@@ -27,7 +27,7 @@ from nacre.errors import NacreError
 from nacre.runtime.lock import exclusive
 from nacre.runtime.memory import available_memory
 
-_MIN_MEMORY = 64 << 20
+_MIN_MEMORY = 256 << 20  # to compile the kernel of a fit takes half of it
 
 # Inlined, for a symbol of its own would be looked up in whatever this process has compiled so far:
 # code of other roundings than that which the next process loads from the disk.
@@ -99,10 +99,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         left = available_memory()
         if left is not None and left < _MIN_MEMORY:  # LLVM would hang
-            raise NacreError(
-                f"{left >> 20} MiB of memory are left, too few to load compiled code: free some, "
-                "or raise ulimit -v"
-            )
+            few = f"{left >> 20} MiB of memory are left, too few to compile"
+            raise NacreError(f"{few}: free some, or raise ulimit -v")
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # a damaged file raises whatever unpickling does
