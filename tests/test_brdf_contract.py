@@ -263,7 +263,15 @@ def test_directions_that_rounding_leaves_are_taken(brdf):
     )
 
 
-@pytest.mark.parametrize("bad", [1.0, -1e-3, math.nan, math.inf])
+def test_numbers_that_were_rounded_to_one_are_taken(brdf):
+    u = np.full((4, 3), np.float32(1.0 - 1e-9))
+    assert u.max() == 1.0
+    wo = np.tile(np.array([0.0, 0.6, 0.8], np.float32), (4, 1))
+    for part in brdf.sample(wo, u):
+        assert np.isfinite(part).all()
+
+
+@pytest.mark.parametrize("bad", [1.001, -1e-3, math.nan, math.inf])
 def test_numbers_out_of_range_are_refused(brdf, bad):
     u = np.full((10, 3), 0.5)
     u[3, 1] = bad

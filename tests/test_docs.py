@@ -54,7 +54,9 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_modules_that_are_named_exist(page: Path) -> None:
-    files = [f"/{path.relative_to(ROOT)}" for path in ROOT.rglob("*.py") if ".venv" not in str(path)]
+    files = [
+        f"/{path.relative_to(ROOT)}" for path in ROOT.rglob("*.py") if ".venv" not in str(path)
+    ]
     named = set(re.findall(r"`([\w/]+\.py)`", page.read_text("utf-8")))
     assert [name for name in named if not any(f.endswith(f"/{name}") for f in files)] == []
 

@@ -353,13 +353,14 @@ def _directions(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
     for name, array in arrays.items():
         if array.shape[-1:] != (3,):
             raise ValueError(f"expected {name} of shape (..., 3), got {array.shape}")
-        array = arrays[name] = array.astype(np.float64 if double else np.float32, copy=False)
-        (_check_numbers if name == "u" else _check_unit)(name, array)
+        array = array.astype(np.float64 if double else np.float32, copy=False)
+        arrays[name] = (_below_one if name == "u" else _unit)(name, array)
     a, b = np.broadcast_arrays(*arrays.values())
     return a, b
 
 
-def _check_unit(name: str, w: Floats) -> None:
+def _unit(name: str, w: Floats) -> Floats:
+    """Directions, checked."""
     flat = w.reshape(-1, 3)
     low, high = (1.0 - UNIT_TOLERANCE) ** 2, (1.0 + UNIT_TOLERANCE) ** 2
     with np.errstate(over="ignore", invalid="ignore"):
@@ -368,12 +369,12 @@ def _check_unit(name: str, w: Floats) -> None:
             if not (squares.min() >= low and squares.max() <= high):  # of NaN too
                 break
         else:
-            return
+            return w
         lengths = np.sqrt(_squared_lengths(flat.astype(np.float64)))
     # Squares of float32 may be off by their rounding; these are not.
     off = ~((lengths >= 1.0 - UNIT_TOLERANCE) & (lengths <= 1.0 + UNIT_TOLERANCE))
     if not off.any():
-        return
+        return w
     worst = lengths[off][np.argmax(np.abs(lengths[off] - 1.0))]
     raise ValueError(
         f"{name}: {off.sum()} of {off.size} directions are not of unit length "
@@ -387,12 +388,14 @@ def _squared_lengths(flat: Floats) -> Floats:
     return total
 
 
-def _check_numbers(name: str, u: Floats) -> None:
-    off = ~((u >= 0.0) & (u < 1.0))
+def _below_one(name: str, u: Floats) -> Floats:
+    """Numbers, checked; 1, to which random numbers may have been rounded, as the one below it."""
+    off = ~((u >= 0.0) & (u <= 1.0))
     if off.any():
         worst = u[off][np.argmax(np.abs(u[off] - 0.5))]
         count = f"{off.sum()} of {off.size} numbers"
         raise ValueError(f"{name}: {count} are not in [0, 1) (the worst is {worst:g})")
+    return np.minimum(u, np.nextafter(u.dtype.type(1.0), u.dtype.type(0.0)))
 
 
 def _in_chunks(
