@@ -93,7 +93,7 @@ def test_half_precision_takes_half_the_bytes_and_decodes_alike(tmp_path):
         (("settings", "hidden"), [], "hidden must be widths"),
         (("settings", "pooling"), "sum", "pooling must be one of"),
         (("settings", "other"), 1, "others than this nacre knows"),
-        (("settings",), 3, "not iterable"),
+        (("settings",), 3, "a field of its header has the wrong type"),
     ],
 )
 def test_a_damaged_header_is_an_error_that_names_the_field(tmp_path, place, value, message):
