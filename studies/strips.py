@@ -67,7 +67,8 @@ def strip(views: list[Floats], titles: tuple[str, str]) -> Bytes:
     """Two renderings of one scene, and their FLIP error."""
     errors = flip(*(tone_map(view) for view in views))
     scale = scale_end([errors])
-    row = Row(*views, errors, smooth=True)
+    reference, model = views
+    row = Row(reference, model, errors, smooth=True)
     return difference_sheet([row], scale, f"Difference (FLIP, 0 to {scale:g})", titles=titles)
 
 

@@ -39,7 +39,7 @@ def write(path: Path, edge: int, components: int, model: ColorModel) -> None:
     angles = np.stack(to_spherical(split(BONN.directions)), axis=-1)
     lights = np.broadcast_to(angles, (len(angles), *angles.shape))
     header = Header(edge, edge, angles, lights, Decorrelation(model))
-    scalar, texels = SCALARS[2], header.texel_count
+    scalar, texels = SCALARS[2], header.width * header.height
     with path.open("wb") as file:
         file.write(pack(header, components))
         for _ in range(CHANNELS):

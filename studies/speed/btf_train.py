@@ -23,7 +23,7 @@ from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
-from nacre.textures.codecs.networks.network import direction_inputs
+from nacre.textures.codecs.networks.mlp import direction_inputs
 from studies.references.unified_2020 import literal_codes, literal_values, literal_weights
 from studies.study import Study, log
 
@@ -38,7 +38,7 @@ def literal_step(network: Any, values: Any, directions: Any) -> Callable[[], Any
 
     def step() -> None:
         weights = literal_weights(directions, network.parameters)
-        loss = 0.0
+        loss: Any = 0.0
         for texel in values:
             code = literal_codes(texel, weights, network.parameters)
             found = literal_values(code, directions, network.parameters)

@@ -157,7 +157,7 @@ def scaling(folder: Path, fitting: Fitting, draft: Fitting) -> list[tuple[str, .
         with cluster(workers) as (address, _):
             fit_all(folder, draft, Cluster(address))
             proxy = Proxy(address)
-            seconds = fit_all(folder, fitting, Cluster(proxy.address, data=data))  # type: ignore[arg-type]
+            seconds = fit_all(folder, fitting, Cluster(proxy.address, data=data))
             first = first or seconds
             shipped = (f"{sum(n) / count:,.0f}" for n in (proxy.sent, proxy.received))
             processes = "1 worker" if workers == 1 else f"{workers} workers"

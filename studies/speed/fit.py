@@ -189,7 +189,7 @@ def main() -> None:
         study.error("--epochs must be a multiple of --turns")
     prevent_oversubscription()
     cores, results = core_count(), []
-    chosen = study.few(list(materials())[: options.materials])
+    chosen = list(study.few(list(materials())[: options.materials]))
     draft(draw(chosen[0][1], 20_000, 0).split(0.2))  # compiles the kernel
     for first in range(0, len(chosen), cores):
         # An odd one out is joined by copies, so that every core is always busy.

@@ -16,6 +16,7 @@ import json
 import os
 import platform
 from dataclasses import asdict, dataclass
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -127,7 +128,8 @@ def measure(scenes: dict[str, Any], rounds: int, size: int, spp: int) -> list[Re
     paths = size * size * spp / 1e6
     found = race(scenes, BASELINE, rounds=rounds, spp=spp)
     return [
-        Result(name, x.seconds, paths / x.seconds, x.ratio, x.spread) for name, x in found.items()
+        Result(name, seconds, paths / seconds, median(ratios), (min(ratios), max(ratios)))
+        for name, (seconds, ratios) in found.items()
     ]
 
 

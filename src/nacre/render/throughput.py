@@ -23,11 +23,11 @@ def race(
     rounds: int,
     spp: int,
     progress: Progress | None = None,
-) -> dict[str, tuple[float, float]]:
+) -> dict[str, tuple[float, list[float]]]:
     """Render every scene in every round, so that a busy machine slows all of them alike.
 
-    Medians over rounds, of the seconds that a rendering takes, and of the speed relative to that
-    of the scene that `baseline` names in the same round.
+    The median over rounds of the seconds that a rendering takes; and in each round the speed
+    relative to that of the scene that `baseline` names.
 
     Raises
     ------
@@ -62,6 +62,6 @@ def race(
                 if not all(kernel["cache_hit"] for kernel in kernels):
                     raise NacreError(f"{name}: a kernel was compiled during the measurement")
     return {
-        name: (median(seconds), median(map(truediv, times[baseline], seconds)))
+        name: (median(seconds), list(map(truediv, times[baseline], seconds)))
         for name, seconds in times.items()
     }

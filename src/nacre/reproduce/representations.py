@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from statistics import median
 
 from nacre.errors import NacreError
 from nacre.figures.page import Figure
@@ -194,8 +195,8 @@ def with_times(study: Study, chosen: Sequence[str], progress: Progress) -> Study
         report = named(progress, material)
         results = race(scenes, _GGX, rounds=_ROUNDS, spp=_SPP, progress=report)
         for method in found:
-            seconds, ratio = results[method]
-            figures = dict(zip(TIMES, (seconds / paths, 1.0 / ratio), strict=True))
+            seconds, ratios = results[method]
+            figures = dict(zip(TIMES, (seconds / paths, 1.0 / median(ratios)), strict=True))
             trials[material, method] = replace(study.trials[material, method], figures=figures)
     return replace(study, trials=trials)
 
