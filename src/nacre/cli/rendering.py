@@ -91,7 +91,6 @@ def render_reflectance(source: Path, output: Path | None, chosen: dict[str, Any]
 def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) -> None:
     """Render an object of a texture, or an animation of one."""
     from nacre.formats import load_btf
-    from nacre.render.denoise import can_denoise
     from nacre.render.preview import default_spp
     from nacre.workflows.texture_rendering import (
         TextureView,
@@ -109,10 +108,9 @@ def render_texture(source: Path, output: Path | None, chosen: dict[str, Any]) ->
         if chosen["denoise"] and options.is_given("denoise"):
             raise click.UsageError("--denoise is for one picture of one texture")
         chosen["denoise"] = False
-    spp = default_spp(True) if chosen["denoise"] and can_denoise() else TEXTURE_SPP
     chosen |= {
         "shape": chosen["shape"] or texture_scene.GEOMETRIES[0],
-        "spp": chosen["spp"] or spp,
+        "spp": chosen["spp"] or default_spp(chosen["denoise"], TEXTURE_SPP),
     }
     lighting = chosen.pop("environment")
     view = TextureView(**chosen)

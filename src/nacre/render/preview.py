@@ -107,9 +107,9 @@ def render_preview(
     return render_scene(scene, spp, seed, progress, denoise)
 
 
-def default_spp(denoise: bool = True) -> int:
-    """Samples per pixel that a preview has unless told otherwise."""
-    return DENOISED_SPP if denoise and can_denoise() else PLAIN_SPP
+def default_spp(denoise: bool = True, plain: int = PLAIN_SPP) -> int:
+    """Samples per pixel that a preview has unless told otherwise; `plain` if it is not denoised."""
+    return DENOISED_SPP if denoise and can_denoise() else plain
 
 
 def render_scene(
