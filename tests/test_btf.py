@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nacre.btf import TableBtf
+from nacre.btf import Btf, TableBtf
 from nacre.measured.textures import UTIA
 from nacre.measured.textures.domes import below
 
@@ -21,6 +21,15 @@ def test_texels_and_images_are_the_same_values(texture: TableBtf) -> None:
     assert texels.dtype == images.dtype == np.float32
     assert np.array_equal(texels[0, [11, 4000]], images[:, 1, 2])
     assert np.array_equal(texels[1, [11, 4000]], images[:, 0, 3])
+
+
+def test_texels_at_some_pairs_are_those_of_all(texture: TableBtf) -> None:
+    chosen, pairs = np.array([7, 3, 7]), np.array([0, 11, 4000])
+    expected = texture.texels(chosen)[:, pairs]
+    found = texture.texels_at(chosen, pairs)
+    assert found.dtype == np.float32
+    assert np.array_equal(found, expected)
+    assert np.array_equal(Btf.texels_at(texture, chosen, pairs), expected)
 
 
 def test_blocks_cover_every_texel_once(texture: TableBtf) -> None:

@@ -84,6 +84,10 @@ class Btf(Described):
     def texels(self, chosen: Indices | slice) -> Floats:
         """Values of some texels at every pair of directions, shape (len(chosen), n, 3)."""
 
+    def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
+        """Values of some texels at some pairs of directions, shape (len(chosen), len(pairs), 3)."""
+        return self.texels(chosen)[:, pairs]
+
     @abc.abstractmethod
     def images(self, chosen: Indices | slice) -> Floats:
         """Pictures at some pairs of directions, shape (len(chosen), height, width, 3)."""
@@ -160,6 +164,10 @@ class TableBtf(Btf):
     def texels(self, chosen: Indices | slice) -> Floats:
         flat = self.values.reshape(self.texel_count, self.pair_count, 3)
         return np.asarray(flat[chosen], np.float32)
+
+    def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
+        flat = self.values.reshape(self.texel_count, self.pair_count, 3)
+        return np.asarray(flat[chosen[:, None], pairs], np.float32)
 
     def images(self, chosen: Indices | slice) -> Floats:
         return np.ascontiguousarray(np.moveaxis(self.values[:, :, chosen], 2, 0), dtype=np.float32)

@@ -2,8 +2,9 @@
 
 Everything takes turns on random texels at the directions of Bonn's dome: single-precision products
 of large square matrices, whose speed is the peak; steps of the unified network of Rainer et al.
-2020 in the paper's words, a texel at a time, and in the efficient form; encoding and decoding by
-that network, whose weights are random here, and by the default codec.
+2020 in the paper's words, a texel at a time, and of the default recipe; what moves its weights, and
+PyTorch's Muon beside it; encoding and decoding by that network, whose weights are random here, and
+by the default codec.
 `python -m studies.speed.btf_train --help`.
 """
 
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,13 +25,15 @@ from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
 from nacre.textures.codecs.networks import UnifiedNetwork, UnifiedSettings, Whitening
 from nacre.textures.codecs.networks.mlp import direction_inputs
+from nacre.textures.codecs.networks.recipe import TrainingRecipe, optimizers
 from studies.references.unified_2020 import literal_codes, literal_values, literal_weights
 from studies.study import Study, log
 
 torch: Any = require("torch", "btf")
 
-ENCODER, LOSS = 4096, 512
-"""Entries that a step of the efficient recipe encodes, and compares."""
+RECIPE = TrainingRecipe()
+ENCODER, LOSS = RECIPE.encoder_directions or 0, RECIPE.loss_directions or 0
+"""Entries that a step of the default recipe encodes, and compares."""
 
 
 def literal_step(network: Any, values: Any, directions: Any) -> Callable[[], Any]:
@@ -48,7 +51,7 @@ def literal_step(network: Any, values: Any, directions: Any) -> Callable[[], Any
     return step
 
 
-def efficient_step(
+def step_on_entries(
     network: Any, values: Any, directions: Any, entries: tuple[int, int], half: bool = False
 ) -> Callable[[], Any]:
     """A step on some entries of texels."""
@@ -93,7 +96,7 @@ def main() -> None:
     """Print a Markdown table."""
     study = Study(__doc__, __file__)
     study.add_argument("--device", default="cpu", help="PyTorch device (default: %(default)s)")
-    study.add_argument("--batch", type=int, default=32, help="texels of an efficient step")
+    study.add_argument("--batch", type=int, default=RECIPE.batch, help="texels of a default step")
     study.add_argument("--literal", type=int, default=2, help="texels of a literal step, 1 or more")
     study.add_argument("--texels", type=int, default=512, help="that are encoded at once")
     study.add_argument("--decoded", type=int, default=16, help="texels that are decoded at once")
@@ -123,6 +126,14 @@ def main() -> None:
     many = random.normal(size=(options.texels, basis.code_dim)).astype(np.float32)
     square = torch.randn(2048, 2048, device=options.device)
 
+    ours = optimizers(list(trained.parameters.values()), RECIPE)
+    matrices = ours[0].param_groups[0]["params"]
+    pytorch = torch.optim.Muon(matrices, adjust_lr_fn="match_rms_adamw")
+
+    def moves(optimizers: Sequence[Any]) -> None:
+        for optimizer in optimizers:
+            optimizer.step()
+
     few, ten = values[: options.literal], values[:10]
     channels = values.permute(2, 0, 1).contiguous()
     weights = literal_weights(directions, network.parameters).transpose(0, 1).contiguous()
@@ -130,12 +141,14 @@ def main() -> None:
     subjects: dict[str, tuple[int, Callable[[], Any]]] = {
         "product of matrices of 2048": (1, lambda: square @ square),
         "step, literal": (len(few), literal_step(trained, few, directions)),
-        "step, all entries": (len(ten), efficient_step(trained, ten, directions, every)),
-        "step, efficient": (len(values), efficient_step(trained, values, directions, some)),
-        "step, efficient, bfloat16": (
+        "step, all entries": (len(ten), step_on_entries(trained, ten, directions, every)),
+        "step, default": (len(values), step_on_entries(trained, values, directions, some)),
+        "step, default, bfloat16": (
             len(values),
-            efficient_step(trained, values, directions, some, half=True),
+            step_on_entries(trained, values, directions, some, half=True),
         ),
+        "weights, default": (len(values), lambda: moves(ours)),
+        "weights, PyTorch's Muon": (len(values), lambda: moves([pytorch])),
         "encode, a product a channel alone": (len(values), lambda: torch.bmm(channels, weights)),
         "encode": (len(texels), lambda: encode(texels)),
         "decode": (len(codes), lambda: decode(codes)),
@@ -182,7 +195,7 @@ def main() -> None:
     study.table(
         columns,
         rows,
-        note=f"{len(wi):,} entries a texel; efficient steps encode {ENCODER:,} and compare "
+        note=f"{len(wi):,} entries a texel; default steps encode {ENCODER:,} and compare "
         f"{LOSS:,} of them; {core_count()} cores; {name}; {torch.__version__}; peak "
         f"{2e-9 * peak:.0f} GFLOP/s.",
     )

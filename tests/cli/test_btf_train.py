@@ -106,16 +106,29 @@ def test_what_was_interrupted_goes_on_with_resume_only(files, tmp_path, capsys, 
         np.testing.assert_array_equal(array, whole[name])
 
 
+def test_epochs_and_the_sizes_of_the_decoder(files, tmp_path):
+    output = tmp_path / "model.safetensors"
+    sizes = "--model", "unified", "--epochs", 2, "--batch", 16, "--decoder-hidden", "7,9"
+    assert run("btf", "train", *files, "-o", output, *sizes) == 0
+    network = load_codec(output)
+    assert network.settings.decoder_hidden == (7, 9)
+    assert network.metadata["epochs"] == 2.0
+    assert network.metadata["steps"] % 2 == 0
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         (["-o", "model.npz"], "a model is a .safetensors file"),
         (["--model", "unified", "--steps", "3", "--minutes", "1"], "give one of them"),
+        (["--model", "unified", "--steps", "3", "--epochs", "1"], "give one of them"),
+        (["--model", "unified", "--decoder-hidden", "0,8"], "up to 8 widths from 1 to 4096"),
+        (["--epochs", "3"], "--epochs is for --model unified and custom"),
         (["--model", "custom", "--pooling", "max"], "--pooling is for --model unified"),
         (["--model", "unified", "--device", "cuda:99"], "device 'cuda:99' cannot be used"),
         (["--batch", "0"], "--batch"),
         (["--batch", "8"], "--batch is for --model unified and custom"),
-        (["--recipe", "efficient"], "--recipe is for --model unified and custom"),
+        (["--recipe", "default"], "--recipe is for --model unified and custom"),
         (["--minutes", "1"], "--minutes is for --model unified and custom"),
         (["--device", "cpu"], "--device is for --model unified and custom"),
         (["--code-dim", "200"], "kind basis have up to 128 values"),
@@ -275,6 +288,10 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     most = basis.luma_count + 2 * basis.chroma_count
     assert f"[default: {steps}; for unified and custom {TrainingRecipe().epochs} epochs" in shown
     assert f"up to {most} for basis. [default: {basis.code_dim}; 8 for custom" in shown
-    for word in ("batch", "learning_rate"):
-        default = getattr(TrainingRecipe(), word), getattr(reference, word)
-        assert "default: {}; {} with the reference recipe".format(*default) in shown
+    default, custom = TrainingRecipe(), CustomNetwork.recipe().training
+    rates = f"default: {default.learning_rate}; {reference.learning_rate} with the reference"
+    assert rates in shown
+    batches = (
+        f"default: {default.batch}; {custom.batch} for custom; {reference.batch} with the ref"
+    )
+    assert batches in shown

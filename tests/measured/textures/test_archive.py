@@ -188,6 +188,9 @@ def test_values_that_are_not_finite_are_refused_when_used(tmp_path: Path) -> Non
     assert np.isfinite(found.texels(slice(0, 5))).all()
     assert_refused(lambda: found.texels(slice(5, 6)), "bad.npz: values: some are not finite")
     assert_refused(lambda: found.images(np.array([0])), "bad.npz: values: some are not finite")
+    chosen = np.array([5])
+    assert np.isfinite(found.texels_at(chosen, np.array([1]))).all()
+    assert_refused(lambda: found.texels_at(chosen, np.array([0])), "values: some are not finite")
 
 
 def test_objects_are_not_unpickled(tmp_path: Path) -> None:

@@ -53,12 +53,15 @@ class _ArchiveBtf(TableBtf):
     def texels(self, chosen: Indices | slice) -> Floats:
         return self._checked(super().texels, chosen)
 
+    def texels_at(self, chosen: Indices, pairs: Indices) -> Floats:
+        return self._checked(super().texels_at, chosen, pairs)
+
     def images(self, chosen: Indices | slice) -> Floats:
         return self._checked(super().images, chosen)
 
-    def _checked(self, read: Callable[..., Floats], chosen: Indices | slice) -> Floats:
+    def _checked(self, read: Callable[..., Floats], *chosen: Indices | slice) -> Floats:
         with np.errstate(over="ignore"):
-            values = read(chosen)
+            values = read(*chosen)
         if not np.isfinite(values).all():
             raise FormatError(f"{self._path}: values: some are not finite; write the file again")
         return np.require(values, requirements=["ALIGNED", "WRITEABLE", "ENSUREARRAY"])

@@ -151,3 +151,20 @@ def test_whitened_training_data_have_mean_0_and_deviation_1():
     assert whitened.mean() == pytest.approx(0.0, abs=1e-4)
     assert whitened.std() == pytest.approx(1.0, abs=1e-4)
     assert whitening.mean == pytest.approx(float(np.log(values + 0.01).mean()), abs=1e-5)
+
+
+def test_only_the_entries_that_a_batch_needs_are_read():
+    def entries(step, count):
+        return None if step == 2 else np.array([0, 1 + step, count - 1])
+
+    whole = list(stream().batches(0, 8))
+    some = list(stream(entries=entries).batches(0, 8))
+    count = FILES[0].pair_count
+    for step, (all_of_it, part) in enumerate(zip(whole, some, strict=True)):
+        needed = entries(step, count)
+        if needed is None:
+            assert part.entries is None
+            needed = np.arange(count)
+        else:
+            np.testing.assert_array_equal(part.entries, needed)
+        np.testing.assert_array_equal(part.values, all_of_it.values[:, needed])

@@ -57,7 +57,7 @@ def test_the_rate_rises_and_falls():
 def test_settings_that_no_training_has_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         TrainingRecipe(**wrong)
-    with pytest.raises(ValueError, match="recipe must be one of reference, efficient"):
+    with pytest.raises(ValueError, match="recipe must be one of reference, default"):
         TrainingRecipe.named("slow")
 
 

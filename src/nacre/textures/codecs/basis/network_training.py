@@ -10,6 +10,7 @@ import numpy as np
 
 from nacre.errors import NacreError, require
 from nacre.numerics.mlp import SILU, Layer, forward
+from nacre.numerics.muon import Muon
 from nacre.runtime.device import one_thread
 from nacre.textures.codecs.basis.networks import SkipNetwork
 from nacre.textures.codecs.basis.recipe import Work
@@ -38,8 +39,7 @@ def descend(
     """
     optimizers = [(torch.optim.Adam(vectors), _RATE)]
     if matrices:
-        muon = torch.optim.Muon(matrices, weight_decay=0.0, adjust_lr_fn="original")
-        optimizers.append((muon, _MATRIX_RATE))
+        optimizers.append((Muon(matrices, _MATRIX_RATE), _MATRIX_RATE))
     changed = [*vectors, *matrices]
 
     def state() -> dict[str, Any]:

@@ -91,6 +91,7 @@ class CustomNetwork(TexelNetwork):
     kind = "custom"
     settings_type = CustomSettings
     training_defaults: ClassVar[Mapping[str, Any]] = {"loss": "l2", "permute": False}
+    recipe_defaults: ClassVar[Mapping[str, Any]] = {"batch": 32, "loss_directions": 512}
     settings: CustomSettings
     fixed_directions = True
 

@@ -21,6 +21,8 @@ from nacre.measured.textures.transposition import transposed
 Load: TypeAlias = Callable[[PathLike], Btf]
 Picks: TypeAlias = npt.NDArray[np.int64]
 """Pairs of a file and one of its texels, shape (..., 2)."""
+Entries: TypeAlias = npt.NDArray[np.int64] | None
+"""Some pairs of directions, in their order; None for all."""
 
 _STATISTICS, _HELD_OUT = 16, 256
 """Texels of a file that whitening is found from; held-out texels that are evaluated."""
@@ -28,12 +30,21 @@ _STATISTICS, _HELD_OUT = 16, 256
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Texels known at the same pairs of directions: reflectance factors, shape (b, n, 3), and the
-    index of the directions in :attr:`TexelStream.directions`.
+    """Texels at the same pairs of directions.
+
+    Parameters
+    ----------
+    values
+        Reflectance factors, shape (b, n, 3).
+    group
+        Index of the directions in :attr:`TexelStream.directions`.
+    entries
+        Which of those directions the values are at.
     """
 
     values: npt.NDArray[np.float32]
     group: int
+    entries: Entries = None
 
 
 @contextmanager
@@ -55,6 +66,19 @@ def images_once(load: Load) -> Iterator[Load]:
             return texture
 
         yield opened
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """What is read for a batch: texels of files, all of one group, at some directions."""
+
+    picks: Picks
+    group: int
+    entries: Entries
+
+    def count(self, directions: tuple[Floats, Floats]) -> int:
+        """How many pairs are read."""
+        return len(directions[0]) if self.entries is None else len(self.entries)
 
 
 class TexelStream:
@@ -79,6 +103,9 @@ class TexelStream:
         Drawn of every file and epoch; fewer where a file has fewer.
     held_out
         Fraction of every file's texels that is never drawn.
+    entries
+        Which pairs of directions a batch needs, of a step and a number of pairs: no others are
+        read. All where None.
     seed
         Of everything random.
     memory
@@ -102,6 +129,7 @@ class TexelStream:
         texels: int,
         *,
         held_out: float = 0.05,
+        entries: Callable[[int, int], Entries] | None = None,
         seed: int = 0,
         memory: int = 1 << 31,
         rank: int = 0,
@@ -113,7 +141,7 @@ class TexelStream:
             raise NacreError(f"a batch of {batch} texels cannot be shared by {size} processes")
         self._paths, self._load, self._batch, self._seed = paths, load, batch, seed
         self._part = slice(rank * batch // size, (rank + 1) * batch // size)
-        self._memory = memory
+        self._memory, self._entries = memory, entries
         self.directions: list[tuple[Floats, Floats]] = []  # every wi and wo that files have
         self.examples: list[PathLike] = []  # the first file of each
         self.names: list[str] = []  # of the materials
@@ -172,22 +200,24 @@ class TexelStream:
                 while batches:
                     yield batches.pop()
 
-    def _plans(self, start: int, stop: int) -> Iterator[list[Picks]]:
+    def _plans(self, start: int, stop: int) -> Iterator[list[_Plan]]:
         """What is read at once: the texels of some batches in a row, of one epoch."""
-        plan: list[Picks] = []
+        plan: list[_Plan] = []
         used = 0
         for step in range(start, stop):
             epoch, index = divmod(step, self.epoch_steps)
             if step == start or index == 0:
                 order = self._epoch(epoch)
             picks = order[index][self._part]
-            wi, _ = self.directions[self._groups[picks[0, 0]]]
-            needed = 12 * len(picks) * len(wi)
+            group = self._groups[picks[0, 0]]
+            pairs = len(self.directions[group][0])
+            entries = None if self._entries is None else self._entries(step, pairs)
+            needed = 12 * len(picks) * (pairs if entries is None else len(entries))
             # Two of them are in memory: one is used while the next is read.
             if plan and (index == 0 or used + needed > self._memory // 2):
                 yield plan
                 plan, used = [], 0
-            plan.append(picks)
+            plan.append(_Plan(picks, group, entries))
             used += needed
         if plan:
             yield plan
@@ -203,28 +233,36 @@ class TexelStream:
             batches += list(np.resize(picks, (steps, self._batch, 2)))
         return [batches[index] for index in random.permutation(len(batches))]
 
-    def _read(self, plan: list[Picks]) -> list[Batch]:
+    def _read(self, plan: list[_Plan]) -> list[Batch]:
         """The batches of a plan, every file opened once."""
-        groups = [self._groups[picks[0, 0]] for picks in plan]
         found = [
-            Batch(np.empty((len(picks), len(self.directions[group][0]), 3), np.float32), group)
-            for picks, group in zip(plan, groups, strict=True)
+            Batch(
+                np.empty((len(part.picks), part.count(self.directions[part.group]), 3), np.float32),
+                part.group,
+                part.entries,
+            )
+            for part in plan
         ]
-        if plan:
-            every = np.concatenate(plan)
-            places = [(batch, row) for batch in found for row in range(len(batch.values))]
-            for file in np.unique(every[:, 0]):
-                chosen = np.flatnonzero(every[:, 0] == file)
-                values = self._texels_of(int(file), every[chosen, 1])
-                for place, row in zip(chosen, values, strict=True):
-                    batch, index = places[place]
-                    batch.values[index] = row
+        for file in np.unique([part.picks[:, 0] for part in plan]) if plan else ():
+            texture = self._load(self._paths[file])
+            for part, batch in zip(plan, found, strict=True):
+                rows = np.flatnonzero(part.picks[:, 0] == file)
+                if len(rows):
+                    batch.values[rows] = self._values(
+                        texture, int(file), part.picks[rows, 1], part.entries
+                    )
         return found
 
     def _texels_of(self, index: int, chosen: npt.NDArray[np.int64]) -> npt.NDArray[np.float32]:
-        """Values of some texels of a file."""
-        path = self._paths[index]
-        values = np.asarray(self._load(path).texels(chosen), np.float32)
+        """Values of some texels of a file at all directions."""
+        return self._values(self._load(self._paths[index]), index, chosen, None)
+
+    def _values(
+        self, texture: Btf, index: int, chosen: npt.NDArray[np.int64], entries: Entries
+    ) -> npt.NDArray[np.float32]:
+        found = texture.texels(chosen) if entries is None else texture.texels_at(chosen, entries)
+        values = np.asarray(found, np.float32)
         if not np.isfinite(values).all():
-            raise FormatError(f"{path}: holds values that are not finite; mend or leave it out")
+            where = self._paths[index]
+            raise FormatError(f"{where}: holds values that are not finite; mend or leave it out")
         return values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 from nacre.errors import FormatError, NacreError, require
 
@@ -13,12 +13,23 @@ COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
 _LINE = 80  # characters that the first line may have, and more
 
 
+class Row(NamedTuple):
+    """What a training writes down at a step; no validation at most of them."""
+
+    step: int
+    seconds: float
+    learning_rate: float
+    loss: float
+    validation: float | None
+
+
 class Journal:
     """A context manager that writes a row of a CSV file and TensorBoard events for every report.
 
     Either may be None. Rows of steps after `step`, where training begins, are taken out of the
     file, so that training that goes on writes every step once. A file of this name that is no such
-    table, or cannot be read or written, is a :class:`NacreError`.
+    table, or cannot be read or written, is a :class:`NacreError`. `last` is the step of the last
+    row, 0 where there is none.
     """
 
     def __init__(self, path: Path | None, step: int = 0, events: Path | None = None) -> None:
@@ -26,6 +37,7 @@ class Journal:
         self._path = path
         self._file: IO[str] | None = None
         rows = [] if path is None else _rows(path, step)
+        self.last = int(rows[-1][0]) if rows else 0
         if events is not None:
             writer = require("tensorboardX", "btf").SummaryWriter
             self._events = writer(str(events), purge_step=step or None)
@@ -48,6 +60,7 @@ class Journal:
         self, step: int, seconds: float, rate: float, loss: float, validation: float | None
     ) -> None:
         """Write one row; without a validation loss its field is empty."""
+        self.last = step
         if self._file:
             last = "" if validation is None else f"{validation:.6g}"
             try:
@@ -72,3 +85,15 @@ def _rows(path: Path, step: int) -> list[list[str]]:
             raise NacreError(f"{path}: is no table of a training; move it, or name another output")
         rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
     return [row for row in rows if row[0].isdigit() and int(row[0]) <= step]
+
+
+def read_journal(path: Path) -> list[Row]:
+    """Rows of a journal; none where there is no file, or it is damaged."""
+    try:
+        kept = _rows(path, 1 << 62)
+        return [
+            Row(int(step), float(seconds), float(rate), float(loss), float(last) if last else None)
+            for step, seconds, rate, loss, last in kept
+        ]
+    except (OSError, ValueError, NacreError):
+        return []

@@ -71,6 +71,8 @@ class TexelNetwork(TexelCodec):
     training_defaults: ClassVar[Mapping[str, Any]] = {}
     """Settings of a :class:`nacre.textures.codecs.networks.recipe.TrainingRecipe` that the network
     is trained with unless others are given."""
+    recipe_defaults: ClassVar[Mapping[str, Any]] = {}
+    """More of them, of nacre's own recipe only."""
     starts: ClassVar[Mapping[str, float]] = {}
     """What tensors are full of before training, of those that do not begin at random."""
     fixed_directions: ClassVar[bool] = False
@@ -239,9 +241,11 @@ class TexelNetwork(TexelCodec):
         seed: int = 0,
         steps: int | None = None,
         minutes: float | None = None,
-        preset: str = "efficient",
+        epochs: int | None = None,
+        preset: str = "default",
         pooling: str | None = None,
         decoder: str | None = None,
+        decoder_hidden: tuple[int, ...] | None = None,
         loss: str | None = None,
         batch: int | None = None,
         learning_rate: float | None = None,
@@ -253,9 +257,9 @@ class TexelNetwork(TexelCodec):
 
         Parameters
         ----------
-        code_dim, pooling, decoder
+        code_dim, pooling, decoder, decoder_hidden
             Sizes of the network; see its settings.
-        steps, minutes
+        steps, minutes, epochs
             Length, one of them at most.
         preset
             One of :data:`nacre.textures.codecs.networks.recipe.RECIPES`.
@@ -269,15 +273,22 @@ class TexelNetwork(TexelCodec):
         NacreError
             If a setting is impossible.
         """
-        if steps is not None and minutes is not None:
-            raise NacreError("steps and minutes: give one of them")
+        if len(_given(steps=steps, minutes=minutes, epochs=epochs)) > 1:
+            raise NacreError("steps, minutes and epochs: give one of them")
         chosen = _given(loss=loss, batch=batch, learning_rate=learning_rate, precision=precision)
-        chosen |= {"patience": patience, "seed": seed}
+        chosen |= {"patience": patience, "seed": seed} | _given(epochs=epochs)
+        defaults = cls.recipe_defaults if preset == "default" else {}
         try:
             settings = cls.settings_type(
-                **_given(latent=code_dim, pooling=pooling, decoder=decoder)
+                **_given(
+                    latent=code_dim,
+                    pooling=pooling,
+                    decoder=decoder,
+                    decoder_hidden=decoder_hidden,
+                )
             )
-            training = TrainingRecipe.named(preset, **{**cls.training_defaults, **chosen})
+            settings_given = {**defaults, **cls.training_defaults, **chosen}
+            training = TrainingRecipe.named(preset, **settings_given)
         except (TypeError, ValueError) as error:
             raise NacreError(reason(error)) from error
         return NetworkRecipe(settings, training, steps, minutes, device)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from nacre.numerics.muon import Muon, like_adam
 from nacre.textures.codecs.networks.mlp import VARIANCES, Tensor, torch
 
 OPTIMIZERS = "sgd", "adam", "muon"
@@ -26,7 +27,7 @@ RECIPES: Mapping[str, Mapping[str, Any]] = {
         "warm_up": 0.0,
         "decay": False,
     },
-    "efficient": {},
+    "default": {},
 }
 """Settings of a :class:`TrainingRecipe` by name. The reference is that of Rainer et al. 2020,
 section 4: stochastic gradient descent at a rate of 0.2 on 10 texels a step, all of their entries in
@@ -81,10 +82,10 @@ class TrainingRecipe:
 
     epochs: int = 100
     texels: int = 100
-    batch: int = 32
+    batch: int = 128
     encoder_fraction: float = 1.0
     encoder_directions: int | None = 4096
-    loss_directions: int | None = 512
+    loss_directions: int | None = 64
     loss: str = "l1"
     permute: bool = True
     variance: str = "he"
@@ -186,7 +187,4 @@ def optimizers(parameters: Sequence[Tensor], recipe: TrainingRecipe) -> list[Any
     if recipe.optimizer == "adam" or not matrices:
         return [adam(parameters)]
     rest = [p for p in parameters if not any(p is m for m in matrices)]
-    muon = torch.optim.Muon(
-        matrices, lr=rate, weight_decay=0.0, momentum=0.95, adjust_lr_fn="match_rms_adamw"
-    )
-    return [muon, adam(rest)]
+    return [Muon(matrices, rate, like_adam), adam(rest)]

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,17 +18,17 @@ from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
 from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TrainingRun
-from nacre.textures.codecs.networks.dataset import Batch, TexelStream, images_once
+from nacre.textures.codecs.networks.dataset import Batch, Entries, TexelStream, images_once
 from nacre.textures.codecs.networks.distributed import Processes, processes
 from nacre.textures.codecs.networks.journal import Journal
 from nacre.textures.codecs.networks.mlp import Tensor, direction_inputs, torch
 from nacre.textures.codecs.networks.network import DIRECTIONS, TexelNetwork
 from nacre.textures.codecs.networks.preprocessing import Whitening
-from nacre.textures.codecs.networks.recipe import NetworkRecipe, optimizers
+from nacre.textures.codecs.networks.recipe import NetworkRecipe, TrainingRecipe, optimizers
 
 _REPORT_EVERY = 10  # steps between rows of the journal
 _FOREVER = 1 << 60
-_Entries: TypeAlias = npt.NDArray[np.int64] | None
+_Orders: TypeAlias = npt.NDArray[np.int64] | None  # of the color channels of texels, (b, 3)
 _COMPARED = 512  # entries that the loss on held-out texels compares, at most
 
 
@@ -100,7 +101,8 @@ class _Training:
         self._minutes, self._save_every = whole.minutes, whole.save_every
         stream = TexelStream(
             run.paths, run.load, recipe.batch, recipe.texels, held_out=recipe.held_out,
-            seed=recipe.seed, rank=members.rank, size=members.size,
+            entries=partial(_needed, recipe, kind.fixed_directions), seed=recipe.seed,
+            rank=members.rank, size=members.size,
         )  # fmt: skip
         if self._minutes is None and self._steps is None:
             self._steps = recipe.epochs * stream.epoch_steps
@@ -184,7 +186,9 @@ class _Training:
                     if validated:
                         self._validate()
                     if self._step % _REPORT_EVERY == 0 or self._step == last:
-                        self._note(journal, rate, validated)
+                        self._take_loss()
+                        if self._step != last:
+                            self._note(journal, rate, validated)
                     if self._store.due(self._save_every):
                         self._save()
                 done = self._seconds if minutes else self._step
@@ -192,6 +196,8 @@ class _Training:
                 note = "" if self._validation is None else f", held out {self._validation:.4f}"
                 report("training", int(done), int(total), f"loss {self._loss:.4f}{note}")
             self._validate()
+            if journal.last != self._step:
+                self._note(journal, self._recipe.rate(1.0), True)
             # What is interrupted before the caller has written the network goes on from here.
             self._save()
         except KeyboardInterrupt:
@@ -207,10 +213,9 @@ class _Training:
                 group["lr"] = rate
             optimizer.zero_grad()
         recipe, each = self._recipe, len(batch.values)
-        random = np.random.default_rng((recipe.seed, 4, self._step))
-        count = batch.values.shape[1]
-        seen = self._seen(random, count)
-        compared = _chosen(random, count, recipe.loss_directions)
+        count = len(self._inputs[batch.group])
+        fixed = self._network.fixed_directions
+        seen, compared, random = _drawn(recipe, fixed, self._step, count)
         orders = None
         if recipe.permute:
             first = self._members.rank * each
@@ -223,30 +228,23 @@ class _Training:
         self._recent += loss.detach()
         self._step += 1
 
-    def _seen(self, random: np.random.Generator, count: int) -> _Entries:
-        """Entries of n that the encoder sees; None for all."""
-        recipe = self._recipe
-        if self._network.fixed_directions:
-            return None
-        fraction = random.uniform(recipe.encoder_fraction, 1.0)
-        limit = count if recipe.encoder_directions is None else recipe.encoder_directions
-        return _chosen(random, count, min(limit, math.ceil(fraction * count)))
-
-    def _losses(self, batch: Batch, seen: _Entries, compared: _Entries, orders: _Entries) -> Tensor:
+    def _losses(self, batch: Batch, seen: Entries, compared: Entries, orders: _Orders) -> Tensor:
         """Mean difference of whitened logarithms."""
         network, inputs = self._network, self._inputs[batch.group]
         order = None if orders is None else torch.from_numpy(orders).to(self._device)
 
-        def part(chosen: _Entries) -> tuple[Tensor, Tensor]:
+        def part(chosen: Entries) -> tuple[Tensor, Tensor]:
             """Whitened texels with permuted channels, shape (b, k, 3), and directions."""
             values = torch.from_numpy(batch.values)
             if chosen is not None:
-                values = values[:, torch.from_numpy(chosen)]
+                here = chosen if batch.entries is None else batch.entries.searchsorted(chosen)
+                values = values[:, torch.from_numpy(here)]
             whitened = network.whitening.whiten(values.to(self._device))
             if order is not None:
                 whitened = whitened.take_along_dim(order[:, None], 2)
-            here = inputs if chosen is None else inputs[torch.from_numpy(chosen).to(self._device)]
-            return whitened, here
+            if chosen is None:
+                return whitened, inputs
+            return whitened, inputs[torch.from_numpy(chosen).to(self._device)]
 
         texels, directions = part(seen)
         goal, where = part(compared)
@@ -257,8 +255,8 @@ class _Training:
         difference = found.float() - goal
         return (difference.abs() if self._recipe.loss == "l1" else difference.square()).mean()
 
-    def _note(self, journal: Journal, rate: float, validated: bool) -> None:
-        """Write down the mean loss since the last time."""
+    def _take_loss(self) -> None:
+        """Find the mean loss since the last time."""
         taken = self._step % _REPORT_EVERY or _REPORT_EVERY
         self._loss = float(self._recent.item()) / taken
         self._recent.zero_()
@@ -267,6 +265,9 @@ class _Training:
                 f"training diverged at step {self._step:,}; remove the state, if there is "
                 "one, and lower the learning rate"
             )
+
+    def _note(self, journal: Journal, rate: float, validated: bool) -> None:
+        """Write a row of the journal."""
         validation = self._validation if validated else None
         journal.add(self._step, self._seconds, rate, self._loss, validation)
 
@@ -278,7 +279,7 @@ class _Training:
         with torch.no_grad():
             for index, held in enumerate(self._held_out):
                 random = np.random.default_rng((self._recipe.seed, 5, index))
-                entries = held.values.shape[1]
+                entries = len(self._inputs[held.group])
                 limit = None if self._network.fixed_directions else self._recipe.encoder_directions
                 seen = _chosen(random, entries, limit)
                 compared = _chosen(random, entries, _COMPARED)
@@ -305,11 +306,33 @@ class _Training:
             step, validation = self._best["step"], self._best["loss"]
         facts = {"materials": self._stream.names, "training": asdict(self._recipe)}
         loss = self._loss if math.isfinite(self._loss) else None
-        metadata = facts | {"steps": step, "loss": loss, "held out": validation}
+        epochs = step / self._stream.epoch_steps
+        metadata = facts | {"steps": step, "epochs": epochs, "loss": loss, "held out": validation}
         return network.to("cpu").replaced(metadata=metadata)
 
 
-def _chosen(random: np.random.Generator, count: int, limit: int | None) -> _Entries:
+def _drawn(
+    recipe: TrainingRecipe, fixed_directions: bool, step: int, count: int
+) -> tuple[Entries, Entries, np.random.Generator]:
+    """Which of `count` entries the encoder sees at a step, which the loss compares, and what draws
+    the rest of the step's random numbers.
+    """
+    random = np.random.default_rng((recipe.seed, 4, step))
+    seen = None
+    if not fixed_directions:
+        fraction = random.uniform(recipe.encoder_fraction, 1.0)
+        limit = count if recipe.encoder_directions is None else recipe.encoder_directions
+        seen = _chosen(random, count, min(limit, math.ceil(fraction * count)))
+    return seen, _chosen(random, count, recipe.loss_directions), random
+
+
+def _needed(recipe: TrainingRecipe, fixed_directions: bool, step: int, count: int) -> Entries:
+    """Which of `count` entries a step needs."""
+    seen, compared, _ = _drawn(recipe, fixed_directions, step, count)
+    return None if seen is None or compared is None else np.union1d(seen, compared)
+
+
+def _chosen(random: np.random.Generator, count: int, limit: int | None) -> Entries:
     """Some of `count` entries in their order, at most `limit`; None for all."""
     if limit is None or limit >= count:
         return None
