@@ -12,7 +12,8 @@ _MODULES = {
     "representations": "table1 table2 table3 fig6 fig7 fig8 fig9 fig10 fig17",
     "code_figures": "fig11 fig12",
     "noise_figures": "fig13 fig14 fig15 fig16",
-    "textures.experiments": "btf-table1 btf-fig4 btf-fig5 btf-fig6 btf-fig7 btf-fig8 btf-tsne",
+    "textures.experiments": "btf-table1 btf-ablations btf-training btf-decoder "
+    "btf-fig4 btf-fig5 btf-fig6 btf-fig7 btf-fig8 btf-tsne",
 }
 
 EXPERIMENTS: Registry[Experiment] = Registry(

@@ -41,10 +41,13 @@ class Request:
         Latitude-longitude map; the built-in studio where None.
     size
         Pixels along an edge of the pictures.
-    epochs
-        Of the training of networks.
-    minutes
-        Of the training of each codec of textures.
+    recipe
+        Of networks for textures, by name.
+    steps, epochs, minutes
+        Length of each training: epochs of any network, the others of those for textures; the
+        experiment's own choice where None.
+    device
+        PyTorch device that networks for textures are trained on.
     unseen
         Names of textures that are kept from training.
     other
@@ -70,7 +73,10 @@ class Request:
     basis: Path | None = None
     environment: Path | None = None
     size: int = 128
-    epochs: int = 100
+    recipe: str = "default"
+    steps: int | None = None
+    epochs: int | None = None
+    device: str = "cpu"
     minutes: float | None = None
     unseen: Sequence[str] = ()
     other: Sequence[Path] = ()

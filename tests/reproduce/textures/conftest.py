@@ -31,7 +31,7 @@ BASIS = replace(
     function_steps=20,
     code_steps=20,
 )
-SETTINGS = TrainingSettings(minutes=0.002, texels=20, basis=BASIS)
+SETTINGS = TrainingSettings(steps=3, texels=20, basis=BASIS)
 
 
 @pytest.fixture(scope="package")

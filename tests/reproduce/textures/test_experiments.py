@@ -16,6 +16,9 @@ from tests.cli.support import run as nacre
 
 METHODS = {
     "btf-table1": "custom-4,unified-4,pca-4,pca-own-4,basis-4",
+    "btf-ablations": "unified-4,unified-max-4,unified-l2-4",
+    "btf-training": "unified-4,custom-4,pca-4",
+    "btf-decoder": "unified-4:1x24,unified-4",
     "btf-fig4": "custom-4,unified-4",
     "btf-fig5": "custom-4,unified-4,basis-4,pca-4",
     "btf-fig6": "unified-4,pca-4,pca-own-4",
@@ -59,6 +62,49 @@ def test_table1_states_the_noise(study, tmp_path):
     rows, text, _ = made(again, "btf-table1", tmp_path)
     assert [r["mse"] for r in rows if r["method"] == "noise"] == ["0"]
     assert "| noise | 0 | – | – |" in text
+
+
+def test_pages_say_how_networks_were_trained(study, tmp_path):
+    _, text, _ = made(study, "btf-table1", tmp_path)
+    lines = {line.split(" | ")[0]: line.split(" | ") for line in text.splitlines()}
+    network, own = lines["| unified-4"], lines["| custom-4"]
+    assert network[1:4] == ["3", "3", "128"]  # an epoch is one step of all texels of four textures
+    assert own[1:4] == ["3", "3", "32"]
+    assert network[4:7] == ["muon, l1", "100 %", "64"]
+    assert float(network[7]) >= 0.0
+    assert own[8] == "– |"  # overfitted: nothing is held out
+    assert "default recipe, 3 steps a network" in text
+
+
+def test_ablations_train_what_they_say(study, tmp_path):
+    rows, _, _ = made(study, "btf-ablations", tmp_path)
+    mse = {r["method"]: float(r["mse"]) for r in rows if r["material"] == "felt12"}
+    assert len(set(mse.values())) == 3
+    codecs = [
+        study.codec(find(f"unified{kind}-4"), study.unseen[0]) for kind in ("", "-max", "-l2")
+    ]
+    assert [codec.settings.pooling for codec in codecs] == ["mean", "max", "mean"]
+    assert [codec.metadata["training"]["loss"] for codec in codecs] == ["l1", "l1", "l2"]
+
+
+def test_training_curves_are_those_of_the_journals(study, tmp_path):
+    rows, _, paths = made(study, "btf-training", tmp_path)
+    assert paths[-1] == "btf-training.png"
+    assert {(r["method"], r["step"]) for r in rows} == {("unified-4", "3")}
+    codec = study.codec(find("unified-4"), study.unseen[0])
+    assert float(rows[-1]["held-out loss"]) == pytest.approx(codec.metadata["held out"], rel=1e-4)
+    with pytest.raises(NacreError, match="no method here is a network that is validated"):
+        EXPERIMENTS["btf-training"].outcome("btf-training", study, [find("pca-4")])
+
+
+def test_decoders_of_other_sizes_are_trained_and_timed(study, tmp_path):
+    rows, _, _ = made(study, "btf-decoder", tmp_path)
+    assert [(r["hidden layers"], r["width"]) for r in rows] == [("1", "24"), ("4", "106")]
+    assert [int(r["products"]) for r in rows] == [8 * 24 + 24 * 3, 8 * 106 + 3 * 106**2 + 106 * 3]
+    assert all(float(r["seconds a value"]) > 0 for r in rows)
+    assert made(study, "btf-decoder", tmp_path)[0] == rows
+    with pytest.raises(NacreError, match="pca-4: is no network"):
+        EXPERIMENTS["btf-decoder"].outcome("btf-decoder", study, [find("pca-4")])
 
 
 def test_fig4_compares_pictures(study, tmp_path):
@@ -164,6 +210,8 @@ def test_the_command_writes_and_goes_on(folder, tmp_path, monkeypatch, capsys):
     [
         (("btf-fig4", "absent"), "absent: cannot be read"),
         (("btf-fig4", "{}", "--methods", "other-8"), "other-8: is no method"),
+        (("btf-fig4", "{}", "--methods", "pca-8:2x30"), "only networks have decoders"),
+        (("btf-fig4", "{}", "--steps", "3", "--epochs", "1"), "steps and epochs: give one"),
         (("btf-fig4", "{}", "--unseen", "oak"), "oak: is none of the textures"),
         (("btf-fig4", "{}", "--other", "{}"), "--other is not for btf-fig4"),
         (("btf-fig6", "{}", "--again", "{}"), "--again is not for btf-fig6"),

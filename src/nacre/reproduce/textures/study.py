@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -15,8 +16,9 @@ from nacre.errors import FormatError, NacreError
 from nacre.reproduce.cache import Cache, cache_key, module_digest
 from nacre.reproduce.textures import trial
 from nacre.reproduce.textures.materials import Material
-from nacre.reproduce.textures.methods import Method, TrainingSettings
+from nacre.reproduce.textures.methods import KINDS, Method, TrainingSettings, journal_path
 from nacre.reproduce.textures.sampling import ALL, Sampling
+from nacre.reproduce.textures.trainings import Training
 from nacre.reproduce.textures.trial import Errors
 from nacre.runtime.progress import Progress, named, silent
 from nacre.textures.codecs.codec import TexelCodec
@@ -141,6 +143,39 @@ class Study:
         facts = [[material.fingerprint for material in self.training], seed]
         return float(self._kept("deviation", facts, make))
 
+    def training_of(self, method: Method, material: Material) -> Training | None:
+        """How the codec of a method was trained; None where it is no network."""
+        codec = self.codec(method, material)
+        if KINDS[method.kind].network is None:
+            return None
+        kept = self.cache.path(self._key(method, material), ".safetensors")
+        directions = len(material.load().wi) if method.own else len(self.training[0].load().wi)
+        return Training.of(method, codec, journal_path(kept), directions)
+
+    def trainings(self, methods: Sequence[Method]) -> list[Training]:
+        """Those of networks; of a method with one a material that of the first unseen one."""
+        material = (*self.unseen, *self.others)[0]
+        found = []
+        for method in methods:
+            with suppress(_UnfitError):
+                found.append(self.training_of(method, material))
+        return [training for training in found if training is not None]
+
+    def timed(
+        self,
+        method: Method,
+        material: Material,
+        measure: Callable[[TexelCodec, Floats, Floats], float],
+    ) -> float:
+        """What a function measures of a codec at the directions of a material, kept."""
+
+        def make() -> Floats:
+            texture = material.load()
+            return np.array(measure(self.codec(method, material), texture.wi, texture.wo))
+
+        facts = [self._key(method, material), method.code_dim, material.fingerprint]
+        return float(self._kept(measure.__name__, facts, make))
+
     def left_out(self) -> list[tuple[str, str, list[str]]]:
         """Method, reason and materials of what was skipped, one entry a method and reason."""
         return [(*pair, materials) for pair, materials in sorted(self.skipped.items())]
@@ -154,7 +189,7 @@ class Study:
             If it cannot be made, or has fewer values.
         """
         textures = self._textures(method, material)
-        key = cache_key("codec", method.facts(textures, self.settings))
+        key = self._key(method, material)
         if (key, method.code_dim) in self._codecs:
             return self._codecs[key, method.code_dim]
         name = f"{method.name} for {material.name}" if method.own else method.name
@@ -170,6 +205,10 @@ class Study:
             raise _UnfitError(str(error)) from error
         self._codecs[key, method.code_dim] = codec
         return codec
+
+    def _key(self, method: Method, material: Material) -> str:
+        """Name of the file that keeps a codec."""
+        return cache_key("codec", method.facts(self._textures(method, material), self.settings))
 
     def _textures(self, method: Method, material: Material) -> Sequence[Material]:
         return [material] if method.own else self.training
