@@ -21,7 +21,8 @@ from nacre.textures.codecs.networks.network import TexelNetwork
 
 POOLINGS = "mean", "max"
 _SLOPE = 0.25  # of the parametric ReLU below 0, before training
-_PRODUCTS = 1 << 24  # products of values and weights that max pooling holds at a time
+_PRODUCTS = 1 << 20  # products of values and weights that max pooling holds at a time
+_RUN = 32  # entries of which the largest is found at once
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ class UnifiedNetwork(TexelNetwork):
         all are in memory; gradients flow through those alone.
         """
         weights = weights.reshape(values.shape[2], 3, -1).transpose(0, 1)
-        texels = max(1, _PRODUCTS // weights.numel())
+        texels = max(1, _PRODUCTS // (_RUN * weights[:, 0].numel()))
         with torch.no_grad():
             index = torch.cat([_largest(part, weights) for part in values.split(texels)])
         channel = torch.arange(3, device=values.device)[:, None]
@@ -130,16 +131,27 @@ class UnifiedNetwork(TexelNetwork):
 
 
 def _largest(values: Tensor, weights: Tensor) -> Tensor:
-    """At which entry values (b, 3, n) times weights (3, n, m) are largest, shape (b, 3, m)."""
-    step = max(1, _PRODUCTS // (weights[:, 0].numel() * len(values)))
-    largest = index = None
-    for start in range(0, weights.shape[1], step):
-        run = slice(start, start + step)
-        found, place = (values[:, :, run, None] * weights[:, run]).max(2)
-        place += start
-        if largest is None:
-            largest, index = found, place
-        else:
-            index = torch.where(found > largest, place, index)
-            largest = torch.maximum(largest, found)
-    return index
+    """At which entry values (b, 3, n) times weights (3, n, m) are largest, shape (b, 3, m).
+
+    The largest of each run of entries comes without its place, which is several times faster; the
+    place is looked for in the best run alone.
+    """
+    count, each = weights.shape[1], min(_RUN, max(1, _PRODUCTS // weights[:, 0].numel()))
+    starts = iter(range(0, count, each))
+
+    def of_run(start: int) -> Tensor:
+        run = slice(start, start + each)
+        return (values[:, :, run, None] * weights[:, run]).amax(2)
+
+    largest = of_run(next(starts))
+    best = torch.zeros(largest.shape, dtype=torch.long, device=values.device)
+    for start in starts:
+        found = of_run(start)
+        best.masked_fill_(found > largest, start)
+        largest = torch.maximum(largest, found)
+    entries = (best[..., None] + torch.arange(each, device=values.device)).clamp_(max=count - 1)
+    channel = torch.arange(3, device=values.device)[:, None, None]
+    feature = torch.arange(weights.shape[2], device=values.device)[:, None]
+    seen = values.gather(2, entries.flatten(2)).reshape(entries.shape)
+    within = (seen * weights[channel, entries, feature]).argmax(3, keepdim=True)
+    return entries.gather(3, within)[..., 0]
