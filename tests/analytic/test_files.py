@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 import nacre
 from nacre.analytic import MODELS, Ggx
@@ -22,6 +23,8 @@ LINE = (
     "steel = Aggregate(Lambertian(albedo = [0.1, 0.2, 0.3]), "
     "NganWard(albedo = [0.3, 0.2, 0.1], roughness = 0.25))"
 )
+
+NGAN_AND_LOW = "ngan_cooktorrance", "low_cooktorrance_E2"
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -131,6 +134,7 @@ def test_a_table_of_one_needs_no_name(tmp_path):
     path.write_text(f"# BSDF fits\n{LINE}\n")
     brdf = nacre.load(path)
     assert (brdf.name, brdf.values["roughness"]) == ("steel", 0.25)
+    assert_allclose(brdf.values["specular"], (0.3, 0.2 * 1.15, 0.1 * 1.66))
     assert nacre.load(path, "steel").values == brdf.values
 
 
@@ -199,6 +203,16 @@ def test_published_parameters_look_like_published_networks(table, least):
         ]
         logs.append(np.corrcoef(*(v.ravel() for v in values))[0, 1])
     assert np.median(logs) > least
+
+
+def test_colors_of_2005_are_stored_values_of_merl():
+    """Fits of others to the same diffuse materials have the factors of MERL's reader already."""
+    ngan, low = (require_data("merl-fits", f"{name}.fit") for name in NGAN_AND_LOW)
+    ratios = [
+        np.divide(nacre.load(ngan, name).values["diffuse"], nacre.load(low, name).values["diffuse"])
+        for name in ("alumina-oxide", "nylon", "gray-plastic", "pink-felt", "violet-rubber")
+    ]
+    assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.06)
 
 
 def test_published_tables_load_whole():

@@ -46,6 +46,13 @@ _MODELS: dict[str, tuple[str, dict[str, str]]] = {
 }
 """Name of the model here, and of its parameters, by the name in the tables."""
 
+_SCALES = 1.0, 1.15, 1.66
+"""Of red, green and blue in MERL's own reader, relative to red.
+
+Ngan et al. 2005 fitted values as the files store them: their colors lack these factors, which those
+of Low et al. 2012 and Bagher et al. 2012 have, and the paper does not say so.
+"""
+
 
 def materials(path: Path) -> dict[str, str]:
     """The formula of every material in a table, by name.
@@ -81,6 +88,9 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
         raise FormatError(f"{path}: holds {missing}; choose one of {names}")
     where = f"{path}: {material[:80]}"
     diffuse, kind, given = _parse(known[material], where)
+    if kind.startswith("Ngan"):
+        diffuse = _scaled(diffuse)
+        given = {key: _scaled(value) if key == "albedo" else value for key, value in given.items()}
     if kind not in _MODELS:
         raise FormatError(f"{where}: model {kind[:40]!r} is not one of {', '.join(_MODELS)}")
     model, names_here = _MODELS[kind]
@@ -95,6 +105,14 @@ def load(path: Path, material: str | None = None) -> AnalyticBrdf:
         return MODELS[model](name=material, diffuse=diffuse, **values)
     except (ValueError, TypeError, OverflowError) as error:
         raise FormatError(f"{where}: {error}") from error
+
+
+def _scaled(color: Any) -> Any:
+    """Stored red, green and blue as MERL's reader scales them; anything else as it is."""
+    match color:
+        case [int() | float(), int() | float(), int() | float()]:
+            return [scale * value for scale, value in zip(_SCALES, color, strict=True)]
+    return color
 
 
 def _parse(formula: str, where: str) -> tuple[Any, str, dict[str, Any]]:
