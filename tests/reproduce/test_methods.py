@@ -63,6 +63,27 @@ def test_published_networks_are_told_apart_as_they_are_chosen(tmp_path):
     assert before.settings == shown
 
 
+FIT = "= Aggregate(Lambertian(albedo = [0.1, 0.2, 0.3]), LowSmooth(A = [5.0, 3.0, 2.0], B = 500.0, "
+FITS = {"smooth.fit": f"a {FIT}C = 1.3, eta = 1.6))\n", "he.fit": f"a {FIT}))".replace("Low", "He")}
+
+
+def test_published_tables_are_methods_of_their_own(tmp_path):
+    (path, other) = write_materials(tmp_path)
+    folder = tmp_path / "fits"
+    folder.mkdir()
+    for name, text in FITS.items():
+        (folder / name).write_text(text)
+    known = methods(SETTINGS, [tmp_path, folder])
+    smooth, he = (known[f"published-{name}"] for name in ("smooth", "he"))
+    assert smooth.settings == {"table": digest(folder / "smooth.fit")}
+    found = smooth.fit(nacre.load(path))
+    assert (found.model, found.values["b"], found.nbytes) == ("abc-smooth", 500.0, 36)
+    with pytest.raises(NacreError, match=r"smooth\.fit: no material of this name"):
+        smooth.fit(nacre.load(other))
+    with pytest.raises(NacreError, match=r"he\.fit: .* 'HeSmooth' is not one of"):
+        he.fit(nacre.load(path))
+
+
 def test_codes_are_of_the_basis_given(tmp_path):
     materials = [partial(Glossy, 0.1 * k, 0.05, 0.2 + 0.1 * k) for k in range(4)]
     basis = PcaBasis.train(materials, PcaRecipe(3, Resolution(12, 8, 8)))

@@ -8,9 +8,12 @@ import pytest
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 from nacre.brdf import CosineSampler
+from nacre.color import tone_map
+from nacre.figures.page import display_bytes
 from nacre.render.kitchen import SLOTS, describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.cache import Cache
+from nacre.reproduce.kitchen_page import CROPS, color_key, colors, kitchen_page
 from nacre.reproduce.noise import NoiseSettings, errors, run_noise
 from nacre.reproduce.noise_figures import equal_time, noise_table
 from nacre.sampling import BlinnPhongMixture
@@ -92,6 +95,37 @@ def test_another_sampler_leaves_the_material_as_it_is():
     assert type(other) is Glossy
     assert isinstance(other.sampler, BlinnPhongMixture)
     assert not isinstance(brdf.sampler, BlinnPhongMixture)
+
+
+def test_the_key_has_the_color_of_each_material_where_it_is():
+    pytest.importorskip("matplotlib.figure", reason="needs the extra 'plot'")
+    key, flat = color_key(3, (180, 120)), colors(3)
+    bottle = key[57, 29]  # the tenth place: the first of three materials again
+    np.testing.assert_allclose(bottle, flat[0], atol=0.02)
+    found = [np.abs(key - color).max(axis=-1) < 0.02 for color in flat]
+    assert all(place.mean() > 0.02 for place in found)
+    walls = ~np.any(found, axis=0)
+    assert np.median(np.ptp(key[walls], axis=-1)) < 0.01  # gray
+
+
+def test_the_kitchen_page_shows_crops_of_every_sampler(tmp_path):
+    figures = pytest.importorskip("matplotlib.figure", reason="needs the extra 'plot'")
+    gloss = {"plastic": Glossy(0.1, 0.5, 0.08), "paint": Glossy(0.3, 0.05, 0.3)}
+    brdfs = [brdf.replaced(name=name) for name, brdf in gloss.items()]
+    settings = NoiseSettings(size=(60, 40), counts=(1, 4), shown=4, reference=16)
+    study = run_noise(
+        describe_kitchen, {"all": brdfs}, SAMPLERS, settings, Cache(tmp_path), lambda *_: None
+    )
+    page = kitchen_page(study, list(SAMPLERS))
+    assert isinstance(page, figures.Figure)
+    shown = [axes.images[0].get_array() for axes in page.axes]
+    crop = CROPS[0].of(study.found["all", "lobes"].picture)
+    assert crop.shape == (10, 14, 3)
+    wanted = display_bytes(tone_map(crop))
+    assert any(np.array_equal(pixels, wanted) for pixels in shown)
+    assert len(shown) == 2 + len(brdfs) + len(CROPS) * (1 + len(SAMPLERS))
+    written = {text.get_text() for text in page.texts}
+    assert {"plastic", "paint", "cosine", "lobes"} <= written
 
 
 def test_every_place_in_the_kitchen_has_its_material():

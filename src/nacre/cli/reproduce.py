@@ -60,7 +60,7 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list),
     "Print the names of all experiments and methods.",
     option("--published", options.INPUT, multiple=True),
-    "Folder of published networks, MATERIAL.h5 each. May be repeated.",
+    "Folder of published networks, MATERIAL.h5 each, or of tables of fits. May be repeated.",
     option("--basis", options.INPUT, shown="a pretrained one"),
     "Basis of nacre latent train: principal components for the method pca, any for fig11 and "
     "fig12, a neural one for fig13 to fig16.",

@@ -9,8 +9,9 @@ from typing import Any
 
 from nacre import analytic
 from nacre.analytic import MODELS, AnalyticBrdf, AnisotropicGgx
+from nacre.analytic.tables import materials
 from nacre.brdf import Brdf
-from nacre.errors import NacreError
+from nacre.errors import FormatError, NacreError
 from nacre.formats import load_brdf
 from nacre.io.files import digest
 from nacre.latent.file import load_basis
@@ -18,6 +19,7 @@ from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
 from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
+from nacre.reproduce.texture_network import fit_texture_network
 from nacre.reproduce.trial import TRUTH, Method, Settings
 
 GAIN = 16.0
@@ -37,6 +39,10 @@ ENHANCED_SIZES = _by_weights(
 """The same of networks of enhanced inputs, which take half as many bytes a weight."""
 
 
+TEXTURE_NETWORK = "texture-network-2019"
+"""Name of the method that takes the longest by far, about a minute a material."""
+
+
 class UnavailableError(NacreError):
     """A method that has nothing for this material."""
 
@@ -46,9 +52,16 @@ def methods(
 ) -> dict[str, Method]:
     """Every method by name.
 
-    Networks in the folders `published` have the names of their materials; `basis` is of principal
-    components of other materials (:class:`nacre.latent.PcaBasis`).
+    Networks in the folders `published` have the names of their materials; each table of fits there
+    is a method of its own. `basis` is of principal components of other materials
+    (:class:`nacre.latent.PcaBasis`).
+
+    Raises
+    ------
+    FormatError
+        If a table of fits in the folders is damaged, or the basis cannot be read.
     """
+    folders = tuple(published)
     recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
     enhanced = replace(recipe, inputs=ENHANCED)
     networks = {
@@ -84,7 +97,14 @@ def methods(
             "network of the projected directions, as for textures, hidden layers 22-22",
             replace(recipe, hidden=(22, 22), inputs=STEREOGRAPHIC),
         ),
-        "published": _published(tuple(published)),
+        TEXTURE_NETWORK: Method(
+            "network of Rainer et al. 2019 for textures, one a material",
+            lambda brdf: fit_texture_network(brdf, epochs=settings.epochs, seed=settings.seed),
+            "network",
+            {"epochs": settings.epochs, "seed": settings.seed},
+        ),
+        "published": _published(folders),
+        **_published_fits(folders),
         **models,
         "ggx-gain-1": _model(settings, "GGX, the paper's loss", MODELS["ggx"], 1.0),
         "rgl-48k": Method(
@@ -116,7 +136,7 @@ def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: floa
 
 def _published(folders: tuple[Path, ...]) -> Method:
     def find(brdf: Brdf) -> Brdf:
-        name = f"{Path((brdf.source or {}).get('file', brdf.name)).stem}.h5"
+        name = f"{_file_stem(brdf)}.h5"
         for folder in folders:
             if (folder / name).is_file():
                 return load_brdf(folder / name)
@@ -127,6 +147,35 @@ def _published(folders: tuple[Path, ...]) -> Method:
     files = [path for folder in reversed(folders) for path in sorted(folder.glob("*.h5"))]
     known = {path.name: digest(path) for path in files}
     return Method(about, find, "network", {"networks": known})
+
+
+def _published_fits(folders: tuple[Path, ...]) -> dict[str, Method]:
+    """A method for each table of fits in some folders, by the name of its file."""
+    # Of two folders with one name the first counts.
+    paths = [path for folder in reversed(folders) for path in sorted(folder.glob("*.fit"))]
+    return {f"published-{path.stem}": _published_table(path) for path in paths}
+
+
+def _published_table(path: Path) -> Method:
+    known, problem = materials(path), ""
+    try:
+        load_brdf(path, next(iter(known), None))
+    except FormatError as error:  # of a model that is not read
+        problem = str(error)
+
+    def find(brdf: Brdf) -> Brdf:
+        name = _file_stem(brdf)
+        if problem or name not in known:
+            raise UnavailableError(problem or f"{path}: no material of this name")
+        return load_brdf(path, name)
+
+    about = f"parameters that others published in {path.name}"
+    return Method(about, find, "analytic", {"table": digest(path)})
+
+
+def _file_stem(brdf: Brdf) -> str:
+    """The name of a material that published fits to it are found by."""
+    return Path((brdf.source or {}).get("file", brdf.name)).stem
 
 
 def _codes(path: Path | None) -> Method:

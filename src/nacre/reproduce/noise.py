@@ -138,9 +138,12 @@ def _scene(describe: Describe, brdfs: Sequence[Brdf], settings: NoiseSettings) -
 
 @dataclass
 class NoiseStudy:
-    """What came of a scene: converged pictures by what they show, and others by sampler, too."""
+    """What came of a scene: the materials of pictures by what they show, the pictures when they
+    have converged, and others by sampler, too.
+    """
 
     settings: NoiseSettings
+    groups: Mapping[str, Sequence[Brdf]] = field(default_factory=dict)
     references: dict[str, Picture] = field(default_factory=dict)
     found: dict[tuple[str, str], Convergence] = field(default_factory=dict)
 
@@ -178,7 +181,7 @@ def run_noise(
     fingerprints
         By the name of a sampler, what else than the material and the code decides it.
     """
-    study = NoiseStudy(settings)
+    study = NoiseStudy(settings, groups)
     total, done = len(groups) * (len(samplers) + 1), 0
 
     def step(what: str) -> Progress:

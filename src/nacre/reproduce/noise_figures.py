@@ -17,6 +17,7 @@ from nacre.formats import load_brdf
 from nacre.render.kitchen import describe_kitchen
 from nacre.render.plates import describe_plates
 from nacre.reproduce.experiment import Experiment, Outcome, Request
+from nacre.reproduce.kitchen_page import kitchen_page
 from nacre.reproduce.noise import MEASURES, Describe, NoiseSettings, NoiseStudy, run_noise
 from nacre.reproduce.samplers import DEFAULT, PREDICTED, SAMPLERS, find_sampler
 from nacre.reproduce.tables import markdown_table
@@ -168,5 +169,5 @@ _PLATES: dict[str, Any] = {"scene": describe_plates, "together": False}
 _KITCHEN: dict[str, Any] = {"scene": describe_kitchen, "together": True}
 FIG13 = NoiseFigure(title="plates by several samplers", draw=picture_page, **_PLATES)
 FIG14 = NoiseFigure(title="errors of the plates", draw=error_page, **_PLATES)
-FIG15 = NoiseFigure(title="a kitchen by several samplers", draw=picture_page, **_KITCHEN)
+FIG15 = NoiseFigure(title="a kitchen by several samplers", draw=kitchen_page, **_KITCHEN)
 FIG16 = NoiseFigure(title="errors of the kitchen", draw=error_page, **_KITCHEN)

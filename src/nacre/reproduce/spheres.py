@@ -1,4 +1,4 @@
-"""Figures 6, 7 and 9: spheres side by side, and where their structure differs."""
+"""Figures 2, 5, 6, 7 and 9: spheres side by side, and where their structure differs."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ ROWS = 8
 
 _SIDE, _STRIP, _GAP = 1.1, 0.42, 0.08
 """Inches: edge of a sphere, height of what is below it, and between cells."""
+_BETWEEN = 0.25
+"""Inches between lights."""
 _NAMES, _HEAD, _FOOT = 1.35, 0.45, 0.5
 """Inches: width of the materials' names, height of the methods' names and of the color scale."""
 _BAR = 2.6
@@ -26,8 +28,8 @@ _DARKEST = -4.0
 """Decimal logarithm of 1 - SSIM at the dark end of the color scale."""
 
 
-def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
-    """Spheres of every material (rows) by every method (columns), the truth first.
+def sphere_pages(study: Study, methods: Sequence[str], *lights: str) -> list[Any]:
+    """Spheres of every material (rows) by every method (columns), the truth first, by light.
 
     Below each sphere are a small map of 1 - SSIM, and the mean of SSIM, the best of a row in bold.
 
@@ -37,8 +39,8 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
         With trials of :data:`nacre.reproduce.trial.TRUTH` and of the methods.
     methods
         Columns; those without any trial are left out.
-    light
-        One of :data:`nacre.reproduce.trial.LIGHTS`.
+    lights
+        Of :data:`nacre.reproduce.trial.LIGHTS`, side by side.
 
     Returns
     -------
@@ -48,38 +50,60 @@ def sphere_pages(study: Study, methods: Sequence[str], light: str) -> list[Any]:
     columns = [TRUTH, *study.tried(methods)]
     materials = [m for m in study.materials if (m, TRUTH) in study.trials]
     pages = [materials[i : i + ROWS] for i in range(0, len(materials), ROWS)]
-    return [_page(study, columns, page, light) for page in pages]
+    return [_page(study, columns, page, lights) for page in pages]
 
 
-def _page(study: Study, columns: Sequence[str], materials: Sequence[str], light: str) -> Any:
+def _page(
+    study: Study, columns: Sequence[str], materials: Sequence[str], lights: Sequence[str]
+) -> Any:
     cell = _SIDE + _GAP, _SIDE + _STRIP + _GAP
-    size = _NAMES + len(columns) * cell[0], _HEAD + len(materials) * cell[1] + _FOOT
+    across = len(columns) * cell[0] + _BETWEEN
+    size = (
+        _NAMES + len(lights) * across - _BETWEEN,
+        _HEAD + len(materials) * cell[1] + _FOOT,
+    )
     page = Page(*size)
-    for i, method in enumerate(columns):
-        x = _NAMES + i * cell[0] + 0.5 * _SIDE
-        page.text(x, _HEAD - 0.1, broken(method), ha="center", va="bottom", size=8.0)
     for j, material in enumerate(materials):
         y = _HEAD + j * cell[1]
         page.text(0.05, y + 0.5 * _SIDE, broken(material), va="center", size=8.0)
-        trials = {m: study.trials[material, m] for m in columns if (material, m) in study.trials}
-        figure = f"{light} SSIM"
-        best = max((t.figures[figure] for m, t in trials.items() if m != TRUTH), default=1.0)
+    for k, light in enumerate(lights):
+        left = _NAMES + k * across
         for i, method in enumerate(columns):
-            x = _NAMES + i * cell[0]
-            if method not in trials:
-                page.text(x + 0.5 * _SIDE, y + 0.5 * _SIDE, "none", ha="center", color=FAINT)
-                continue
-            picture = study.pictures(material, method)[light]
-            page.sphere(x, y, _SIDE, picture.shown / 255.0)
-            if method == TRUTH:
-                continue
-            page.sphere(x + 0.08, y + _SIDE, _STRIP, _error_colors(picture.similarity))
-            value = trials[method].figures[figure]
-            weight = "bold" if value == best else "normal"
-            where = x + _STRIP + 0.14, y + _SIDE + 0.5 * _STRIP
-            page.text(*where, readable(value, figure), va="center", fontweight=weight)
+            x = left + i * cell[0] + 0.5 * _SIDE
+            page.text(x, _HEAD - 0.1, broken(method), ha="center", va="bottom", size=8.0)
+        for j, material in enumerate(materials):
+            _row(page, (left, _HEAD + j * cell[1]), study, columns, material, light)
     _scale(page, _NAMES, size[1] - 0.3)
     return page.figure
+
+
+def _row(
+    page: Page,
+    corner: tuple[float, float],
+    study: Study,
+    columns: Sequence[str],
+    material: str,
+    light: str,
+) -> None:
+    """Spheres of one material under one light, from a corner on."""
+    figure = f"{light} SSIM"
+    trials = {m: study.trials[material, m] for m in columns if (material, m) in study.trials}
+    rivals = [trial.figures[figure] for method, trial in trials.items() if method != TRUTH]
+    best = max(rivals) if len(rivals) > 1 else None
+    for i, method in enumerate(columns):
+        x, y = corner[0] + i * (_SIDE + _GAP), corner[1]
+        if method not in trials:
+            page.text(x + 0.5 * _SIDE, y + 0.5 * _SIDE, "none", ha="center", color=FAINT)
+            continue
+        picture = study.pictures(material, method)[light]
+        page.sphere(x, y, _SIDE, picture.shown / 255.0)
+        if method == TRUTH:
+            continue
+        page.sphere(x + 0.08, y + _SIDE, _STRIP, _error_colors(picture.similarity))
+        value = trials[method].figures[figure]
+        weight = "bold" if value == best else "normal"
+        where = x + _STRIP + 0.14, y + _SIDE + 0.5 * _STRIP
+        page.text(*where, readable(value, figure), va="center", fontweight=weight)
 
 
 def mean_maps(study: Study, methods: Sequence[str], light: str, columns: int = 6) -> Figure:
