@@ -34,7 +34,7 @@ class Request:
     folder
         For what is kept; made if it is not there.
     published
-        Folders of networks that others fitted.
+        Folders of networks that others fitted, and of tables of fits.
     basis
         A file of :mod:`nacre.latent`; the pretrained one where None.
     environment
