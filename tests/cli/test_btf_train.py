@@ -291,7 +291,5 @@ def test_help_tells_the_defaults_of_every_model(capsys):
     default, custom = TrainingRecipe(), CustomNetwork.recipe().training
     rates = f"default: {default.learning_rate}; {reference.learning_rate} with the reference"
     assert rates in shown
-    batches = (
-        f"default: {default.batch}; {custom.batch} for custom; {reference.batch} with the ref"
-    )
+    batches = f"default: {default.batch}; {custom.batch} for custom; {reference.batch} with the ref"
     assert batches in shown

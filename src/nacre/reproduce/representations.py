@@ -48,8 +48,8 @@ _PROTOCOL = (
     "paper's scene; the materials named below in place of the 100 of MERL; networks by nacre's "
     "recipe (other training directions unless the name says adaptive or uniform, another "
     "initialization and learning rate, no ReLU on the output while training); "
-    "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise, in "
-    "place of published parameters"
+    "analytic models fitted by nacre, with a loss gain of 16 unless the name says otherwise; "
+    "published parameters where --published has tables of them"
 )
 _SEEN = "enhanced-675", "nbrdf-675", "published", "pca", "npf", "sgd", "ggx", "rgl-48k"
 _OPTIONS = frozenset(("methods", "environment", "size", "quick", "seed", "folder", "fresh", "jobs"))
