@@ -20,7 +20,9 @@ pytest.importorskip("torch", reason="needs the extra 'latent'")
 from nacre.latent import AutoencoderRecipe, autoencoder_training, descent
 from nacre.latent.autoencoder_training import lit_pixels, permuted, torch
 
-RECIPE = AutoencoderRecipe(code_dim=4, width=32, mixtures=6, steps=300, networks=16, pixels=64)
+RECIPE = AutoencoderRecipe(
+    code_dim=4, width=32, mixtures=6, steps=300, networks=16, pixels=64, predictors=False
+)
 PIXELS = [part[:400] for part in lit_pixels()]
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
-from nacre.latent import LobePredictor, NeuralBasis
+from nacre.latent import Autoencoder, LobePredictor, NeuralBasis
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
 from nacre.sampling import BlinnPhongMixture, GgxMixture
 from nacre.sampling.parametrizations import PARAMETRIZATIONS
-from tests.latent.made import predictor, random_basis
+from tests.latent.made import predictor, random_autoencoder, random_basis
 
 KINDS = {"blinn-phong": BlinnPhongMixture, "ggx": GgxMixture, "mixture": GgxMixture}
 
@@ -117,3 +117,46 @@ def test_a_damaged_predictor_is_refused(tmp_path: Path, monkeypatch, header, wor
     save_basis(predicting(), path)
     with pytest.raises(FormatError, match=words):
         load_basis(path)
+
+
+def test_an_autoencoder_keeps_its_predictors_and_what_they_are_trained_on(tmp_path: Path) -> None:
+    plain = random_autoencoder()
+    examples = np.random.default_rng(1).normal(size=(3, 6, 6)).astype(np.float32)
+    learned = {"ggx by labels": predictor("ggx", seed=7), "mixture": predictor("mixture")}
+    before = plain.replaced(examples=examples, predictors=learned)
+    save_basis(before, tmp_path / "basis.safetensors")
+    after = load_basis(tmp_path / "basis.safetensors")
+    assert isinstance(after, Autoencoder)
+    np.testing.assert_array_equal(after.orders(), examples)
+    code = np.linspace(-1.0, 1.0, 6)
+    for name, predict in learned.items():
+        assert after.predictors[name](code) == predict(code)
+    assert after.fingerprint() == plain.replaced(examples=examples).fingerprint()
+    assert after.nbytes > plain.nbytes
+    assert after.describe()["predicts lobes"] == "ggx by labels, mixture"
+    # What earlier versions wrote holds neither, and their codes stay valid.
+    save_basis(plain, tmp_path / "old.safetensors")
+    old = load_basis(tmp_path / "old.safetensors")
+    assert isinstance(old, Autoencoder)
+    assert old.orders().shape == (0, 6, 6)
+    assert old.predictors == {}
+    assert set(old.pack()[0]) == {"seed"}
+    assert set(old.pack()[1]) == {
+        "common",
+        *(f"{x}_{part}" for x in old.LAYERS for part in ("weights", "biases")),
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"examples": np.zeros((2, 6, 7), np.float32)}, "no codes of 6 values"),
+        ({"examples": np.zeros((2, 5, 6), np.float32)}, "six orders"),
+        ({"predictors": {"ggx": predictor("mixture")}}, "is not of 6 values"),
+        ({"predictors": {"ggx by labels": predictor("ggx", 7)}}, "is not of 6 values"),
+        ({"predictors": {"ggx by magic": predictor("ggx")}}, "is not of 6 values"),
+    ],
+)
+def test_an_autoencoder_refuses_what_is_for_other_codes(change, words) -> None:
+    with pytest.raises(ValueError, match=words):
+        random_autoencoder().replaced(**change)

@@ -22,7 +22,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "lobe_predictor": ["LobePredictor"],
         "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
         "pca": ["PcaBasis", "PcaBrdf"],
-        "predictor_training": ["train_predictors", "with_predictors"],
+        "predictor_training": ["train_predictors", "with_labels", "with_predictors"],
         "recipes": [
             "AutoencoderRecipe",
             "BasisRecipe",

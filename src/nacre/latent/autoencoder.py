@@ -17,8 +17,15 @@ from nacre.io.tensors import Tensors
 from nacre.latent.basis import Vector, integer
 from nacre.latent.directions import isotropic_values
 from nacre.latent.distillation import Distillation
+from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import check_tensors
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.predicting import (
+    PredictingBasis,
+    no_examples,
+    pack_predictors,
+    unpack_predictors,
+)
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
@@ -26,7 +33,7 @@ from nacre.numerics.pca import Double
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Autoencoder(WeightBasis):
+class Autoencoder(WeightBasis, PredictingBasis):
     """Two layers from the 675 weights of a network to a code, and two back.
 
     x / (1 + e^-x) follows the first and the third. Over the networks it was trained on, each with
@@ -42,11 +49,17 @@ class Autoencoder(WeightBasis):
         Of the fits; see :class:`nacre.latent.distillation.Distillation`.
     metadata
         JSON-able facts about the training.
+    examples
+        What the encoder gives for the training materials, with their channels in all orders, shape
+        (m, 6, k), float32; None where that is not kept.
+    predictors
+        Of lobes for importance sampling, by name; may be empty. They are for codes that the encoder
+        gives, as in section 3.3.
 
     Raises
     ------
     ValueError
-        If layers do not fit to one another.
+        If layers do not fit to one another, or examples or a predictor are for other codes.
     """
 
     kind: ClassVar[str] = "autoencoder"
@@ -62,6 +75,8 @@ class Autoencoder(WeightBasis):
     network: Layer
     seed: int
     metadata: dict[str, Any] = field(default_factory=dict)
+    examples: npt.NDArray[np.float32] | None = None
+    predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         width, values = len(self.contract.biases), self.code_dim
@@ -74,6 +89,9 @@ class Autoencoder(WeightBasis):
             expand=(values, units),
             network=(units, COUNT),
         )
+        if self.orders().shape[1:] != (6, values):
+            raise ValueError(f"examples are no codes of {values} values in six orders")
+        self.check_predictors()
 
     @property
     def code_dim(self) -> int:
@@ -81,7 +99,11 @@ class Autoencoder(WeightBasis):
 
     @property
     def nbytes(self) -> int:
-        return self.common.nbytes + super().nbytes
+        shared = self.common.nbytes + super().nbytes
+        return shared + self.orders().nbytes + self.predictor_bytes()
+
+    def orders(self) -> npt.NDArray[np.float32]:
+        return no_examples(self.code_dim) if self.examples is None else self.examples
 
     def weights(self, codes: npt.ArrayLike) -> Double:
         values = np.asarray(codes, np.float64)
@@ -106,11 +128,20 @@ class Autoencoder(WeightBasis):
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
         tensors: Tensors = {"common": np.ascontiguousarray(self.common)}
-        return {"seed": self.seed}, tensors | named_tensors(self.layers)
+        if self.examples is not None:
+            tensors["examples"] = np.ascontiguousarray(self.examples)
+        fields, predictors = pack_predictors(self.predictors)
+        return {"seed": self.seed} | fields, tensors | named_tensors(self.layers) | predictors
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Autoencoder:
         check_tensors(tensors)
         layers = named_layers(tensors, cls.LAYERS)
-        seed, metadata = integer(header, "seed"), header["metadata"]
-        return cls(tensors["common"], **layers, seed=seed, metadata=metadata)
+        return cls(
+            tensors["common"],
+            **layers,
+            seed=integer(header, "seed"),
+            metadata=header["metadata"],
+            examples=tensors.get("examples"),
+            predictors=unpack_predictors(header, tensors),
+        )

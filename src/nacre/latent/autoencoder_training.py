@@ -23,6 +23,7 @@ from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import Tensor, descend, free_layer, torch
 from nacre.latent.directions import Floats, isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
+from nacre.latent.predicted_weights import predicting
 from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, SHAPES, tensor_reflectance
 from nacre.neural.inputs import PAPER
@@ -53,7 +54,11 @@ def train_autoencoder(
     training = _Training(networks, lit_pixels(), recipe)
     loss = training.run(checkpoint, report)
     metadata = {"materials": names, "loss": loss, "training": asdict(recipe)}
-    return training.autoencoder(common, metadata)
+    autoencoder = training.autoencoder(common, metadata)
+    orders = [
+        permuted(networks[: len(values)], order) for order in itertools.permutations(range(OUTPUTS))
+    ]
+    return predicting(autoencoder, np.stack(orders, axis=1), recipe, report)
 
 
 class _Training:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Sampler
 from nacre.numerics.mlp import TANH, Layer, forward, widths
-from nacre.sampling.parametrizations import find_parametrization
+from nacre.sampling.parametrizations import Parametrization, find_parametrization
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,14 @@ class LobePredictor:
         if widths(self.layers)[-1] != size:
             raise ValueError(f"{self.family} takes {size} parameters")
 
+    @property
+    def parametrization(self) -> Parametrization:
+        """That of the family."""
+        return find_parametrization(self.family)
+
     def __call__(self, code: npt.ArrayLike) -> Sampler:
         """The sampler for a code of shape (k,)."""
-        return find_parametrization(self.family).sampler(self.free(code))
+        return self.parametrization.sampler(self.free(code))
 
     def free(self, code: npt.ArrayLike) -> npt.NDArray[np.floating]:
         """Its free parameters, of the family's size."""

@@ -25,10 +25,16 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Floats, Weights, namespace
 from nacre.brdf import Brdf, Sampler
 from nacre.io.tensors import Tensors, check_numbers
-from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integer, integers
+from nacre.latent.basis import LARGEST, CodedBrdf, Vector, integer, integers
 from nacre.latent.directions import isotropic_inputs
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.predicting import (
+    PredictingBasis,
+    numbered_layers,
+    pack_predictors,
+    unpack_predictors,
+)
 from nacre.latent.recipes import BasisRecipe
 from nacre.neural.file import numbered_tensors
 from nacre.neural.inputs import ENHANCED
@@ -50,7 +56,7 @@ _FARTHEST = 100.0  # bound of the values that are found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NeuralBasis(LatentBasis):
+class NeuralBasis(PredictingBasis):
     """A network whose outputs are functions that materials are sums of.
 
     A code is g values of luma, then p pairs of chroma. Over the training materials, each with its
@@ -70,7 +76,7 @@ class NeuralBasis(LatentBasis):
     metadata
         JSON-able facts about the training.
     predictors
-        Of lobes for importance sampling, by the kind of sampler; may be empty.
+        Of lobes for importance sampling, by name; may be empty.
 
     Raises
     ------
@@ -102,9 +108,7 @@ class NeuralBasis(LatentBasis):
             raise ValueError(f"{self.functions.shape[1]} functions, {self.luma} of them of luma")
         if self.examples.ndim != 2 or self.examples.shape[1] != self.code_dim:
             raise ValueError(f"examples {self.examples.shape} are no codes of {self.code_dim}")
-        for name, predictor in self.predictors.items():
-            if name != predictor.family or len(predictor.layers[0].weights) != self.code_dim:
-                raise ValueError(f"predictor {name!r} is not of {self.code_dim} values")
+        self.check_predictors()
 
     @property
     def code_dim(self) -> int:
@@ -118,8 +122,7 @@ class NeuralBasis(LatentBasis):
     @property
     def nbytes(self) -> int:
         """See :class:`LatentBasis`; predictors of lobes are included."""
-        parts = self.hidden, *(predictor.layers for predictor in self.predictors.values())
-        layers = sum(layer.nbytes for part in parts for layer in part)
+        layers = sum(layer.nbytes for layer in self.hidden) + self.predictor_bytes()
         return layers + self.functions.nbytes + self.examples.nbytes
 
     def values(self, inputs: Floats) -> Floats:
@@ -147,8 +150,18 @@ class NeuralBasis(LatentBasis):
         """Codes (n, k) of the materials whose channels are those of `codes` in another order: which
         of :data:`nacre.numerics.channels.PERMUTATIONS`, shape (n,) or one for all.
         """
-        pairs = codes[:, self.luma :].reshape(len(codes), -1, 2) @ CHROMA_PERMUTATIONS[permutation]
-        return np.concatenate([codes[:, : self.luma], pairs.reshape(len(codes), -1)], axis=1)
+        pairs = codes[:, self.luma :].reshape(len(codes), self.chroma, 2)
+        turned = (pairs @ CHROMA_PERMUTATIONS[permutation]).reshape(len(codes), 2 * self.chroma)
+        return np.concatenate([codes[:, : self.luma], turned], axis=1)
+
+    def orders(self) -> Floats:
+        every = [self.permuted(self.examples, index) for index in range(len(CHROMA_PERMUTATIONS))]
+        return np.stack(every, axis=1)
+
+    def reflectances(self, codes: Floats, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        values = self.values(isotropic_inputs(wi, wo, ENHANCED))
+        weights = np.stack([self.channel_weights(code).T for code in codes]).astype(np.float32)
+        return np.exp(np.minimum(weights @ values.T, BRIGHTEST)).transpose(0, 2, 1)
 
     def _refined(self, brdf: Brdf, seed: int) -> Vector:
         with one_blas_thread():
@@ -177,35 +190,23 @@ class NeuralBasis(LatentBasis):
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
         return NeuralBasisBrdf(self, code, name)
 
-    def _without_predictors(self) -> NeuralBasis:
-        return self.replaced(predictors={})
-
     def pack(self) -> tuple[dict[str, Any], Tensors]:
         tensors: Tensors = {
             name: np.ascontiguousarray(getattr(self, name)) for name in ("functions", "examples")
         }
         tensors |= numbered_tensors(self.hidden)
         own: dict[str, Any] = {"greys": self.luma, "hidden": list(widths(self.hidden)[1:])}
-        if self.predictors:
-            own["predictors"] = {name: len(p.layers) for name, p in self.predictors.items()}
-        for name, predictor in self.predictors.items():
-            tensors |= numbered_tensors(predictor.layers, _prefix(name))
-        return own, tensors
+        fields, layers = pack_predictors(self.predictors)
+        return own | fields, tensors | layers
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> NeuralBasis:
         sizes = integers(header, "hidden")
         check_tensors(tensors)
-        hidden = _numbered_layers(tensors, len(sizes))
+        hidden = numbered_layers(tensors, len(sizes))
         if [len(layer.biases) for layer in hidden] != sizes:
             raise ValueError(f"layers are not as wide as {sizes}")
-        counts = header.get("predictors", {})
-        if not isinstance(counts, dict):
-            raise ValueError("predictors is not an object")
-        predictors = {
-            n: LobePredictor(n, _numbered_layers(tensors, integer(counts, n), _prefix(n)))
-            for n in counts
-        }
+        predictors = unpack_predictors(header, tensors)
         functions, examples = tensors["functions"], tensors["examples"]
         luma, metadata = integer(header, "greys"), header["metadata"]
         return cls(hidden, functions, luma, examples, metadata, predictors)
@@ -259,16 +260,3 @@ def check_tensors(tensors: Tensors) -> None:
         if array.dtype != np.float32:
             raise ValueError(f"{name} is {array.dtype}, expected float32")
     check_numbers(tensors, LARGEST)
-
-
-def _prefix(name: str) -> str:
-    """Of the names of a predictor's tensors."""
-    return f"predictor {name} "
-
-
-def _numbered_layers(tensors: Tensors, count: int, prefix: str = "") -> list[Layer]:
-    """The inverse of :func:`nacre.neural.file.numbered_tensors`."""
-    return [
-        Layer(tensors[f"{prefix}weights_{index}"], tensors[f"{prefix}biases_{index}"])
-        for index in range(1, count + 1)
-    ]

@@ -1,34 +1,41 @@
-"""Training of lobe predictors in PyTorch, on the variance that their lobes would have.
+"""Training of lobe predictors in PyTorch.
 
-No labels are needed: f_r is known for any code, so the second moment of f cos(theta_i) / p under
-predicted lobes is (:mod:`nacre.sampling.moment`), and its logarithm is brought to a minimum over
-codes of all kinds.
+By variance: f_r is known for any code, so the second moment of f cos(theta_i) / p under predicted
+lobes is (:mod:`nacre.sampling.moment`), and its logarithm is brought to a minimum over codes of all
+kinds. Or by labels, the NBRDF paper's way (section 3.3): lobes of models that are fitted to the
+training materials, with the squared error of their parameters.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.brdf import Sampler
 from nacre.errors import NacreError
-from nacre.latent.descent import finished, free_layer, torch
-from nacre.latent.directions import isotropic_inputs
+from nacre.latent.descent import Tensor, finished, free_layer, torch
 from nacre.latent.lobe_predictor import LobePredictor
-from nacre.latent.neural_basis import BRIGHTEST, NeuralBasis
+from nacre.latent.predicting import BY_LABELS, PredictingBasis
 from nacre.latent.recipes import PredictorRecipe
-from nacre.neural.inputs import ENHANCED
 from nacre.neural.training import schedule
-from nacre.numerics.channels import PERMUTATIONS
 from nacre.numerics.mlp import TANH, forward
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
+from nacre.sampling.mixture_parameters import logistic
 from nacre.sampling.moment import Pairs, propose, view_pairs
-from nacre.sampling.parametrizations import PARAMETRIZATIONS, Parametrization
+from nacre.sampling.parametrizations import (
+    PARAMETRIZATIONS,
+    Parametrization,
+    find_parametrization,
+)
+
+Basis = TypeVar("Basis", bound=PredictingBasis)
 
 _STRETCH = -1.0, 2.0  # where between, or beyond, two materials a mixture of theirs lies
 _SCALES = 0.5, 2.5  # standard deviations of random codes
@@ -38,14 +45,14 @@ _AT_ONCE = 32  # codes that are decoded together
 
 
 def with_predictors(
-    basis: NeuralBasis, recipe: PredictorRecipe | None = None, progress: Progress | None = None
-) -> NeuralBasis:
-    """A basis together with predictors of lobes, trained on its examples.
+    basis: Basis, recipe: PredictorRecipe | None = None, progress: Progress | None = None
+) -> Basis:
+    """A basis together with predictors of lobes, trained on its examples by variance.
 
     Parameters
     ----------
     basis
-        Without predictors, or with others.
+        Those of its predictors that have other names stay.
     recipe
         Settings.
     progress
@@ -56,25 +63,78 @@ def with_predictors(
     NacreError
         If there are no examples.
     """
-    if not len(basis.examples):
+    codes = _examples(basis).reshape(-1, basis.code_dim)
+    found = train_predictors(basis, codes, recipe, progress)
+    return basis.replaced(predictors={**basis.predictors, **found})
+
+
+def with_labels(
+    basis: Basis,
+    labels: Mapping[str, Sequence[Sampler | None]],
+    recipe: PredictorRecipe | None = None,
+    progress: Progress | None = None,
+) -> Basis:
+    """A basis together with predictors of lobes that learn from labels.
+
+    Parameters
+    ----------
+    basis
+        Those of its predictors that have other names stay.
+    labels
+        By the name of a parametrization, lobes of the basis's examples in their order; None for
+        one that has no label. See :func:`nacre.analytic.labels.fitted_lobes`.
+    recipe
+        Settings; those of variance do not matter.
+    progress
+        Called as it goes on.
+
+    Raises
+    ------
+    NacreError
+        If there are no examples, or no label of a parametrization.
+    ValueError
+        If lobes are no labels of their parametrization, or not as many as there are examples.
+    """
+    orders = _examples(basis)
+    found = {}
+    for name, lobes in labels.items():
+        known = [index for index, lobe in enumerate(lobes) if lobe is not None]
+        if len(lobes) != len(orders):
+            raise ValueError(f"{len(lobes)} labels {name!r} for {len(orders)} examples")
+        if not known:
+            raise NacreError(f"there are no labels {name!r}")
+        family = find_parametrization(name)
+        places = np.array([family.places(lobe) for lobe in lobes if lobe is not None])
+        training = _LabelTraining(basis.code_dim, family, recipe or PredictorRecipe())
+        for done, error in enumerate(training.run(orders[known], places), 1):
+            if progress and done % 50 == 0:
+                total = training.recipe.steps
+                progress("labels", done, total, f"{name}, squared error {error:.4f}")
+        found[f"{name}{BY_LABELS}"] = training.predictor(name)
+    return basis.replaced(predictors={**basis.predictors, **found})
+
+
+def _examples(basis: PredictingBasis) -> Floats:
+    orders = basis.orders()
+    if not len(orders):
         raise NacreError("predictors of lobes need a basis with examples")
-    return basis.replaced(predictors=train_predictors(basis, basis.examples, recipe, progress))
+    return orders
 
 
 def train_predictors(
-    basis: NeuralBasis,
+    basis: PredictingBasis,
     codes: Floats,
     recipe: PredictorRecipe | None = None,
     progress: Progress | None = None,
 ) -> dict[str, LobePredictor]:
-    """A predictor for every kind of sampler, by its name.
+    """A predictor for every kind of sampler, by its name; trained on variance.
 
     Parameters
     ----------
     basis
         What the codes are for.
     codes
-        Of the materials that the basis was trained on, shape (n, k).
+        Of the materials that the basis was trained on, in all orders of the channels, shape (n, k).
     recipe
         Settings.
     progress
@@ -94,7 +154,7 @@ def train_predictors(
             report("decoding", index + 1, recipe.sets, "")
         found, done = {}, 0
         for name, family in PARAMETRIZATIONS.items():
-            training = _Training(basis.code_dim, family, recipe)
+            training = _VarianceTraining(basis.code_dim, family, recipe)
             for moment in training.run(sets):
                 done += 1
                 if done % 50 == 0:
@@ -108,21 +168,18 @@ class _TrainingSet:
     """Floats, and what they reflect in some directions."""
 
     def __init__(
-        self, basis: NeuralBasis, known: Floats, recipe: PredictorRecipe, index: int
+        self, basis: PredictingBasis, known: Floats, recipe: PredictorRecipe, index: int
     ) -> None:
         random = np.random.default_rng((recipe.seed, 5, index))
-        codes = draw_codes(basis, known, -(-recipe.codes // recipe.sets), random)
+        codes = draw_codes(known, -(-recipe.codes // recipe.sets), random)
         proposal = propose(int(random.integers(1 << 31)), recipe.lights).single()
         wi, wo = (w.reshape(-1, 3) for w in (proposal.wi, proposal.wo))
         shape = proposal.density.shape
         weights = np.empty((len(codes), *shape), np.float32)
         with one_blas_thread():
-            values = basis.values(isotropic_inputs(wi, wo, ENHANCED))
             for start in range(0, len(codes), _AT_ONCE):
                 part = slice(start, start + _AT_ONCE)
-                weighted = np.stack([basis.channel_weights(code).T for code in codes[part]])
-                logs = np.minimum(weighted.astype(np.float32) @ values.T, BRIGHTEST)
-                f_r = np.exp(logs).transpose(0, 2, 1).reshape(-1, *shape, 3)
+                f_r = basis.reflectances(codes[part], wi, wo).reshape(-1, *shape, 3)
                 weights[part] = proposal.weights(f_r)
         self.codes, self.weights = torch.from_numpy(codes), torch.from_numpy(weights)
         half, view, cosine = view_pairs(proposal.wo, proposal.wi)
@@ -135,7 +192,7 @@ class _Training:
     """Weights and optimizer state of one predictor."""
 
     def __init__(self, code_dim: int, family: Parametrization, recipe: PredictorRecipe) -> None:
-        self._family, self._recipe = family, recipe
+        self._family, self.recipe = family, recipe
         self._random = np.random.default_rng((recipe.seed, 6))
         self._layers = [
             free_layer(self._random, code_dim, recipe.hidden, code_dim**-0.5),
@@ -143,50 +200,70 @@ class _Training:
         ]
         self._adam = torch.optim.Adam([a for layer in self._layers for a in layer])
 
-    def run(self, sets: list[_TrainingSet]) -> Iterator[float]:
-        """All steps; each gives the geometric mean of its second moments.
+    def _step(self, rate: float, loss: Tensor) -> float:
+        """One step; gives the loss.
 
         Raises
         ------
         NacreError
-            If one is not finite.
+            If it is not finite.
         """
-        recipe = self._recipe
-        for rate in schedule(recipe.steps, recipe.learning_rate):
-            self._adam.param_groups[0]["lr"] = float(rate)
-            given = sets[self._random.integers(len(sets))]
-            chosen = torch.from_numpy(self._random.integers(len(given.codes), size=recipe.batch))
-            free = forward(given.codes[chosen], self._layers, TANH)
-            density = self._family.density(free, given.pairs)
-            moments = (given.weights[chosen] / density).sum((-1, -2))
-            loss = moments.clamp(min=_MIN_MOMENT).log().mean()
-            self._adam.zero_grad()
-            loss.backward()
-            self._adam.step()
-            moment = math.exp(loss.item())
-            if not math.isfinite(moment):
-                raise NacreError("training of lobe predictors: the variance is not finite")
-            yield moment
+        self._adam.param_groups[0]["lr"] = float(rate)
+        self._adam.zero_grad()
+        loss.backward()
+        self._adam.step()
+        value = float(loss.item())
+        if not math.isfinite(value):
+            raise NacreError("training of lobe predictors: the loss is not finite")
+        return value
 
     def predictor(self, name: str) -> LobePredictor:
         """What came of it."""
         return LobePredictor(name, [finished(layer) for layer in self._layers])
 
 
-def draw_codes(
-    basis: NeuralBasis, codes: Floats, count: int, random: np.random.Generator
-) -> npt.NDArray[np.float32]:
-    """Floats to train on, shape (count, k).
+class _VarianceTraining(_Training):
+    """By the second moments of what is sampled."""
 
-    Two fifths are those of materials, two fifths are mixtures of two, the others are normally
-    distributed. Channels of materials change places.
+    def run(self, sets: list[_TrainingSet]) -> Iterator[float]:
+        """All steps; each gives the geometric mean of its second moments."""
+        for rate in schedule(self.recipe.steps, self.recipe.learning_rate):
+            given = sets[self._random.integers(len(sets))]
+            drawn = self._random.integers(len(given.codes), size=self.recipe.batch)
+            chosen = torch.from_numpy(drawn)
+            free = forward(given.codes[chosen], self._layers, TANH)
+            density = self._family.density(free, given.pairs)
+            moments = (given.weights[chosen] / density).sum((-1, -2))
+            yield math.exp(self._step(rate, moments.clamp(min=_MIN_MOMENT).log().mean()))
+
+
+class _LabelTraining(_Training):
+    """By the places of parameters between their bounds."""
+
+    def run(self, orders: Floats, places: Floats) -> Iterator[float]:
+        """All steps; each gives its mean squared error.
+
+        Codes of materials in all orders of their channels are of shape (m, 6, k), the places of
+        their parameters (m, size).
+        """
+        targets = torch.from_numpy(places.astype(np.float32))
+        with one_thread():
+            for rate in schedule(self.recipe.steps, self.recipe.learning_rate):
+                chosen = self._random.integers(len(orders), size=self.recipe.batch)
+                order = self._random.integers(orders.shape[1], size=self.recipe.batch)
+                codes = orders[chosen, order]
+                codes = codes + _JITTER * self._random.normal(size=codes.shape)
+                free = forward(torch.from_numpy(codes.astype(np.float32)), self._layers, TANH)
+                yield self._step(rate, (logistic(free) - targets[chosen]).square().mean())
+
+
+def draw_codes(codes: Floats, count: int, random: np.random.Generator) -> npt.NDArray[np.float32]:
+    """Codes to train on, shape (count, k), from those of materials, shape (n, k).
+
+    Two fifths are of materials, two fifths are mixtures of two, the others are normally
+    distributed.
     """
-
-    def materials() -> Floats:
-        chosen = codes[random.integers(len(codes), size=count)]
-        return basis.permuted(chosen, random.integers(len(PERMUTATIONS), size=count))
-
-    one, other = materials(), materials()
+    one, other = (codes[random.integers(len(codes), size=count)] for _ in range(2))
     fraction = random.uniform(*_STRETCH, (count, 1))
     shape = one.shape
     kind = random.choice(3, (count, 1), p=(0.4, 0.4, 0.2))

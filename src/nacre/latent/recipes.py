@@ -171,6 +171,8 @@ class AutoencoderRecipe:
         Peak of the schedule of :func:`nacre.neural.training.schedule`.
     seed
         The same seed gives the same autoencoder on the same machine.
+    predictors
+        Whether predictors of lobes for importance sampling are trained as well.
     """
 
     code_dim: int = 32
@@ -181,6 +183,7 @@ class AutoencoderRecipe:
     pixels: int = 256
     learning_rate: float = 2e-3
     seed: int = 0
+    predictors: bool = True
 
     def __post_init__(self) -> None:
         check_positive(self, "code_dim", "width", "steps", "networks", "pixels")

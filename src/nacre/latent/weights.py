@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import abc
 import itertools
-import math
 from collections.abc import Sequence
 from typing import Any, ClassVar, TypeAlias
 
@@ -73,6 +72,13 @@ class WeightBasis(LatentBasis):
     def weights(self, codes: npt.ArrayLike) -> Double:
         """Weights of codes of shape (n, k), shape (n, 675), however long the codes are."""
 
+    def reflectances(self, codes: Floats, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Floats:
+        """f_r in 1/sr of codes (n, k) at pairs of directions (d, 3), shape (n, d, 3), float32."""
+        inputs = isotropic_inputs(wi, wo, PAPER)
+        networks = map(network_layers, self.weights(clipped(codes)))
+        y = np.stack([forward(inputs, layers) for layers in networks])
+        return np.asarray(np.maximum(np.expm1(np.minimum(y, _LARGEST)), 0.0), np.float32)
+
     @abc.abstractmethod
     def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
         """The code that is refined."""
@@ -128,10 +134,10 @@ class CodedNetwork(CodedBrdf, LobeSampledBrdf, NeuralBrdf):
 
 
 def clipped(code: npt.ArrayLike) -> Double:
-    """A code, clipped to a root mean square of 5."""
+    """Codes of shape (..., k), each clipped to a root mean square of 5."""
     values = np.asarray(code, np.float64)
-    length = math.sqrt(np.square(values).mean())
-    return values * (FARTHEST / max(length, FARTHEST))
+    length = np.sqrt(np.square(values).mean(axis=-1, keepdims=True))
+    return np.asarray(values * (FARTHEST / np.maximum(length, FARTHEST)))
 
 
 def network_layers(weights: npt.ArrayLike) -> list[Layer]:

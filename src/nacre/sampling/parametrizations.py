@@ -15,6 +15,7 @@ from nacre.sampling.lobes import MAX_EXPONENT, BlinnPhongMixture, blinn_phong_de
 from nacre.sampling.mixture import GgxLobe, GgxMixture
 from nacre.sampling.mixture_parameters import (
     MIN_COSINE,
+    ROUGHNESSES,
     bounded,
     bounded_roughness,
     logistic,
@@ -45,6 +46,18 @@ class Parametrization(abc.ABC):
     def sampler(self, free: Floats) -> Sampler:
         """The sampler of parameters (size,), whatever they are, with four digits of each."""
 
+    def places(self, sampler: Sampler) -> Floats:
+        """Where a sampler's parameters lie between their bounds, shape (size,), in [0, 1].
+
+        The logistic function of free parameters gives the same; so a network learns from lobes.
+
+        Raises
+        ------
+        ValueError
+            If the sampler is of another kind.
+        """
+        raise ValueError(f"lobes of {type(sampler).__name__} are no labels here")
+
 
 class BlinnPhongParametrization(Parametrization):
     """:class:`BlinnPhongMixture`: log-odds of the fraction, and the place of the exponent's
@@ -61,6 +74,12 @@ class BlinnPhongParametrization(Parametrization):
     def sampler(self, free: Floats) -> BlinnPhongMixture:
         fraction, exponent = (float(f"{x:.4g}") for x in self._bounded(free))
         return BlinnPhongMixture(fraction, exponent)
+
+    def places(self, sampler: Sampler) -> Floats:
+        if not isinstance(sampler, BlinnPhongMixture):
+            return super().places(sampler)
+        width = math.log(max(sampler.exponent, 1.0)) / math.log(MAX_EXPONENT)
+        return _within(sampler.specular / (1.0 - MIN_COSINE), width)
 
     @staticmethod
     def _bounded(free: Array) -> tuple[Array, Array]:
@@ -83,6 +102,14 @@ class SingleLobeParametrization(Parametrization):
     def sampler(self, free: Floats) -> GgxMixture:
         fraction, alpha = ((float(f"{x:.4g}"),) for x in self._bounded(free))
         return GgxMixture((GgxLobe(fraction, alpha, alpha, (0.0,)),))
+
+    def places(self, sampler: Sampler) -> Floats:
+        if not isinstance(sampler, GgxMixture) or len(sampler.lobes) != 1:
+            return super().places(sampler)
+        (lobe,) = sampler.lobes
+        low, high = np.log(ROUGHNESSES)
+        width = (math.log(lobe.roughness[0]) - low) / (high - low)
+        return _within(lobe.fraction[0] / (1.0 - MIN_COSINE), width)
 
     @staticmethod
     def _bounded(free: Array) -> tuple[Array, Array]:
@@ -130,6 +157,11 @@ class MixtureParametrization(Parametrization):
             step = xp.minimum(xp.maximum((mu - low) / (high - low), 0.0), 1.0)
             values = values + step * (rows[..., k + 1, None, :] - rows[..., k, None, :])
         return values
+
+
+def _within(*places: float) -> Floats:
+    """Places, moved into [0, 1]."""
+    return np.clip(np.array(places, np.float64), 0.0, 1.0)
 
 
 PARAMETRIZATIONS: Mapping[str, Parametrization] = {
