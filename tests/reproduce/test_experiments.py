@@ -29,7 +29,10 @@ pytest.importorskip("skimage", reason="needs the extra 'render'")
 
 
 COMPARISONS = {name: kind for name, kind in EXPERIMENTS.items() if isinstance(kind, Comparison)}
-STAGES = {"table3": {"a, timing", "b, timing"}, "fig8": {"lobes"}}
+STAGES = {
+    "table3": {f"{name}, {stage}" for name in "ab" for stage in ("timing", "counting rays")},
+    "fig8": {"lobes"},
+}
 """Of what takes a while after the trials."""
 
 

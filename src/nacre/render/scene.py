@@ -37,6 +37,9 @@ _FLOOR_FRONT, _FLOOR_BACK, _FLOOR_BEND, _FLOOR_WIDTH = 9.0, 5.0, 3.2, 26.0
 _FLOOR_GRAY, _FLOOR_TEXELS = 0.36, 2048
 _CHECK, _CHECK_CONTRAST, _CHECK_FADE = 0.5, 0.055, 2.6
 
+PATH_DEPTH = 6
+"""Segments of a path of :func:`describe_scene` at most."""
+
 EXPOSURE = 0.6
 """Mean luminance to which the environment is exposed: with the light that the floor gives back, a
 white Lambertian ball comes to about 0.8."""
@@ -72,7 +75,9 @@ def describe_scene(
     check_name("light", light, LIGHTS)
     mi = mitsuba()
     return {
-        **path_traced(6, camera([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], 24.0, size, "smaller")),
+        **path_traced(
+            PATH_DEPTH, camera([0.0, 2.55, 7.6], [0.0, 0.97, 0.0], 24.0, size, "smaller")
+        ),
         "light": emitter(mi, light, environment),
         "floor": floor(mi),
         **(_ball(mi, bsdf) if shape == "ball" else {"sphere": upright_sphere(mi, bsdf)}),

@@ -29,7 +29,10 @@ _IGNORED = ("cli", "download", "figures", "reproduce")
 """Parts of nacre that do not change what a trial finds; within the last, see `_COUNTED`."""
 _COUNTED = [
     SOURCES / "reproduce" / name
-    for name in ("codes.py", "methods.py", "noise.py", "texture_network.py", "trial.py")
+    for name in (
+        *("codes.py", "extracted.py", "methods.py", "noise.py", "samplers.py"),
+        *("texture_network.py", "trial.py"),
+    )
 ]
 
 Arrays = Mapping[str, Any]

@@ -19,8 +19,10 @@ from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
 from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
+from nacre.reproduce.extracted import ExtractedMicrofacets
 from nacre.reproduce.texture_network import fit_texture_network
 from nacre.reproduce.trial import TRUTH, Method, Settings
+from nacre.sampling import fit_blinn_phong
 
 GAIN = 16.0
 """Of the loss that analytic models are fitted with: fairer in pictures than the paper's 1."""
@@ -41,6 +43,8 @@ ENHANCED_SIZES = _by_weights(
 
 TEXTURE_NETWORK = "texture-network-2019"
 """Name of the method that takes the longest by far, about a minute a material."""
+PHONG_SAMPLED = "nbrdf-675-phong"
+"""The paper's "NBRDF + PhongIS": a network, sampled by the two numbers of section 3.3."""
 
 
 class UnavailableError(NacreError):
@@ -103,6 +107,7 @@ def methods(
             "network",
             {"epochs": settings.epochs, "seed": settings.seed},
         ),
+        PHONG_SAMPLED: _phong_sampled(recipe),
         "published": _published(folders),
         **_published_fits(folders),
         **models,
@@ -113,6 +118,9 @@ def methods(
             "table",
             {"resolution": astuple(COMPACT)},
         ),
+        "power-iterations": Method(
+            "microfacets by power iteration, sampled by their normals", _extracted, "table"
+        ),
         "pca": _codes(basis),
     }
 
@@ -121,6 +129,22 @@ def _network(about: str, recipe: Recipe) -> Method:
     """An NBRDF."""
     chosen = {"recipe": asdict(recipe)}
     return Method(about, lambda brdf: fit(brdf, recipe), "network", chosen)
+
+
+def _phong_sampled(recipe: Recipe) -> Method:
+    def fit_both(brdf: Brdf) -> Brdf:
+        if not brdf.isotropic:
+            raise UnavailableError("is for isotropic materials")
+        return fit(brdf, recipe).replaced(sampler=fit_blinn_phong(brdf))
+
+    about = "network, hidden layers 21-21, sampled by a Blinn-Phong lobe and the cosine"
+    return Method(about, fit_both, "network", {"recipe": asdict(recipe), "sampler": "phong"})
+
+
+def _extracted(brdf: Brdf) -> Brdf:
+    if not brdf.isotropic:
+        raise UnavailableError("is for isotropic materials")
+    return ExtractedMicrofacets(brdf)
 
 
 def _model(settings: Settings, about: str, model: type[AnalyticBrdf], gain: float) -> Method:
