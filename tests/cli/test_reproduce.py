@@ -71,7 +71,8 @@ def test_noise_of_predicted_lobes_is_kept_by_basis(here, capsys):
     found = set()
     for count, seed in enumerate((1, 2), 1):
         predictors = {"ggx": predictor("ggx", seed=seed)}
-        save_basis(replace(random_basis(), predictors=predictors), here / "basis.safetensors")
+        basis = random_basis().replaced(predictors=predictors, metadata={"materials": ["other"]})
+        save_basis(basis, here / "basis.safetensors")
         options = ["--quick", "--methods", "cosine,ggx-predicted", "--basis", "basis.safetensors"]
         assert run("reproduce", "fig14", "a.safetensors", *options, "-o", "out") == 0
         text = (here / "out" / "fig14.md").read_text()

@@ -7,31 +7,39 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from nacre.analytic.labels import MODELS
 from nacre.errors import FormatError, NacreError
 from nacre.measured.rgl import tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.reproduce.samplers import FITTED, PREDICTED, SAMPLERS, find_sampler
 from nacre.sampling.parametrizations import PARAMETRIZATIONS
-from tests.latent.made import predictor, random_basis
+from tests.latent.made import predictor, random_autoencoder, random_basis
 from tests.reflectances import Brushed, Glossy
 
 CODE = np.array([0.9, -1.3, 0.4, 0.2, 1.1, -0.7])
 
 
 def test_what_is_predicted_is_that_of_the_code() -> None:
-    basis = replace(random_basis(), predictors={name: predictor(name) for name in PARAMETRIZATIONS})
+    learned = {name: predictor(name) for name in PARAMETRIZATIONS}
+    by_labels = {f"{name} by labels": predictor(name, seed=9) for name in MODELS}
+    bases = {
+        "neural": replace(random_basis(), predictors=learned),
+        "autoencoder": replace(random_autoencoder(), predictors=learned | by_labels),
+    }
     brdf = random_basis().decode(CODE)
-    for name, family in PREDICTED.items():
-        expected = basis.predictors[family](basis.encode(brdf))
-        assert find_sampler(name, basis)(brdf) == expected
+    for name, (kind, key) in PREDICTED.items():
+        basis = bases[kind]
+        code = basis.encode(brdf, refine=kind == "neural")
+        assert find_sampler(name, lambda _, kind: bases[kind])(brdf) == basis.predictors[key](code)
     with pytest.raises(FormatError, match="is anisotropic"):
-        find_sampler("ggx-predicted", basis)(Brushed())
+        find_sampler("ggx-predicted", lambda _, kind: bases[kind])(Brushed())
 
 
 def test_without_a_basis_nothing_is_predicted() -> None:
-    for basis in (None, random_basis(), replace(random_basis(), predictors={})):
-        with pytest.raises(NacreError, match="ggx-predicted: needs --basis"):
-            find_sampler("ggx-predicted", basis)
+    with pytest.raises(NacreError, match="ggx-predicted: needs a basis"):
+        find_sampler("ggx-predicted")
+    with pytest.raises(NacreError, match="ggx-predicted: the basis has no predictor 'ggx'"):
+        find_sampler("ggx-predicted", lambda *_: random_basis())(random_basis().decode(CODE))
 
 
 def test_a_table_brings_its_warp_and_others_get_one() -> None:

@@ -61,12 +61,15 @@ class CodeSettings(Settings):
         Mixtures of two materials that the autoencoder is trained on as well.
     trained
         Number of materials that the bases are trained on.
+    predictors
+        Whether bases predict lobes for importance sampling, too.
     """
 
     code_dim: int = 32
     steps: int = 8000
     mixtures: int = AutoencoderRecipe.mixtures
     trained: int = 0
+    predictors: bool = False
 
     def summary(self) -> str:
         """The settings in one line, for people."""
@@ -82,7 +85,7 @@ class CodeSettings(Settings):
         settings = {"code_dim": self.code_dim, "mixtures": self.mixtures, "seed": self.seed}
         known: dict[str, Any] = {field.name: field.default for field in fields(basis.Recipe)}
         settings["steps"] = min(self.steps, known.get("steps", 0))
-        settings["predictors"] = False
+        settings["predictors"] = self.predictors
         return basis.recipe({name: v for name, v in settings.items() if name in known})
 
 
@@ -156,7 +159,8 @@ def bases(
                 progress=named(progress, kind),
             )
 
-        chosen = settings.code_dim, settings.steps, settings.mixtures, settings.seed
+        chosen = [settings.code_dim, settings.steps, settings.mixtures, settings.seed]
+        chosen.append(settings.predictors)
         key = cache_key("basis", [kind, hashes, chosen, code_digest()])
         found[kind] = cache.file(key, load_basis, make, save_basis)
         return found[kind]

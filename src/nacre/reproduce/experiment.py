@@ -44,12 +44,12 @@ class Request:
     recipe
         Of networks for textures, by name.
     steps, epochs, minutes
-        Length of each training: epochs of any network, the others of those for textures; the
-        experiment's own choice where None.
+        Length of each training: epochs of any network, steps and minutes of those for textures,
+        steps of bases too; the experiment's own choice where None.
     device
         PyTorch device that networks for textures are trained on.
     unseen
-        Names of textures that are kept from training.
+        Names of textures or materials that are kept from training.
     other
         Files or folders of further unseen textures, of any directions.
     again

@@ -140,7 +140,10 @@ class Comparison(Experiment):
                     raise NacreError(f"{path}: is isotropic; {name} is of anisotropic materials")
         lighting = load_environment(request.environment) if request.environment else None
         settings = Settings(
-            request.size, epochs=request.epochs, seed=request.seed, environment=lighting
+            request.size,
+            epochs=request.epochs or Settings.epochs,
+            seed=request.seed,
+            environment=lighting,
         )
         if request.quick:
             settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)

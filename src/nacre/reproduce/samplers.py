@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
+from nacre.analytic.labels import fitted_lobes
 from nacre.brdf import Brdf, CosineSampler, Sampler
 from nacre.errors import NacreError
-from nacre.latent.basis import LatentBasis
+from nacre.latent.predicting import BY_LABELS, PredictingBasis
 from nacre.measured.microfacet_warp import microfacet_sampler
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.sampling import UniformSampler, fit_blinn_phong, fit_lobes
@@ -14,46 +16,78 @@ from nacre.sampling import UniformSampler, fit_blinn_phong, fit_lobes
 FITTED: Mapping[str, Callable[[Brdf], Sampler]] = {
     "uniform": lambda brdf: UniformSampler(),
     "cosine": lambda brdf: CosineSampler(),
+    "blinn-phong-fitted": lambda brdf: fitted_lobes(brdf, "blinn-phong"),
+    "ggx-fitted": lambda brdf: fitted_lobes(brdf, "ggx"),
     "blinn-phong": fit_blinn_phong,
     "power-iterations": microfacet_sampler,
     "rgl": lambda brdf: (brdf if isinstance(brdf, RglBrdf) else tabulate(brdf)).sampler,
     "nacre": fit_lobes,
     "own": lambda brdf: brdf.sampler,
 }
-"""What needs the reflectance only. "rgl" is the warp of its table, of one made of it where it is
-none; "own" is the sampler that the reflectance has."""
+"""What needs the reflectance only. Those that end in "-fitted" are lobes of the analytic model that
+looks most alike, the paper's labels; "blinn-phong" and "nacre" have the least variance. "rgl" is
+the warp of its table, of one made of it where it is none; "own" is the sampler that the reflectance
+has."""
 
-PREDICTED: Mapping[str, str] = {
-    "blinn-phong-predicted": "blinn-phong",
-    "ggx-predicted": "ggx",
-    "nacre-predicted": "mixture",
+
+class Predicted(NamedTuple):
+    """What a basis predicts: its kind, and the name of its predictor."""
+
+    kind: str
+    predictor: str
+
+
+PREDICTED: Mapping[str, Predicted] = {
+    "paper-blinn-phong": Predicted("autoencoder", f"blinn-phong{BY_LABELS}"),
+    "paper-ggx": Predicted("autoencoder", f"ggx{BY_LABELS}"),
+    "autoencoder-blinn-phong": Predicted("autoencoder", "blinn-phong"),
+    "autoencoder-ggx": Predicted("autoencoder", "ggx"),
+    "blinn-phong-predicted": Predicted("neural", "blinn-phong"),
+    "ggx-predicted": Predicted("neural", "ggx"),
+    "nacre-predicted": Predicted("neural", "mixture"),
 }
-"""Names of what a basis predicts, and of its predictors."""
+"""What comes of codes. The first two are the paper's pipeline: a network, the encoder, parameters
+learned from labels; the next two learn by variance from the same codes; the others are nacre's."""
 
-DEFAULT = ("uniform", "blinn-phong", *PREDICTED, "power-iterations", "rgl", "nacre")
+DEFAULT = (
+    *("uniform", "blinn-phong-fitted", *PREDICTED),
+    *("blinn-phong", "power-iterations", "rgl", "nacre"),
+)
 """What is compared where no names are given."""
 SAMPLERS = tuple(dict.fromkeys((*DEFAULT, *FITTED)))
 """All names."""
 
 
-def find_sampler(name: str, basis: LatentBasis | None = None) -> Callable[[Brdf], Sampler]:
+def find_sampler(
+    name: str, basis_of: Callable[[Brdf, str], PredictingBasis] | None = None
+) -> Callable[[Brdf], Sampler]:
     """What gives a reflectance its sampler.
 
     Parameters
     ----------
     name
         One of :data:`FITTED` or :data:`PREDICTED`.
-    basis
-        With predictors, for the latter; reflectances have to be isotropic then.
+    basis_of
+        Gives a reflectance the basis of a kind that predicts for it; needed for the latter.
+        Reflectances have to be isotropic then.
 
     Raises
     ------
     NacreError
-        If a basis is needed and not given, or predicts no such lobes.
+        If a basis is needed and not given; when called, if it predicts no such lobes.
     """
     if name in FITTED:
         return FITTED[name]
-    predict = basis.predictors.get(PREDICTED[name]) if basis is not None else None
-    if basis is None or predict is None:
-        raise NacreError(f"{name}: needs --basis with predictors, from nacre latent train")
-    return lambda brdf: predict(basis.encode(brdf))
+    if basis_of is None:
+        raise NacreError(f"{name}: needs a basis")
+    kind, predictor = PREDICTED[name]
+
+    def predicted(brdf: Brdf) -> Sampler:
+        basis = basis_of(brdf, kind)
+        predict = basis.predictors.get(predictor)
+        if predict is None:
+            raise NacreError(f"{name}: the basis has no predictor {predictor!r}")
+        # Where there is an encoder its code is taken as it is, as in section 3.3.
+        return predict(basis.encode(brdf, refine=not basis.projects))
+
+    return predicted
