@@ -89,7 +89,7 @@ def test_codes_of_held_out_materials_are_reproduced(coded, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert printed[:2] == ["out/table2.csv", "out/table2.md"]
     assert "differs from the paper: the data differ" in printed[2]
-    assert "| neural | 128 | 1 |" in (coded / "out" / "table2.md").read_text()
+    assert "| neural | 128 | held out |" in (coded / "out" / "table2.md").read_text()
 
 
 def test_a_map_rings_what_its_basis_was_not_trained_on(coded, capsys):

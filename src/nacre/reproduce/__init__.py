@@ -9,7 +9,8 @@ from nacre.registry import Registry
 from nacre.reproduce.experiment import Experiment
 
 _MODULES = {
-    "representations": "table1 table2 table3 fig2 fig5 fig6 fig7 fig8 fig9 fig10 fig17",
+    "code_table": "table2",
+    "representations": "table1 table3 fig2 fig5 fig6 fig7 fig8 fig9 fig10 fig17",
     "code_figures": "fig11 fig12",
     "noise_figures": "fig13 fig14 fig15 fig16",
     "textures.experiments": "btf-table1 btf-ablations btf-training btf-decoder "

@@ -1,4 +1,4 @@
-"""Table 2: codes of materials that were held out, by bases of the others."""
+"""What Table 2 compares: codes of materials, by bases that were trained on most of them."""
 
 from __future__ import annotations
 
@@ -63,6 +63,8 @@ class CodeSettings(Settings):
         Number of materials that the bases are trained on.
     predictors
         Whether bases predict lobes for importance sampling, too.
+    held_out
+        Names of the files of the others.
     """
 
     code_dim: int = 32
@@ -70,13 +72,14 @@ class CodeSettings(Settings):
     mixtures: int = AutoencoderRecipe.mixtures
     trained: int = 0
     predictors: bool = False
+    held_out: tuple[str, ...] = ()
 
     def summary(self) -> str:
         """The settings in one line, for people."""
         return (
-            f"{self.pictures()}; codes of {self.code_dim} values; bases of {self.trained} "
-            "materials other than those below, trained for "
-            f"{self.steps:,} steps at most; seed {self.seed}"
+            f"{self.pictures()}; codes of {self.code_dim} values; bases of the {self.trained} "
+            f"materials that are not held out, trained for {self.steps:,} steps at most; seed "
+            f"{self.seed}"
         )
 
     def recipe(self, kind: str) -> Any:
@@ -103,8 +106,8 @@ def code_methods(
     settings: CodeSettings,
     cache: Cache,
     progress: Progress,
-) -> tuple[list[Path], dict[str, Method], CodeSettings]:
-    """Held-out materials, methods of :data:`CODES` by name, and settings that count the others.
+) -> tuple[dict[str, Method], CodeSettings]:
+    """Methods of :data:`CODES` by name, and settings that say what was held out.
 
     Of the isotropic materials in `files` a seeded fifth is held out; bases of the others that are
     not in the cache yet are trained. The state of trainings that were stopped is there, too.
@@ -120,10 +123,12 @@ def code_methods(
     if len(files) < MIN_MATERIALS:
         raise NacreError(f"table2 takes at least {MIN_MATERIALS} materials, got {len(files)}")
     training, held_out = split(files, settings.seed)
-    settings = replace(settings, trained=len(training))
+    settings = replace(
+        settings, trained=len(training), held_out=tuple(path.stem for path in held_out)
+    )
     found = bases(training, {CODES[name].kind for name in names}, settings, cache, progress)
     codes = {name: CODES[name] for name in names}
-    return held_out, {k: _method(code, found[code.kind]) for k, code in codes.items()}, settings
+    return {k: _method(code, found[code.kind]) for k, code in codes.items()}, settings
 
 
 def bases(

@@ -1,9 +1,9 @@
-"""Tables 1 to 3 and figures 2, 5 to 10 and 17: representations of materials, compared."""
+"""Tables 1 and 3 and figures 2, 5 to 10 and 17: representations of materials, compared."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import median
 
@@ -16,7 +16,6 @@ from nacre.render.environment import load_environment
 from nacre.render.ray_count import rays_per_path
 from nacre.render.scene import PATH_DEPTH, describe_scene
 from nacre.render.throughput import race
-from nacre.reproduce.codes import CODES, CodeSettings, code_methods
 from nacre.reproduce.error_charts import error_strips, size_plot
 from nacre.reproduce.experiment import Experiment, Outcome, Request
 from nacre.reproduce.lobes import FIGURES as LOBE_FIGURES
@@ -59,7 +58,8 @@ _PROTOCOL = (
     "published parameters where --published has tables of them"
 )
 _SEEN = "enhanced-675", "nbrdf-675", "published", "pca", "npf", "sgd", "ggx", "rgl-48k"
-_OPTIONS = frozenset(("methods", "environment", "size", "quick", "seed", "folder", "fresh", "jobs"))
+OPTIONS = frozenset(("methods", "environment", "size", "quick", "seed", "folder", "fresh", "jobs"))
+"""Fields of a request that every comparison heeds."""
 
 
 def _compared(names: Iterable[str]) -> list[str]:
@@ -72,13 +72,13 @@ def _fixed(*chosen: str) -> Callable[[Iterable[str]], list[str]]:
     return lambda names: [name for name in chosen if name in names]
 
 
-def _every(names: Iterable[str]) -> list[str]:
+def every(names: Iterable[str]) -> list[str]:
     return [name for name in names if name != TRUTH]
 
 
 def _quick(names: Iterable[str]) -> list[str]:
     """All methods that fit a material in seconds."""
-    return [name for name in _every(names) if name != TEXTURE_NETWORK]
+    return [name for name in every(names) if name != TEXTURE_NETWORK]
 
 
 def _both_lights(study: Study, chosen: Sequence[str]) -> Pages:
@@ -109,12 +109,8 @@ class Comparison(Experiment):
         Figures in each table, by its title.
     anisotropic
         Whether it is of anisotropic materials only.
-    codes
-        Whether methods are codes by bases of most of the materials, of those held out.
     prepare
         Changes what the trials found into what the tables show, and reports how far it is.
-    paper
-        The paper's own figures in Markdown, to set below the tables.
     """
 
     differs: str = _PROTOCOL
@@ -122,11 +118,9 @@ class Comparison(Experiment):
     draw: Callable[[Study, Sequence[str]], Pages] = lambda study, chosen: {}
     tables: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _TABLES)
     anisotropic: bool = False
-    codes: bool = False
     prepare: Callable[[Study, Sequence[str], Progress], Study] = lambda study, *_: study
-    paper: str = ""
 
-    heeds: frozenset[str] = _OPTIONS | {"published", "basis", "epochs"}
+    heeds: frozenset[str] = OPTIONS | {"published", "basis", "epochs"}
 
     def run(self, name: str, request: Request) -> Outcome:
         for folder in request.published:
@@ -147,20 +141,34 @@ class Comparison(Experiment):
         )
         if request.quick:
             settings = replace(settings, size=64, directions=128, epochs=20, samples=160_000)
-        files = request.files
-        if self.codes:
-            files, known, settings = _codes(request, settings)
-        else:
-            known = methods(settings, request.published, request.basis)
+        known, settings = self.candidates(request, settings)
         chosen = request.known_methods(known) or self.choose(known)
         compared = {TRUTH: methods(settings)[TRUTH], **{m: known[m] for m in chosen if m != TRUTH}}
         study = run(
-            files, compared, settings, request.cache, jobs=request.jobs, progress=request.progress
+            request.files,
+            compared,
+            settings,
+            request.cache,
+            jobs=request.jobs,
+            progress=request.progress,
         )
         if not any(method != TRUTH for _, method in study.trials):
             reasons = sorted(set(study.skipped.values()))
             raise NacreError(f"nothing could be tried: {'; '.join(reasons)}")
         return self.outcome(name, study, chosen, request.progress)
+
+    def candidates(
+        self, request: Request, settings: Settings
+    ) -> tuple[Mapping[str, Method], Settings]:
+        """What can be compared by name, and the settings of all trials."""
+        return methods(settings, request.published, request.basis), settings
+
+    def results(self, study: Study, chosen: Sequence[str]) -> list[str]:
+        """Tables in Markdown with their titles, one after the other."""
+        parts = []
+        for title, figures in self.tables.items():
+            parts += [f"## {title}\n", markdown(study, chosen, figures, title)]
+        return parts
 
     def outcome(
         self, name: str, study: Study, chosen: Sequence[str], progress: Progress
@@ -171,8 +179,7 @@ class Comparison(Experiment):
             f"# {name}: {self.title}\n",
             "Mean ± standard deviation over materials; the worst material, and which one it is.\n",
         ]
-        for title, figures in self.tables.items():
-            parts += [f"## {title}\n", markdown(prepared, chosen, figures, title)]
+        parts += self.results(prepared, chosen)
         if self.paper:
             parts += ["## the paper, of other data\n", self.paper]
         facts = {"Settings": study.settings.summary(), "Materials": _by_format(study.materials)}
@@ -188,17 +195,6 @@ def _by_format(materials: Mapping[str, Path]) -> str:
     for name, path in materials.items():
         found.setdefault(identify(path).name, []).append(name)
     return "; ".join(f"{', '.join(names)} ({kind})" for kind, names in found.items())
-
-
-def _codes(
-    request: Request, settings: Settings
-) -> tuple[list[Path], dict[str, Method], CodeSettings]:
-    """Materials held out, codes by bases of the others, settings."""
-    chosen = request.known_methods(CODES) or list(CODES)
-    shared = CodeSettings(**{f.name: getattr(settings, f.name) for f in fields(settings)})
-    if request.quick:
-        shared = replace(shared, steps=500, mixtures=60)
-    return code_methods(request.files, chosen, shared, request.cache, request.progress)
 
 
 def with_times(study: Study, chosen: Sequence[str], progress: Progress) -> Study:
@@ -238,13 +234,6 @@ _TABLES: Mapping[str, tuple[str, ...]] = {
     "angles": ANGLES,
 }
 
-_PAPER_CODES = """\
-| code of 32 values | MAE | RMSE | SSIM |
-|---|---:|---:|---:|
-| NBRDF autoencoder | 0.0178 ± 0.013 | 0.0194 ± 0.014 | 0.968 ± 0.031 |
-| PCA (Nielsen et al. 2015) | 0.0199 ± 0.008 | 0.0227 ± 0.009 | 0.982 ± 0.007 |
-"""
-
 _PAPER_TIMES = """\
 | representation | million rays a second | KB |
 |---|---:|---:|
@@ -261,18 +250,6 @@ _PAPER_TIMES = """\
 TABLE1 = Comparison(
     title="errors of reconstruction, and of adaptive and uniform training directions",
     choose=_compared,
-)
-TABLE2 = Comparison(
-    title="codes of materials that were held out",
-    choose=_every,
-    differs="the data differ, so the paper's figures cannot be set beside these: the materials "
-    "named below, a fifth of those given, which the bases were not trained on, in place of all "
-    "of MERL; spheres of `nacre compare` (fixed directions of light, no path tracing) in place "
-    "of the paper's scene; nacre's own training of the autoencoder; more codes than the two",
-    tables={x: tuple(f"{x} {m}" for m in ("MAE", "RMSE", "SSIM", "PSNR")) for x in LIGHTS},
-    heeds=_OPTIONS,
-    codes=True,
-    paper=_PAPER_CODES,
 )
 TABLE3 = Comparison(
     title="time of rendering and memory",

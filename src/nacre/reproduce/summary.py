@@ -50,7 +50,7 @@ def markdown(study: Study, methods: Iterable[str], figures: Sequence[str], title
     lines = []
     for method in sorted(study.tried(methods), key=study.mean_size):
         trials = study.of(method)
-        cells = (_cell(summarize(trials, figure), figure) for figure in figures)
+        cells = (cell(summarize(trials, figure), figure) for figure in figures)
         lines.append((method, f"{study.mean_size(method):,.0f}", str(len(trials)), *cells))
     return markdown_table(columns, lines)
 
@@ -73,7 +73,8 @@ def all_trials(study: Study, methods: Iterable[str]) -> tuple[list[str], list[Se
     return ["material", "method", "bytes", "seconds", *figures], rows
 
 
-def _cell(summary: Summary, figure: str) -> str:
+def cell(summary: Summary, figure: str) -> str:
+    """A figure in a table: mean ± standard deviation, worst (material)."""
     values = summary.mean, summary.deviation, summary.worst
     mean, deviation, worst = (readable(value, figure) for value in values)
     return f"{mean} ± {deviation}, {worst} ({summary.material})"
