@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -12,6 +13,7 @@ import safetensors.numpy
 
 import nacre
 from nacre.errors import FormatError
+from nacre.latent import Autoencoder
 from nacre.latent.file import load_basis, load_code, save_basis, save_code
 from tests.latent.made import basis, random_autoencoder, random_basis, random_hypernetwork
 from tests.specimens import mutated
@@ -97,6 +99,16 @@ def test_an_autoencoder_comes_back_as_it_was(tmp_path):
     assert (after.seed, after.metadata) == (before.seed, before.metadata)
     save_basis(after, path.with_name("two.safetensors"))
     assert path.with_name("two.safetensors").read_bytes() == path.read_bytes()
+
+
+def test_an_autoencoder_that_does_not_say_its_epochs_had_40():
+    header, tensors = random_autoencoder().pack()
+    assert header.pop("epochs") == random_autoencoder().epochs != 40
+    old = Autoencoder.unpack({**header, "metadata": {}}, tensors)
+    assert old.epochs == 40
+    assert old.pack()[0] == header  # and codes keep their checksum
+    with pytest.raises(ValueError, match="epochs"):
+        replace(old, epochs=0)
 
 
 def test_a_code_comes_back_as_it_was(path):

@@ -14,11 +14,11 @@ from nacre.latent.directions import isotropic_inputs, shared_directions
 from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.weights import (
     COUNT,
-    _with_tangents,
     flat_weights,
     network_layers,
     tensor_reflectance,
     weight_tangents,
+    with_tangents,
 )
 from nacre.measured import MerlBrdf
 from nacre.neural import NeuralBrdf
@@ -118,7 +118,7 @@ def test_tangents_are_the_derivatives_of_f_r(kind):
         lambda w: tensor_reflectance(w[None], seen)[0].log1p(), free
     )
     expected = np.einsum("ncw,kw->knc", by_weight.numpy(), tangents)
-    y, found = _with_tangents(network_layers(weights), INPUTS[:40].astype(np.float64), tangents)
+    y, found = with_tangents(network_layers(weights), INPUTS[:40].astype(np.float64), tangents)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6)  # of float32 weights
     step = 1e-3 * np.eye(6)[2]
     moved = forward(

@@ -16,7 +16,7 @@ from nacre.brdf import Brdf
 from nacre.io.tensors import Tensors
 from nacre.latent.basis import Vector, integer
 from nacre.latent.directions import isotropic_values
-from nacre.latent.distillation import Distillation
+from nacre.latent.distillation import EPOCHS, Distillation
 from nacre.latent.lobe_predictor import LobePredictor
 from nacre.latent.neural_basis import check_tensors
 from nacre.latent.picture_errors import PictureErrors
@@ -30,6 +30,8 @@ from nacre.latent.recipes import AutoencoderRecipe
 from nacre.latent.weights import COUNT, WeightBasis, named_layers, named_tensors
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, forward
 from nacre.numerics.pca import Double
+
+_FIRST_EPOCHS = 40  # of fits, for files that do not say
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +47,7 @@ class Autoencoder(WeightBasis, PredictingBasis):
         Weights of the network that all others are fitted from, shape (675,), float32.
     contract, code, expand, network
         The layers.
-    seed
+    seed, epochs
         Of the fits; see :class:`nacre.latent.distillation.Distillation`.
     metadata
         JSON-able facts about the training.
@@ -77,11 +79,14 @@ class Autoencoder(WeightBasis, PredictingBasis):
     metadata: dict[str, Any] = field(default_factory=dict)
     examples: npt.NDArray[np.float32] | None = None
     predictors: Mapping[str, LobePredictor] = field(default_factory=dict)
+    epochs: int = EPOCHS
 
     def __post_init__(self) -> None:
         width, values = len(self.contract.biases), self.code_dim
-        if self.common.shape != (COUNT,) or self.seed < 0:
-            raise ValueError(f"common {self.common.shape} is no network, or seed is negative")
+        if self.common.shape != (COUNT,) or self.seed < 0 or self.epochs < 1:
+            raise ValueError(
+                f"common {self.common.shape} is no network, seed is negative or epochs not positive"
+            )
         units = len(self.expand.biases)
         self.check_layers(
             contract=(COUNT, width),
@@ -119,7 +124,7 @@ class Autoencoder(WeightBasis, PredictingBasis):
 
         A network is fitted to it from the common one, which takes a fraction of a second.
         """
-        distillation = Distillation(self.seed)
+        distillation = Distillation(self.seed, self.epochs)
         f_r = isotropic_values(brdf, distillation.wi, distillation.wo)
         return np.asarray(self.codes(distillation.weights(self.common, f_r)[None])[0])
 
@@ -131,7 +136,10 @@ class Autoencoder(WeightBasis, PredictingBasis):
         if self.examples is not None:
             tensors["examples"] = np.ascontiguousarray(self.examples)
         fields, predictors = pack_predictors(self.predictors)
-        return {"seed": self.seed} | fields, tensors | named_tensors(self.layers) | predictors
+        settings = {"seed": self.seed, "epochs": self.epochs} | fields
+        if self.epochs == _FIRST_EPOCHS:
+            del settings["epochs"]  # files that do not say keep their checksum
+        return settings, tensors | named_tensors(self.layers) | predictors
 
     @classmethod
     def unpack(cls, header: Mapping[str, Any], tensors: Tensors) -> Autoencoder:
@@ -144,4 +152,5 @@ class Autoencoder(WeightBasis, PredictingBasis):
             metadata=header["metadata"],
             examples=tensors.get("examples"),
             predictors=unpack_predictors(header, tensors),
+            epochs=integer(header, "epochs") if "epochs" in header else _FIRST_EPOCHS,
         )

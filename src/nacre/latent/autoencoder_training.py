@@ -2,8 +2,9 @@
 
 The loss compares pictures: spheres under directional lights of the networks that come out and of
 those that go in, after a gamma curve. Networks are those of the materials, all fitted from one, and
-of geometric means of two materials, without which the encoder knows the few materials by heart; all
-of them with permuted channels.
+of mixtures of them, without which the encoder knows the few materials by heart; all of them with
+permuted channels, and mixed once more as networks. The encoder sees changes of weights by how far
+they move f_r, not by their size; the decoder makes them as those of the networks vary together.
 """
 
 from __future__ import annotations
@@ -25,16 +26,18 @@ from nacre.latent.directions import Floats, isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.predicted_weights import predicting
 from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weights import COUNT, SHAPES, tensor_reflectance
+from nacre.latent.weights import COUNT, permuted, sensitivity, tensor_reflectance
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.mlp import SILU, Layer, forward
+from nacre.numerics.pca import Double
 from nacre.runtime.progress import Progress
 
 _GAMMA, _DARKEST = 2.2, 1e-12  # of the tone curve, and the value below which it is clamped
 _EDGE, _ANGLES = 64, (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)
 """Pixels along an edge of a picture, and degrees off the view of the lights (NBRDF paper, 3.2): one
 light alone would show one angle theta_d only."""
+_WEIGHED, _DIRECTIONS = 32, 512  # networks and pairs of directions that weigh changes of weights
 _MAX_NORM = 0.3  # bound of the norm of a gradient: the curve is all but vertical where it is dark
 
 
@@ -51,7 +54,12 @@ def train_autoencoder(
     values, names = sampled(materials, distillation.wi, distillation.wo, report)
     common = distillation.common(values)
     networks = distillation.networks(common, values, recipe.mixtures, report)
-    training = _Training(networks, lit_pixels(), recipe)
+    metric = sensitivity(
+        networks[: len(values)][:_WEIGHED],
+        distillation.wi[:_DIRECTIONS],
+        distillation.wo[:_DIRECTIONS],
+    )
+    training = _Training(networks, metric, lit_pixels(), recipe)
     loss = training.run(checkpoint, report)
     metadata = {"materials": names, "loss": loss, "training": asdict(recipe)}
     autoencoder = training.autoencoder(common, metadata)
@@ -65,20 +73,30 @@ class _Training:
     """The layers and the state of the optimizer."""
 
     def __init__(
-        self, weights: Floats, pixels: tuple[Floats, Floats], recipe: AutoencoderRecipe
+        self,
+        weights: Floats,
+        metric: Double,
+        pixels: tuple[Floats, Floats],
+        recipe: AutoencoderRecipe,
     ) -> None:
         self._recipe = recipe
         permutations = list(itertools.permutations(range(OUTPUTS)))
         networks = np.stack([permuted(weights, p) for p in permutations], axis=1)
         self._center = networks.mean(axis=(0, 1))
-        self._scale = _deviations(networks.reshape(-1, COUNT).std(axis=0))
-        self._networks = torch.from_numpy((networks - self._center) / self._scale)
+        spread = np.cov(networks.reshape(-1, COUNT), rowvar=False, dtype=np.float64)
+        self._spread = np.ascontiguousarray(_root(spread).T)
+        self._root = _root(metric)
+        seen = (networks - self._center) @ self._root
+        size = math.sqrt(np.square(seen).mean()) + 1e-12
+        self._root /= size
+        self._networks = torch.from_numpy(networks)
+        self._seen = torch.from_numpy(seen / size)
         wi, wo = pixels
         self._inputs = torch.from_numpy(isotropic_inputs(wi, wo, PAPER))
         self._cosine = torch.from_numpy(math.pi * wi[:, 2:])
         random = np.random.default_rng((recipe.seed, 2))
         sizes = itertools.pairwise((COUNT, recipe.width, recipe.code_dim, recipe.width, COUNT))
-        scales = 1.0, 1.0, math.sqrt(2.0), 0.3
+        scales = 1.0, 1.0, math.sqrt(2.0), 1.0
         self._layers = [
             free_layer(random, rows, columns, scale / math.sqrt(rows))
             for (rows, columns), scale in zip(sizes, scales, strict=True)
@@ -95,42 +113,53 @@ class _Training:
         return descend(groups, self._loss, self._recipe, same, checkpoint, report)
 
     def _loss(self, step: int) -> Tensor:
+        """Of networks anywhere between two: all keep the common one's neurons, so these are, too,
+        networks of materials, and there is no end of them.
+        """
         recipe, random = self._recipe, np.random.default_rng((self._recipe.seed, 4, step))
         chosen = random.permutation(len(self._networks))[: recipe.networks]
-        networks = self._networks[chosen, random.integers(6, size=len(chosen))]
+        picked = chosen, random.integers(6, size=len(chosen))
+        others, shares = random.permutation(len(chosen)), random.random((len(chosen), 1))
+        networks, seen = (
+            torch.lerp(both[picked], both[picked][others], torch.from_numpy(np.float32(shares)))
+            for both in (self._networks, self._seen)
+        )
         pixels = torch.from_numpy(random.integers(len(self._inputs), size=recipe.pixels))
         with torch.no_grad():
             goal = self._pictures(networks, pixels)
-        return (self._pictures(self._decoded(self._codes(networks)), pixels) - goal).square().mean()
+        decoded = self._decoded(self._codes(seen))
+        return (self._pictures(decoded, pixels) - goal).square().mean()
 
     def _pictures(self, networks: Tensor, pixels: Tensor) -> Tensor:
         """Values of display of networks at some pixels, shape (networks, n, 3)."""
-        weights = networks * torch.from_numpy(self._scale) + torch.from_numpy(self._center)
-        radiance = tensor_reflectance(weights, self._inputs[pixels]) * self._cosine[pixels]
+        radiance = tensor_reflectance(networks, self._inputs[pixels]) * self._cosine[pixels]
         return radiance.clamp(min=_DARKEST).pow(1.0 / _GAMMA)
 
-    def _codes(self, networks: Tensor) -> Tensor:
-        return forward(networks, self._layers[:2], SILU)
+    def _codes(self, seen: Tensor) -> Tensor:
+        return forward(seen, self._layers[:2], SILU)
 
     def _decoded(self, codes: Tensor) -> Tensor:
-        return forward(codes, self._layers[2:], SILU)
+        values = forward(codes, self._layers[2:], SILU)
+        return values @ torch.from_numpy(self._spread) + torch.from_numpy(self._center)
 
     def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
         with torch.no_grad():
-            codes = self._codes(self._networks.reshape(-1, COUNT)).double().numpy()
+            codes = self._codes(self._seen.reshape(-1, COUNT)).double().numpy()
         mean, deviation = codes.mean(axis=0), np.maximum(codes.std(axis=0), 1e-6)
         contract, code, expand, network = (
             [p.detach().double().numpy() for p in layer] for layer in self._layers
         )
-        center, scale = (a.astype(np.float64) for a in (self._center, self._scale))
-        first = contract[0] / scale[:, None]
+        center, root, spread = (
+            a.astype(np.float64) for a in (self._center, self._root, self._spread)
+        )
+        first = root @ contract[0]
         return Autoencoder(
             common,
             Layer(first, contract[1] - center @ first),
             Layer(code[0] / deviation, (code[1] - mean) / deviation),
             Layer(deviation[:, None] * expand[0], expand[1] + mean @ expand[0]),
-            Layer(network[0] * scale, network[1] * scale + center),
+            Layer(network[0] @ spread, network[1] @ spread + center),
             self._recipe.seed,
             metadata,
         )
@@ -158,23 +187,10 @@ def lit_pixels() -> tuple[Floats, Floats]:
     return wi[lit], wo[lit]
 
 
-def permuted(weights: Floats, permutation: Sequence[int]) -> Floats:
-    """Networks whose channels are those of others in some order, shape (n, 675)."""
-    rows, columns = SHAPES[-1]
-    last = (rows + 1) * columns
-    outputs = weights[:, -last:].reshape(len(weights), rows + 1, columns)[:, :, list(permutation)]
-    return np.concatenate([weights[:, :-last], outputs.reshape(len(weights), last)], axis=1)
-
-
-def _deviations(deviations: Floats) -> Floats:
-    """For every weight the root mean square deviation of those of its kind and layer."""
-    parts, start = [], 0
-    for rows, columns in SHAPES:
-        for size in (rows * columns, columns):
-            part = deviations[start : start + size]
-            parts.append(np.full(size, math.sqrt(np.square(part).mean()) + 1e-6, np.float32))
-            start += size
-    return np.concatenate(parts)
+def _root(metric: Double) -> Floats:
+    """R, shape (675, 675), float32, with R R^T = M: the squared length of d R is d M d."""
+    values, vectors = np.linalg.eigh(metric)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), np.float32)
 
 
 def _bounded(gradient: Tensor) -> Tensor:

@@ -1,11 +1,13 @@
 """Networks of 675 weights that all begin at one network, so that their weights can be compared.
 
 Neurons may change places and trade scale without any change of f_r, and fits that begin anywhere
-end anywhere. A short fit from one common network keeps its neurons what they are.
+end anywhere. A short fit from one common network keeps its neurons what they are; the shorter, the
+less their weights say of anything but the material.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -23,20 +25,27 @@ from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress
 
 DIRECTIONS = 1 << 15  # pairs of directions at which materials are seen
+EPOCHS = 10  # of a short fit: ones of 40 are twice as close, and their codes half as good
 _BEGINNING = Recipe(epochs=100)
-_SHORT = Recipe(epochs=40, learning_rate=1e-3)
+_LEARNING_RATE = 1e-3  # of a short fit
 _HELD_OUT = 0.05
-_MIN = 1e-4  # of f_r, where geometric means are taken
+_MIN, _MAX = 1e-4, 1e4  # of f_r in 1/sr where logarithms are mixed
+_PARTS = 4  # of a mixture, at most
+_EXAGGERATION = 0.5, 1.6  # how far weights of a mixture are from even ones, relative to a mean
+_ALONE = 0.7, 1.2  # the same of a single material, relative to the mean of all
+_BRIGHTNESS = 0.15  # standard deviation of what is added to the logarithm of a mixture
 
 
 class Distillation:
     """Fits of networks to materials that are known at the same directions.
 
-    The seed is that of the directions and of the network that the first fit begins at.
+    The seed is that of the directions and of the network that the first fit begins at, the epochs
+    are those of a material's fit.
     """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, epochs: int = EPOCHS) -> None:
         self.seed = seed
+        self._short = Recipe(epochs=epochs, learning_rate=_LEARNING_RATE)
         self.wi, self.wo = shared_directions(DIRECTIONS, seed)
         self._inputs = isotropic_inputs(self.wi, self.wo, PAPER)
 
@@ -56,17 +65,20 @@ class Distillation:
 
     def weights(self, common: Floats, f_r: Floats) -> Floats:
         """Weights of a material's network that begins at the common one, shape (675,)."""
-        return flat_weights(self._fit(network_layers(common), f_r, _SHORT))
+        return flat_weights(self._fit(network_layers(common), f_r, self._short))
 
     def networks(
         self, common: Floats, f_r: Sequence[Floats], mixtures: int, report: Progress
     ) -> Floats:
-        """Weights (n, 675) of networks of two or more materials, then of geometric means of two."""
+        """Weights (n, 675) of networks of two or more materials, then of mixtures of them."""
         total, found = len(f_r) + mixtures, []
+        mean = _mean_logarithm(f_r)
 
         def fitted(index: int) -> Floats:
             known = index < len(f_r)
-            return self.weights(common, f_r[index] if known else _mixture(f_r, index, self.seed))
+            return self.weights(
+                common, f_r[index] if known else _mixture(f_r, mean, (self.seed, 5, index))
+            )
 
         for weights in thread_map(fitted, range(total)):
             found.append(weights)
@@ -83,13 +95,40 @@ class Distillation:
         return trainer.layers()
 
 
-def _mixture(rows: Sequence[Floats], index: int, seed: int) -> Floats:
-    """A geometric mean of two materials, of which one has its channels permuted."""
-    random = np.random.default_rng((seed, 5, index))
-    first, second = random.permutation(len(rows))[:2]
-    fraction, permutation = random.random(), random.permutation(OUTPUTS)
-    one, other = rows[first], rows[second][:, permutation]
-    logs = [np.log(np.maximum(f, _MIN)) for f in (one, other)]
-    mixed = np.exp((1.0 - fraction) * logs[0] + fraction * logs[1])
-    known = (one[:, :1] >= 0.0) & (other[:, :1] >= 0.0)
-    return np.where(known, mixed, -1.0).astype(np.float32)
+def _mean_logarithm(rows: Sequence[Floats]) -> Floats:
+    """Mean of ln f_r over channels and over the materials that are known, shape (directions, 1)."""
+    total = np.zeros((len(rows[0]), 1), np.float32)
+    count = np.zeros_like(total)
+    for row in rows:
+        known = row[:, :1] >= 0.0
+        total += np.where(known, _logarithm(row).mean(axis=1, keepdims=True), 0.0)
+        count += known
+    return np.asarray(total / np.maximum(count, 1.0), np.float32)
+
+
+def _mixture(rows: Sequence[Floats], mean: Floats, seed: tuple[int, ...]) -> Floats:
+    """f_r of a mixture of one to four materials in the logarithm, each with its channels permuted.
+
+    Weights add up to 1, and some may be negative: new materials are not between known ones. That
+    of a single material is any near 1, about the mean of all.
+    """
+    random = np.random.default_rng(seed)
+    count = min(int(random.integers(1, _PARTS + 1)), len(rows))
+    chosen = random.permutation(len(rows))[:count]
+    if count == 1:
+        weights = random.uniform(*_ALONE, size=1)
+    else:
+        even = 1.0 / count
+        weights = even + (random.dirichlet(np.ones(count)) - even) * random.uniform(*_EXAGGERATION)
+    mixed = mean + random.normal(0.0, _BRIGHTNESS)
+    known = np.ones(mean.shape, np.bool_)
+    for weight, index in zip(weights, chosen, strict=True):
+        row = rows[index][:, random.permutation(OUTPUTS)]
+        mixed = mixed + weight * (_logarithm(row) - mean)
+        known &= row[:, :1] >= 0.0
+    f_r = np.exp(np.minimum(mixed, math.log(_MAX)))
+    return np.where(known, f_r, -1.0).astype(np.float32)
+
+
+def _logarithm(f_r: Floats) -> Floats:
+    return np.log(np.maximum(f_r, _MIN))

@@ -160,7 +160,7 @@ class AutoencoderRecipe:
     width
         Units of both hidden layers.
     mixtures
-        Geometric means of two materials that are trained on besides the materials.
+        Of one to four materials, that are trained on besides the materials.
     steps
         Optimizer steps.
     networks
@@ -177,10 +177,10 @@ class AutoencoderRecipe:
 
     code_dim: int = 32
     width: int = 256
-    mixtures: int = 300
+    mixtures: int = 4000
     steps: int = 4000
-    networks: int = 64
-    pixels: int = 256
+    networks: int = 128
+    pixels: int = 96
     learning_rate: float = 2e-3
     seed: int = 0
     predictors: bool = True

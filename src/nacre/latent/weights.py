@@ -20,6 +20,7 @@ from nacre.latent.basis import CodedBrdf, LatentBasis, Vector
 from nacre.latent.directions import Floats, isotropic_inputs
 from nacre.latent.neural_basis import PRIOR
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.recipes import GAIN
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
 from nacre.numerics.least_absolute import minimize
@@ -39,6 +40,7 @@ _LARGEST = 30.0  # bound of ln(f_r + 1) while a code is sought
 _LARGEST_TRAINED = 15.0  # the same in training: no material comes near e^15
 
 Tensor: TypeAlias = Any
+AnyArray: TypeAlias = npt.NDArray[Any]
 
 
 class WeightBasis(LatentBasis):
@@ -106,7 +108,7 @@ class WeightBasis(LatentBasis):
 
         def jacobian(code: Double, _: Double) -> Double:
             tangents = weight_tangents(self, code).astype(np.float32)
-            y, rates = _with_tangents(network_layers(weights(code)), inputs, tangents)
+            y, rates = with_tangents(network_layers(weights(code)), inputs, tangents)
             decoded = np.exp(np.minimum(y, _LARGEST))
             rates = rates * ((y < _LARGEST) * decoded)
             return np.concatenate([errors.slopes(decoded - 1.0, rates), pull], axis=1)
@@ -178,7 +180,47 @@ def weight_tangents(basis: WeightBasis, code: npt.ArrayLike) -> Double:
     return (above - below) / (2.0 * _DIFFERENCE)
 
 
-def _with_tangents(
+def sensitivity(weights: npt.ArrayLike, wi: Floats, wo: Floats) -> Double:
+    """How far changes of weights move networks of materials, to the first order.
+
+    Parameters
+    ----------
+    weights
+        Networks, shape (n, 675).
+    wi, wo
+        Pairs of directions, shapes (m, 3).
+
+    Returns
+    -------
+    array of shape (675, 675)
+        M, where d M d is the squared change of log(1 + 30 f cos theta_i) by a change d of weights:
+        its mean over directions, channels, networks, and permutations of their channels.
+    """
+    inputs, cosine = isotropic_inputs(wi, wo, PAPER), GAIN * wi[:, 2:]
+    total = np.zeros((COUNT, COUNT))
+    networks = np.atleast_2d(np.asarray(weights, np.float32))
+    for one in networks:
+        y, rates = with_tangents(network_layers(one), inputs, np.eye(COUNT, dtype=np.float32))
+        f_r = np.expm1(np.minimum(y, _LARGEST_TRAINED))
+        slopes = (f_r + 1.0) * cosine / (1.0 + np.maximum(f_r, 0.0) * cosine)
+        changes = (rates * slopes).reshape(COUNT, -1)
+        total += changes @ changes.T / changes.shape[1]
+    orders = [
+        permuted(np.arange(COUNT)[None], p)[0] for p in itertools.permutations(range(OUTPUTS))
+    ]
+    mean = np.mean([total[np.ix_(order, order)] for order in orders], axis=0)
+    return np.asarray(mean / len(networks))
+
+
+def permuted(weights: AnyArray, permutation: Sequence[int]) -> AnyArray:
+    """Networks whose channels are those of others in some order, shape (n, 675)."""
+    rows, columns = SHAPES[-1]
+    last = (rows + 1) * columns
+    outputs = weights[:, -last:].reshape(len(weights), rows + 1, columns)[:, :, list(permutation)]
+    return np.concatenate([weights[:, :-last], outputs.reshape(len(weights), last)], axis=1)
+
+
+def with_tangents(
     layers: Sequence[Layer], inputs: Floats, tangents: Floats
 ) -> tuple[Floats, Floats]:
     """ln(f_r + 1) of a network, shape (n, 3), and its derivatives along `tangents`, (k, n, 3).

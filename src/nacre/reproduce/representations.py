@@ -111,6 +111,8 @@ class Comparison(Experiment):
         Whether it is of anisotropic materials only.
     prepare
         Changes what the trials found into what the tables show, and reports how far it is.
+    paper
+        The paper's own figures in Markdown, to set below the tables.
     """
 
     differs: str = _PROTOCOL
@@ -119,6 +121,7 @@ class Comparison(Experiment):
     tables: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _TABLES)
     anisotropic: bool = False
     prepare: Callable[[Study, Sequence[str], Progress], Study] = lambda study, *_: study
+    paper: str = ""
 
     heeds: frozenset[str] = OPTIONS | {"published", "basis", "epochs"}
 
