@@ -4,7 +4,7 @@ The loss compares pictures: spheres under directional lights of the networks tha
 those that go in, after a gamma curve. Networks are those of the materials, all fitted from one, and
 of mixtures of them, without which the encoder knows the few materials by heart; all of them with
 permuted channels, and mixed once more as networks. The encoder sees changes of weights by how far
-they move f_r, not by their size; the decoder makes them as those of the networks vary together.
+they move f_r, not by their size.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from nacre.latent.directions import Floats, isotropic_inputs, sampled
 from nacre.latent.distillation import Distillation
 from nacre.latent.predicted_weights import predicting
 from nacre.latent.recipes import AutoencoderRecipe
-from nacre.latent.weights import COUNT, permuted, sensitivity, tensor_reflectance
+from nacre.latent.weights import COUNT, SHAPES, permuted, sensitivity, tensor_reflectance
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.numerics.mlp import SILU, Layer, forward
@@ -83,8 +83,7 @@ class _Training:
         permutations = list(itertools.permutations(range(OUTPUTS)))
         networks = np.stack([permuted(weights, p) for p in permutations], axis=1)
         self._center = networks.mean(axis=(0, 1))
-        spread = np.cov(networks.reshape(-1, COUNT), rowvar=False, dtype=np.float64)
-        self._spread = np.ascontiguousarray(_root(spread).T)
+        self._scale = _deviations(networks.reshape(-1, COUNT).std(axis=0))
         self._root = _root(metric)
         seen = (networks - self._center) @ self._root
         size = math.sqrt(np.square(seen).mean()) + 1e-12
@@ -96,7 +95,7 @@ class _Training:
         self._cosine = torch.from_numpy(math.pi * wi[:, 2:])
         random = np.random.default_rng((recipe.seed, 2))
         sizes = itertools.pairwise((COUNT, recipe.width, recipe.code_dim, recipe.width, COUNT))
-        scales = 1.0, 1.0, math.sqrt(2.0), 1.0
+        scales = 1.0, 1.0, math.sqrt(2.0), 0.3
         self._layers = [
             free_layer(random, rows, columns, scale / math.sqrt(rows))
             for (rows, columns), scale in zip(sizes, scales, strict=True)
@@ -140,7 +139,7 @@ class _Training:
 
     def _decoded(self, codes: Tensor) -> Tensor:
         values = forward(codes, self._layers[2:], SILU)
-        return values @ torch.from_numpy(self._spread) + torch.from_numpy(self._center)
+        return values * torch.from_numpy(self._scale) + torch.from_numpy(self._center)
 
     def autoencoder(self, common: Floats, metadata: dict[str, Any]) -> Autoencoder:
         """The autoencoder, for plain weights and codes of mean 0 and variance 1."""
@@ -150,8 +149,8 @@ class _Training:
         contract, code, expand, network = (
             [p.detach().double().numpy() for p in layer] for layer in self._layers
         )
-        center, root, spread = (
-            a.astype(np.float64) for a in (self._center, self._root, self._spread)
+        center, root, scale = (
+            a.astype(np.float64) for a in (self._center, self._root, self._scale)
         )
         first = root @ contract[0]
         return Autoencoder(
@@ -159,7 +158,7 @@ class _Training:
             Layer(first, contract[1] - center @ first),
             Layer(code[0] / deviation, (code[1] - mean) / deviation),
             Layer(deviation[:, None] * expand[0], expand[1] + mean @ expand[0]),
-            Layer(network[0] @ spread, network[1] @ spread + center),
+            Layer(network[0] * scale, network[1] * scale + center),
             self._recipe.seed,
             metadata,
         )
@@ -191,6 +190,17 @@ def _root(metric: Double) -> Floats:
     """R, shape (675, 675), float32, with R R^T = M: the squared length of d R is d M d."""
     values, vectors = np.linalg.eigh(metric)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)), np.float32)
+
+
+def _deviations(deviations: Floats) -> Floats:
+    """For every weight the root mean square deviation of those of its kind and layer."""
+    parts, start = [], 0
+    for rows, columns in SHAPES:
+        for size in (rows * columns, columns):
+            part = deviations[start : start + size]
+            parts.append(np.full(size, math.sqrt(np.square(part).mean()) + 1e-6, np.float32))
+            start += size
+    return np.concatenate(parts)
 
 
 def _bounded(gradient: Tensor) -> Tensor:
