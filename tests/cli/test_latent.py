@@ -109,7 +109,7 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
 def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300"]
+    options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300", "--mixtures", "200"]
     main(["latent", "train", *names, "-o", "a.safetensors", *options])
     assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]

@@ -67,10 +67,10 @@ class CodeComparison(Comparison):
         held_out = set(_groups(study)[_HELD_OUT].materials)
         trials = [trial for method in chosen for trial in study.of(method)]
         rows = [
-            (_HELD_OUT if trial.material in held_out else _SEEN, *row)
+            (*row, _HELD_OUT if trial.material in held_out else _SEEN)
             for trial, row in zip(trials, found.rows, strict=True)
         ]
-        return replace(found, columns=["materials", *found.columns], rows=rows)
+        return replace(found, columns=[*found.columns, "materials"], rows=rows)
 
 
 def _groups(study: Study) -> dict[str, Study]:

@@ -31,6 +31,8 @@ from nacre.cli.report import note, report_file
     "Train pca on each channel as a material of its own, not on the six channel permutations.",
     option("--steps", IntRange(1), shown="8000; 4000 for autoencoder"),
     "Optimizer steps, except for pca.",
+    option("--mixtures", IntRange(0), shown="4000"),
+    "Mixtures of materials that autoencoder is trained on as well.",
     options.seed_option(default=None, shown="0"),
     "Seed of all random numbers, except for pca.",
 )
