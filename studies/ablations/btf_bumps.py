@@ -24,7 +24,7 @@ from nacre.textures.codecs import load_codec
 from nacre.textures.codecs.codec_file import PUBLISHED
 from nacre.textures.mipmap import LatentPyramid
 from nacre.workflows.encoding import encode
-from studies.ablations.btf_mipmaps import PAIRS, of_codes
+from studies.ablations.btf_mipmaps import COMPARED, of_codes
 from studies.study import Study
 
 HEIGHTS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)
@@ -43,7 +43,7 @@ def main() -> None:
         surface = replace(recipe, generator=family).build()
         btf = capture(surface, *BONN.pairs())
         latent = LatentMap(encode(btf, codec).codes, codec, btf.wi, btf.wo, btf.name)
-        chosen = np.random.default_rng(9).choice(btf.pair_count, PAIRS, replace=False)
+        chosen = np.random.default_rng(9).choice(btf.pair_count, COMPARED, replace=False)
         decode = codec.decoder(btf.wi[chosen], btf.wo[chosen])
         texels = decode(latent.codes.reshape(-1, codec.code_dim).astype(np.float32))
         truth = texels.mean(0)

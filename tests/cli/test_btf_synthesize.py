@@ -105,7 +105,7 @@ def test_levels(capsys):
     assert run(*command) == 0
     shown = capsys.readouterr().out
     assert "relative RMSE" in shown
-    assert "filtered in" in shown
+    assert "filtered by reflectance in" in shown
 
 
 @pytest.mark.parametrize(

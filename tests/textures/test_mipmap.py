@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from nacre.errors import FormatError
+from nacre.btf import TableBtf
+from nacre.errors import FormatError, NacreError
 from nacre.measured.textures import UTIA
 from nacre.textures import LatentMap
+from nacre.textures.codecs import PUBLISHED, load_codec
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.mipmap import (
+    FILTERS,
     LatentPyramid,
     box_weights,
     filtered_reflectance,
     halved_rows,
     level_shapes,
 )
+from nacre.workflows.encoding import encode
+from tests.textures.codecs.networks.made import texture
 
 
 class Squares(TexelCodec):
@@ -135,6 +142,53 @@ def test_a_plane_is_looked_up_exactly_inside():
     uv, level = 0.25 + 0.5 * random.random((50, 2)), 2.0 * random.random(50)
     found = pyramid(uv, level)[:, 0]
     np.testing.assert_allclose(found, 3.0 * uv[:, 0] - 2.0 * uv[:, 1], atol=1e-5)
+
+
+class Roots(Squares):
+    """The same, filtered by its codes."""
+
+    filtered_by = "codes"
+
+
+@pytest.mark.parametrize(("codec", "by"), [(Squares(), "reflectance"), (Roots(), "codes")])
+def test_the_codec_says_what_is_averaged(codec, by):
+    made = replace(latent(8, 8), codec=codec)
+    chosen = LatentPyramid.build(made, pairs=3).levels
+    for other in FILTERS:
+        levels = LatentPyramid.build(made, other, pairs=3).levels
+        same = [np.array_equal(a, b) for a, b in zip(chosen, levels, strict=True)]
+        assert same == [True] + [other == by] * 3
+
+
+def test_the_default_is_closer_to_what_is_seen_from_afar():
+    made = texture(3, 8)
+    dark = np.where(np.indices((8, 8)).sum(0) % 2, 1.0, 0.05)[..., None, None]
+    btf = TableBtf(made.values * dark.astype(np.float32), made.wi, made.wo)
+    codec = load_codec(PUBLISHED)
+    coded = LatentMap(encode(btf, codec).codes, codec, btf.wi, btf.wo)
+    decode = codec.decoder(btf.wi, btf.wo)
+    errors = {}
+    for by in FILTERS:
+        levels = LatentPyramid.build(coded, by, pairs=64).levels[1:]
+        found = [decode(codes.reshape(-1, codec.code_dim)) for codes in levels]
+        truths = filtered_reflectance(coded, btf.wi, btf.wo)
+        pairs = zip(found, truths, strict=True)
+        errors[by] = sum(np.square(a.reshape(b.shape) - b).mean() for a, b in pairs)
+    (other,) = (by for by in FILTERS if by != codec.filtered_by)
+    assert errors[codec.filtered_by] < 0.5 * errors[other]
+
+
+def test_networks_of_fixed_directions_are_filtered_too():
+    pytest.importorskip("torch", reason="needs the extra 'btf'")
+    from nacre.textures.codecs.networks import CustomNetwork, CustomSettings, Whitening
+
+    btf = texture(0)
+    network = CustomNetwork(btf.wi, btf.wo, CustomSettings(latent=2), Whitening(-1.0, 0.5))
+    made = LatentMap(encode(btf, network).codes, network, btf.wi, btf.wo)
+    last = LatentPyramid.build(made).levels[-1]
+    np.testing.assert_allclose(last[0, 0], made.codes.astype("f4").mean((0, 1)), rtol=1e-4)
+    with pytest.raises(NacreError, match="at its own 225 pairs of directions only"):
+        LatentPyramid.build(made, "reflectance", pairs=9)
 
 
 def test_a_single_texel_has_one_level():

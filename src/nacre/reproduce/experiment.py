@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from nacre.errors import NacreError, require
+from nacre.figures.page import Bytes
 from nacre.figures.plot import write_plot
 from nacre.latent import find_basis
 from nacre.latent.basis import LatentBasis
+from nacre.render.animation import write_animation
 from nacre.reproduce.cache import Cache
 from nacre.reproduce.tables import write_csv, write_text
 from nacre.reproduce.trial import TRUTH
@@ -128,6 +130,8 @@ class Outcome:
         A few words on the pictures.
     left_out
         What was not tried.
+    animations
+        Frames, two or more, by what is added to the experiment's name.
     """
 
     pages: Mapping[str, Any]
@@ -136,9 +140,10 @@ class Outcome:
     text: str = ""
     note: str = ""
     left_out: Sequence[LeftOut] = field(default=())
+    animations: Mapping[str, Sequence[Bytes]] = field(default_factory=dict)
 
     def write(self, name: str, folder: Path) -> list[Path]:
-        """Write CSV, Markdown and pictures, `name` in front of each; gives their paths.
+        """Write CSV, Markdown, pictures and animations, `name` in front of each; gives their paths.
 
         Raises
         ------
@@ -156,6 +161,9 @@ class Outcome:
         for addition, page in self.pages.items():
             written.append(folder / f"{'-'.join(filter(None, (name, addition)))}.png")
             write_plot(page, written[-1])
+        for addition, frames in self.animations.items():
+            written.append(folder / f"{name}-{addition}.webp")
+            write_animation(frames, written[-1])
         return written
 
 

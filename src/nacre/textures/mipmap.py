@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from nacre.array import Floats
 from nacre.errors import FormatError
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress, silent
-from nacre.textures.codecs.codec import TexelMap, on_all_cores
+from nacre.textures.codecs.codec import Filter, TexelMap, on_all_cores
 from nacre.textures.latent_map import LatentMap
 
 
@@ -75,10 +75,10 @@ def halved_rows(rows: Iterable[Floats], height: int) -> Iterator[Floats]:
             done += 1
 
 
-Filter: TypeAlias = Literal["reflectance", "codes"]
-FILTERS: tuple[Filter, ...] = ("reflectance", "codes")
+FILTERS: tuple[Filter, ...] = get_args(Filter)
 
-_PAIRS = 512  # pairs of directions that reflectance is averaged at
+PAIRS = 512
+"""Pairs of directions that reflectance is averaged at, unless others are asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +113,8 @@ class LatentPyramid:
     def build(
         cls,
         latent: LatentMap,
-        by: Filter = "reflectance",
-        pairs: int = _PAIRS,
+        by: Filter | None = None,
+        pairs: int = PAIRS,
         seed: int = 0,
         progress: Progress = silent,
     ) -> LatentPyramid:
@@ -126,8 +126,10 @@ class LatentPyramid:
             Codes and their codec.
         by
             What is averaged over boxes. "reflectance": every level is encoded from means of what
-            the map decodes to, which is what is seen from afar. "codes": codes, which is faster
-            (Rainer et al. 2020, figure 9), with errors where texels of unlike highlights meet.
+            the map decodes to, which is what is seen from afar, but for the codec's own error.
+            "codes": codes, which is faster (Rainer et al. 2020, section 5.2 and figure 9), with
+            errors where texels of unlike highlights meet. None: as the codec's
+            :attr:`~nacre.textures.codecs.codec.TexelCodec.filtered_by` says.
         pairs
             How many of the map's pairs of directions reflectance is averaged at, drawn at random.
         seed
@@ -140,6 +142,7 @@ class LatentPyramid:
         FormatError
             If a code decodes, or a mean is encoded, to what is no number.
         """
+        by = latent.codec.filtered_by if by is None else by
         if by not in FILTERS:
             raise ValueError(f"by is one of {', '.join(FILTERS)}, not {by!r}")
         height, width = latent.codes.shape[:2]

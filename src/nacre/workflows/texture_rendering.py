@@ -150,8 +150,10 @@ def render_texture(
 
     view, output = view or TextureView(), Path(output)
     check_texture_view(output, view, compared=reference is not None)
-    shown = list(_pictures(texture, view, start))
-    expected = [] if reference is None else list(_pictures(reference, view, start))
+    shown = list(texture_pictures(texture, view, start(texture.name)))
+    expected = []
+    if reference is not None:
+        expected = list(texture_pictures(reference, view, start(reference.name)))
     width = height = view.size
     pages: Iterable[Bytes] = (display_bytes(tone_map(picture)) for picture in shown)
     mse = temporal = None
@@ -178,13 +180,24 @@ def error_text(mse: float) -> str:
     return f"MSE x 1e4 {1e4 * mse:.3g}, noise included"
 
 
-def _pictures(btf: Btf, view: TextureView, start: Callable[[str], Progress]) -> Iterator[Floats]:
+def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> Iterator[Floats]:
+    """Render a texture to one picture, or to those of an animation.
+
+    Yields
+    ------
+    array of shape (size, size, 3)
+        Linear Rec. 709 RGB; frames of an animation are clipped to [0, 1], in half precision.
+
+    Raises
+    ------
+    NacreError
+        If the texture cannot be rendered so.
+    """
     from nacre.render.preview import render_scene
     from nacre.render.textures.moving_light import PATHS, light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
 
-    report = start(btf.name)
     size = view.size, view.size
     options: dict[str, Any] = {"interpolation": view.interpolation}
     if view.height_field is not None:

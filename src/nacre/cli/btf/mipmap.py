@@ -17,7 +17,7 @@ from nacre.cli.report import keyed, print_table, report
 
 if TYPE_CHECKING:
     from nacre.array import Floats
-    from nacre.textures.mipmap import Filter
+    from nacre.textures.codecs.codec import Filter
 
 _PAIRS = 64
 """Pairs of directions that errors are of."""
@@ -29,13 +29,18 @@ _EDGE = 128
     "mipmap",
     options.argument("source", metavar="CODES"),
     options.output_option("Picture to write (.png, .jpg, .exr).", required=False),
-    option("--filter by", ["reflectance", "codes"], default="reflectance"),
-    "Average what codes decode to, and encode that again; or average the codes.",
+    option("--filter by", ["reflectance", "codes"], shown="what suits the codec"),
+    "Average what codes decode to, and encode that again; or average the codes. The latter "
+    "is the default for the papers' networks, the former for other codecs.",
     option("--wi", options.DIRECTION, default="30,0", help="Direction to the light, in degrees."),
     option("--wo", options.DIRECTION, default="0,0", help="Direction to the viewer, in degrees."),
 )
 def command(
-    source: Path, output: Path | None, by: Filter, wi: tuple[float, float], wo: tuple[float, float]
+    source: Path,
+    output: Path | None,
+    by: Filter | None,
+    wi: tuple[float, float],
+    wo: tuple[float, float],
 ) -> None:
     """Filter an encoded texture for views from afar, and report the error.
 
@@ -53,6 +58,7 @@ def command(
         options.check_outputs([output], [source])
     expect(source, "an encoded texture")
     latent = load_latent_map(source)
+    by = by or latent.codec.filtered_by
     began = time.monotonic()
     pyramid = LatentPyramid.build(latent, by, progress=progress(source.stem))
     seconds = time.monotonic() - began
@@ -77,7 +83,7 @@ def command(
         write_image(_sheet(pictures), output)
     columns = "level", "texels", "MSE x 1e4", "relative RMSE"
     print_table(columns, ((str(row[0]), *row[1:]) for row in rows))
-    lines = [f"{source}: filtered in {seconds:.2g} seconds"]
+    lines = [f"{source}: filtered by {by} in {seconds:.2g} seconds"]
     if output is not None:
         lines.append(f"{output}: means of decoded values above, filtered codes below")
     levels = [keyed(dict(zip(columns, row, strict=True))) for row in rows]

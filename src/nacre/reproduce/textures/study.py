@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, is_dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,14 @@ _DECIDING = (
     "textures/selection.py",
 )
 """Modules that decide results, besides those of codecs."""
+RENDERED: Mapping[str, tuple[str, ...]] = {
+    "rendering": ("render/**/*.py",),
+    "animation": (
+        *("render/**/*.py", "workflows/texture_rendering.py"),
+        "reproduce/textures/animation.py",
+    ),
+}
+"""Further modules that decide what is rendered, by its name."""
 
 
 class _UnfitError(NacreError):
@@ -100,15 +108,41 @@ class Study:
 
         See :meth:`errors`, and :func:`nacre.reproduce.textures.trial.rendering`.
         """
-        make = partial(trial.rendering, progress=self._report(method, material))
+        return self.rendered("rendering", trial.rendering, material, method)
+
+    def rendered(
+        self,
+        name: str,
+        make: Callable[..., Floats],
+        material: Material,
+        method: Method | None,
+        *arguments: Any,
+    ) -> Floats | None:
+        """What a renderer makes of the decoded texture, or of the measured one without a method.
+
+        See :meth:`errors`.
+
+        Parameters
+        ----------
+        name
+            Of what is made, one of :data:`RENDERED`.
+        make
+            Called with the texture, the codec or None, the arguments, the seed and `progress`.
+        material, method
+            The texture, and how it is coded.
+        arguments
+            JSON-able, or dataclasses that are.
+        """
+        make = partial(make, progress=self._report(method, material))
         if method is not None:
-            return self._result("rendering", make, method, material)
+            return self._result(name, make, method, material, *arguments)
 
         def measured() -> Floats:
             with material.opened() as texture:
-                return make(texture, None, self.settings.seed)
+                return make(texture, None, *arguments, self.settings.seed)
 
-        return self._kept("rendering", [material.fingerprint, self.settings.seed], measured)
+        facts = [material.fingerprint, *_json_able(arguments), self.settings.seed]
+        return self._kept(name, facts, measured)
 
     def codes(self, method: Method, material: Material, texels: int) -> Floats | None:
         """Codes of random texels, shape (texels, code_dim); see :meth:`errors`."""
@@ -227,8 +261,8 @@ class Study:
         """What comes of a texture, a codec, arguments and the seed; None where they do not fit."""
         seed = self.settings.seed
         made_from = method.facts(self._textures(method, material), self.settings)
-        given = [asdict(v) if isinstance(v, Sampling) else v for v in arguments]
-        facts = [made_from, method.code_dim, material.fingerprint, *given, seed]
+        given = material.fingerprint, *_json_able(arguments)
+        facts = [made_from, method.code_dim, *given, seed]
 
         def compute() -> Floats:
             codec = self.codec(method, material)
@@ -250,10 +284,14 @@ class Study:
 
     def _kept(self, name: str, facts: Sequence[Any], make: Callable[[], Floats]) -> Floats:
         """An array that was kept, or is made."""
-        modules = (*_DECIDING, "render/**/*.py") if name == "rendering" else _DECIDING
-        key = cache_key("result", [name, *facts, module_digest(*modules)])
+        modules = module_digest(*_DECIDING, *RENDERED.get(name, ()))
+        key = cache_key("result", [name, *facts, modules])
         found: Floats = self.cache.arrays(key, (name,), lambda: {name: make()})[name]
         return found
+
+
+def _json_able(arguments: Sequence[Any]) -> list[Any]:
+    return [asdict(v) if is_dataclass(v) and not isinstance(v, type) else v for v in arguments]
 
 
 def _some(material: Material, seed: int) -> Floats:

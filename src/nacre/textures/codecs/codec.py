@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,8 @@ from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
 
 TexelMap: TypeAlias = Callable[[Floats], Floats]
+
+Filter: TypeAlias = Literal["reflectance", "codes"]
 
 _PART = 64  # texels that one core takes at a time
 _EMBEDDED_PAIRS = 512  # pairs of directions that texels are decoded at for distances between them
@@ -117,6 +119,9 @@ class TexelCodec(Frozen, abc.ABC):
     expanded_dim: int | None = None
     """Number of coefficients that a code can be expanded to once a texel, for hits; None if the
     codec has no such step."""
+    filtered_by: ClassVar[Filter] = "reflectance"
+    """What is averaged where a texture is seen from afar, unless a user chooses: what is closer to
+    means of decoded reflectance; see :class:`nacre.textures.mipmap.LatentPyramid`."""
     distributed: ClassVar[bool] = False
     """Whether several processes that `torchrun` starts can train one together."""
     journaled: ClassVar[bool] = False

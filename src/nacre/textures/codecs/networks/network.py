@@ -17,7 +17,7 @@ from nacre.io.tensors import Tensors, check_header, check_unit_vectors, in_preci
 from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.parallel import thread_map
-from nacre.textures.codecs.codec import TexelCodec, TexelMap, TrainingRun, check_shape
+from nacre.textures.codecs.codec import Filter, TexelCodec, TexelMap, TrainingRun, check_shape
 from nacre.textures.codecs.networks.mlp import (
     Decoder,
     Shapes,
@@ -64,6 +64,7 @@ class TexelNetwork(TexelCodec):
 
     uses_all_cores = True
     hit_form = "network"
+    filtered_by: ClassVar[Filter] = "codes"  # as in Rainer et al. 2020, section 5.2
     distributed = True
     journaled = True
     settings_type: ClassVar[type[Any]]
