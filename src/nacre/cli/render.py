@@ -66,8 +66,10 @@ _SCENE_OPTIONS = ("source", "output", "spp", "seed")
     "Interpolation between texels: one of four by chance, all four, or the nearest.",
     option("--mipmap", applies="btf", is_flag=True),
     "Filter an encoded texture by a pyramid for views from afar, which takes fewer samples.",
-    option("--height-field", options.INPUT, applies="btf", help="Gray image for parallax."),
-    option("--depth", options.FiniteRange(0.0), applies="btf", default=0.1),
+    option("--height-field", options.INPUT, applies="btf"),
+    "Gray image for parallax of a texture whose texels are points of a surface, not of a plane: "
+    "see nacre btf capture --height-map.",
+    option("--depth", options.FiniteRange(0.0), applies="btf", shown="0.1; 1 of .exr"),
     "Depth of the height field from black to white, in widths of the texture.",
     option("--reference", options.INPUT, applies="btf"),
     "Texture that was encoded, to show at the left and to compare with; errors are shown at the "

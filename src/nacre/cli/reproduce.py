@@ -65,7 +65,7 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     "Basis of nacre latent train: principal components for the method pca, any for fig11 and "
     "fig12; for fig13 to fig16 one that predicts lobes and was not trained on the materials.",
     options.environment_option(),
-    option("--size", IntRange(16, 1024), default=128),
+    option("--size", IntRange(16, 1024), shown="128, of textures 256"),
     "Width and height of each picture in pixels.",
     option("--recipe", ["reference", "default"], default="default"),
     "Way to train the networks of btf-...: as the paper does, or ours.",
@@ -82,6 +82,8 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     "keep from the training of predictors. May be repeated.",
     option("--other", options.INPUT, multiple=True),
     "Folder or file of further unseen textures for btf-fig6, of any directions. May be repeated.",
+    option("--height-fields", options.INPUT),
+    "Folder of height fields for btf-fig5, NAME.exr each; see nacre btf capture --height-map.",
     option("--again", options.INPUT),
     "Folder of second measurements for btf-table1, with other noise and the same names.",
     option("--quick", is_flag=True, help="Make short fits and small pictures to look at."),

@@ -14,7 +14,7 @@ _MODULES = {
     "code_figures": "fig11 fig12",
     "noise_figures": "fig13 fig14 fig15 fig16",
     "textures.experiments": "btf-table1 btf-ablations btf-training btf-decoder "
-    "btf-fig4 btf-fig5 btf-fig6 btf-fig7 btf-fig8 btf-tsne btf-video",
+    "btf-fig4 btf-fig5 btf-fig6 btf-fig7 btf-fig8 btf-fig9 btf-fig10 btf-tsne btf-video",
 }
 
 EXPERIMENTS: Registry[Experiment] = Registry(

@@ -42,7 +42,7 @@ class Request:
     environment
         Latitude-longitude map; the built-in studio where None.
     size
-        Pixels along an edge of the pictures.
+        Pixels along an edge of the pictures; the experiment's own choice where None.
     recipe
         Of networks for textures, by name.
     steps, epochs, minutes
@@ -54,6 +54,8 @@ class Request:
         Names of textures or materials that are kept from training.
     other
         Files or folders of further unseen textures, of any directions.
+    height_fields
+        Folder of heights that the texels of unseen textures are points of, NAME.exr each.
     again
         Folder of second measurements of unseen textures.
     quick
@@ -74,7 +76,7 @@ class Request:
     published: Sequence[Path] = ()
     basis: Path | None = None
     environment: Path | None = None
-    size: int = 128
+    size: int | None = None
     recipe: str = "default"
     steps: int | None = None
     epochs: int | None = None
@@ -82,6 +84,7 @@ class Request:
     minutes: float | None = None
     unseen: Sequence[str] = ()
     other: Sequence[Path] = ()
+    height_fields: Path | None = None
     again: Path | None = None
     quick: bool = False
     seed: int = 0

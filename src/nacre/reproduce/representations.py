@@ -137,7 +137,7 @@ class Comparison(Experiment):
                     raise NacreError(f"{path}: is isotropic; {name} is of anisotropic materials")
         lighting = load_environment(request.environment) if request.environment else None
         settings = Settings(
-            request.size,
+            request.size or Settings.size,
             epochs=request.epochs or Settings.epochs,
             seed=request.seed,
             environment=lighting,

@@ -44,7 +44,8 @@ class TextureView:
     decoder, interpolation, mipmap
         How an encoded texture is decoded, texels interpolated, codes filtered.
     height_field, depth
-        Gray image for parallax, and the depth of black in widths of the texture.
+        Gray image for parallax, and the widths of the texture from black to white; as
+        :func:`nacre.render.textures.height_file.full_depth` has it where None.
     """
 
     shape: str = "cylinder"
@@ -62,7 +63,7 @@ class TextureView:
     interpolation: str = "stochastic"
     mipmap: bool = False
     height_field: Path | None = None
-    depth: float = 0.1
+    depth: float | None = None
 
 
 @dataclass(frozen=True)
@@ -194,6 +195,7 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
         If the texture cannot be rendered so.
     """
     from nacre.render.preview import render_scene
+    from nacre.render.textures.height_file import full_depth
     from nacre.render.textures.moving_light import PATHS, light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
@@ -201,7 +203,8 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
     size = view.size, view.size
     options: dict[str, Any] = {"interpolation": view.interpolation}
     if view.height_field is not None:
-        options |= {"height_field": str(view.height_field), "depth": view.depth}
+        depth = full_depth(view.height_field) if view.depth is None else view.depth
+        options |= {"height_field": str(view.height_field), "depth": depth}
     if btf.latent is not None:
         options |= {"decoder": view.decoder}
         options |= {"pixel_angle": pixel_angle(size)} if view.mipmap else {}

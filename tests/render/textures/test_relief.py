@@ -5,24 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import numpy as np
+import pytest
 
+from nacre.errors import FormatError
+from nacre.measured.textures.directions import from_degrees
+from nacre.render.textures.height_file import full_depth, read_heights, write_heights
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.relief import Relief
+from nacre.textures.capture import capture
+from nacre.textures.capture.recipe import find
 
 from .made import factors_at, hemisphere, picture
 
 
-def write_heights(mi: Any, path: Path, heights: Any) -> str:
-    """A gray image of values from 0 to 1."""
-    mi.Bitmap(np.asarray(heights, np.float32)[:, :, None]).write(str(path))
-    return str(path)
-
-
 def test_a_flat_field_changes_nothing(rgb: Any, tmp_path: Path) -> None:
     pixels = np.random.default_rng(1).random((4, 4, 3))
-    flat = write_heights(rgb, tmp_path / "flat.exr", np.full((8, 8), 0.7))
-    bumpy = write_heights(rgb, tmp_path / "bumpy.exr", np.random.default_rng(2).random((8, 8)))
+    flat, bumpy = str(tmp_path / "flat.exr"), str(tmp_path / "bumpy.exr")
+    write_heights(np.full((8, 8), 0.7), flat)
+    write_heights(np.random.default_rng(2).random((8, 8)), bumpy)
     uv, wo = np.random.default_rng(3).random((500, 2)), hemisphere(500, 4)
     plain, same, other = (
         factors_at(rgb, texture_bsdf(picture(pixels), interpolation="linear", **o), uv, wo, wo)
@@ -54,5 +56,41 @@ def test_rays_meet_the_field_first_where_a_fine_march_does(rgb: Any) -> None:
     first = (levels <= field).argmax(1)
     expected = along[np.arange(300), first]
     close = np.abs(found - expected).max(1) < 0.01
-    assert close.mean() > 0.97  # a step may pass over a thin crest
+    assert close.mean() > 0.99  # a step may pass over a thin crest
     assert np.abs(expected - uv).max() > 0.05
+
+
+def test_points_of_a_surface_are_seen_where_its_photographs_have_them(
+    rgb: Any, tmp_path: Path
+) -> None:
+    """Texels of the heights that rays meet are those of the plane, of the tracer's triangles."""
+    size = 128
+    surface = find("leather12").build(size)
+    view = from_degrees(60.0, 30.0)[None]
+    light = from_degrees(40.0, 200.0)[None]
+    plane, points = (
+        capture(surface, light, view, size, samples=8, on_surface=on_surface).values[:, :, 0]
+        for on_surface in (False, True)
+    )
+    write_heights(surface.height_map(), tmp_path / "heights.exr")
+    heights = read_heights(tmp_path / "heights.exr")
+    np.testing.assert_array_equal(heights, surface.height_map())
+    relief = Relief(rgb, heights, full_depth(tmp_path / "heights.exr"), 1.0)
+    y, x = np.mgrid[:size, :size].reshape(2, -1)
+    uv = np.stack([x + 1.0, y]).astype(np.float32) / size  # pictures are half a cell apart
+    wo = rgb.Vector3f(np.repeat(view.T, size * size, 1).astype(np.float32))
+    texels = rgb.TensorXf(points.astype(np.float32))
+    texture = rgb.Texture2f(texels, wrap_mode=dr.WrapMode.Repeat)
+
+    def error(where: Any) -> float:
+        seen = np.array(texture.eval(where)).T.reshape(size, size, 3)
+        return float(np.square(seen - plane).mean())
+
+    without, met = rgb.Point2f(uv), relief.seen(rgb.Point2f(uv), tuple(wo))
+    assert error(met) < 0.2 * error(without)
+
+
+def test_heights_are_written_as_values(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="a height field that is written ends in"):
+        write_heights(np.zeros((2, 2)), tmp_path / "heights.png")
+    assert full_depth("heights.png") == 0.1

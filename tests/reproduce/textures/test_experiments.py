@@ -12,6 +12,7 @@ from nacre.errors import NacreError
 from nacre.reproduce import EXPERIMENTS
 from nacre.reproduce.tables import geometric_mean, scaled
 from nacre.reproduce.textures.methods import find
+from nacre.reproduce.textures.rendering import View
 from tests.cli.support import run as nacre
 
 METHODS = {
@@ -21,9 +22,11 @@ METHODS = {
     "btf-decoder": "unified-4:1x24,unified-4",
     "btf-fig4": "custom-4,unified-4",
     "btf-fig5": "custom-4,unified-4,basis-4,pca-4",
-    "btf-fig6": "unified-4,pca-4,pca-own-4",
+    "btf-fig6": "custom-4,unified-4,pca-4",
     "btf-fig7": "custom-4,unified-4,pca-4",
     "btf-fig8": "custom-4,pca-4",
+    "btf-fig9": "unified-4,pca-4",
+    "btf-fig10": "unified-4,pca-4",
     "btf-tsne": "pca-4",
 }
 
@@ -118,32 +121,101 @@ def test_fig4_compares_pictures(study, tmp_path):
     assert "unseen: felt12, wood_12" in text
 
 
-def test_fig5_renders_what_can_be_decoded_at_hits(study, tmp_path, monkeypatch):
+@pytest.fixture
+def small(study, monkeypatch):
+    """Renderings of a few pixels."""
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    monkeypatch.setattr("nacre.reproduce.textures.trial.SIZE", 24)
-    monkeypatch.setattr("nacre.reproduce.textures.trial._SAMPLES", 4)
-    rows, text, paths = made(study, "btf-fig5", tmp_path)
+    monkeypatch.setattr("nacre.reproduce.textures.rendering.SAMPLES", 4)
+    study.size = 24
+    return study
+
+
+def test_fig5_renders_what_can_be_decoded_at_hits(small, tmp_path):
+    rows, text, paths = made(small, "btf-fig5", tmp_path)
     assert paths[-1] == "btf-fig5.png"
     assert {r["method"] for r in rows} == {"custom-4", "unified-4", "basis-4"}
     assert all(0 < float(r["mse of the picture"]) < 1 for r in rows)
     assert "- pca-4: " in text
     assert "own directions only" in text
-    study.calls.clear()
-    assert made(study, "btf-fig5", tmp_path)[0] == rows
-    assert not any("rendering" in str(call) for call in study.calls)
+    assert "| truth | " in text.split("seconds, mean")[1]
+    assert all(float(r["seconds"]) > 0 for r in rows)
+    small.calls.clear()
+    assert made(small, "btf-fig5", tmp_path)[0] == rows
+    assert not any("rendering" in str(call) for call in small.calls)
 
 
-def test_fig6_leaves_out_what_is_for_other_directions(study, tmp_path):
-    rows, text, _ = made(study, "btf-fig6", tmp_path)
+def test_fig5_sees_height_fields(small, tmp_path):
+    from nacre.render.textures.height_file import write_heights
+
+    def picture():
+        return small.rendering(small.unseen[0], None, View(size=24, height_field=heights)).picture
+
+    heights = None
+    smooth = picture()
+    small.height_fields = tmp_path
+    assert EXPERIMENTS["btf-fig5"].heeds >= {"height_fields", "size"}
+    with pytest.raises(NacreError, match="is absent; nacre btf capture --height-map"):
+        made(small, "btf-fig5", tmp_path)
+    flat, bumpy = np.zeros((8, 8)), np.random.default_rng(1).uniform(0.0, 0.3, (8, 8))
+    heights = tmp_path / "felt12.exr"
+    write_heights(flat, heights)
+    assert small.height_field(small.unseen[0]) == heights
+    np.testing.assert_allclose(picture(), smooth, rtol=1e-4, atol=1e-5)
+    write_heights(bumpy, heights)
+    assert np.abs(picture() - smooth).max() > 0.01  # another content is another picture
+
+
+def test_fig6_is_lit_by_a_point_and_leaves_out_what_cannot_be_rendered(small, tmp_path):
+    rows, text, _ = made(small, "btf-fig6", tmp_path)
     assert [(r["material"], r["method"]) for r in rows] == [
+        ("silk12", "custom-4"),
         ("silk12", "unified-4"),
-        ("silk12", "pca-own-4"),
     ]
     assert "- pca-4: principal components are known" in text
     assert "(silk12)" in text
-    study.others = ()
+    silk, lights = small.others[0], ("point", "environment")
+    lit = [small.rendering(silk, None, View(light=light, size=24)) for light in lights]
+    assert np.abs(lit[0].picture - lit[1].picture).max() > 0.01
+    small.others = ()
     with pytest.raises(NacreError, match="give --other FOLDER"):
-        made(study, "btf-fig6", tmp_path)
+        made(small, "btf-fig6", tmp_path)
+
+
+def test_fig9_compares_means_of_codes_with_means_of_images(study, tmp_path):
+    rows, text, paths = made(study, "btf-fig9", tmp_path)
+    assert paths[2:] == ["btf-fig9-unified-4.png", "btf-fig9-pca-4.png"]
+    assert len(rows) == 2 * 2 * 2  # 6 x 6 texels have two levels below
+    assert {r["texels an edge"] for r in rows} == {"2", "4"}
+    assert "| unified-4, 2 texels |" in text
+    felt, method = study.unseen[0], find("pca-4")
+    (row,) = (r for r in rows if [*r.values()][:3] == ["felt12", "pca-4", "2"])
+    texture, codec = felt.load(), study.codec(method, felt)
+    values = texture.texels(slice(None))
+    codes = codec.encoder(texture.wi, texture.wo)(values)
+    decode = codec.decoder(texture.wi, texture.wo)
+
+    def mean_of_four(texels):
+        return texels.reshape(3, 2, 3, 2, -1).mean((1, 3)).reshape(9, -1)
+
+    measured, image = mean_of_four(values), mean_of_four(decode(codes))
+    latent = decode(mean_of_four(codes)).reshape(9, -1)
+    pairs = ((image, measured), (latent, measured), (latent, image))
+    expected = [np.square(a - b).mean() for a, b in pairs]
+    assert [float(v) for v in [*row.values()][3:]] == pytest.approx(expected, rel=1e-3)
+
+
+def test_fig10_shows_larger_textures(small, tmp_path):
+    rows, text, paths = made(small, "btf-fig10", tmp_path)
+    assert paths[2:] == ["btf-fig10.png"]
+    assert [(r["material"], r["method"]) for r in rows] == [
+        ("felt12", "unified-4"),
+        ("wood_12", "unified-4"),
+    ]
+    assert all(0 < float(r["share of the input used"]) <= 1 for r in rows)
+    assert "- pca-4: " in text
+    small.calls.clear()
+    assert made(small, "btf-fig10", tmp_path)[0] == rows
+    assert not any("quilting" in str(call) for call in small.calls)
 
 
 def test_fig7_has_a_curve_and_ratios(study, tmp_path):

@@ -137,6 +137,25 @@ def test_the_command_writes_a_texture_and_a_picture(tmp_path: Path) -> None:
     assert pixels.std() > 20
 
 
+def test_the_command_writes_the_heights_that_texels_lie_on(tmp_path: Path) -> None:
+    pytest.importorskip("mitsuba", reason="needs the extra 'render'")
+    from nacre.render.textures.height_file import read_heights
+
+    lists = tmp_path / "list.csv"
+    lists.write_text("theta,phi\n0,0\n70,90\n")
+    output, heights = tmp_path / "x.npz", tmp_path / "x.exr"
+    run("carpet12", "-o", output, "--directions", lists, "--texels", 6, "--paths", 2,
+        "--height-map", heights)  # fmt: skip
+    surface, data = find("carpet12").build(32), read(output)
+    np.testing.assert_array_equal(read_heights(heights), surface.height_map())
+    plain, expected = (
+        capture(surface, data["wi"], data["wo"], 6, samples=2, on_surface=on_surface).values
+        for on_surface in (False, True)
+    )
+    assert np.array_equal(data["values"], expected)
+    assert not np.array_equal(expected, plain)
+
+
 def test_the_command_captures_all(tmp_path: Path) -> None:
     lists = tmp_path / "list.csv"
     lists.write_text("theta,phi\n0,0\n")
@@ -156,7 +175,15 @@ def test_the_command_captures_all(tmp_path: Path) -> None:
     assert " of 3" not in run(*arguments)
 
 
-@pytest.mark.parametrize("arguments", [(), ("fabric01", "--all"), ("--all", "--picture", "x.png")])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (),
+        ("fabric01", "--all"),
+        ("--all", "--picture", "x.png"),
+        ("--all", "--height-map", "x.exr"),
+    ],
+)
 def test_the_command_takes_one_or_all(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     result = CliRunner().invoke(command, [*arguments, "-o", str(tmp_path / "x.npz")])
     assert result.exit_code == 2

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     options.directions_option(default="bonn"),
     options.seed_option(),
     option("--picture", options.OUTPUT, help="Also write a sheet of pictures (.png, .jpg, .exr)."),
+    option("--height-map", options.OUTPUT),
+    "Let texels be points of the surface, as in Bonn's database, not of a plane, and write its "
+    "heights (.exr, in widths of the texture) for nacre render --height-field.",
 )
 def command(
     recipe: str | None,
@@ -42,6 +45,7 @@ def command(
     directions: str,
     seed: int,
     picture: Path | None,
+    height_map: Path | None,
 ) -> None:
     """Measure a made-up surface with a virtual gonioreflectometer.
 
@@ -62,6 +66,8 @@ def command(
         raise click.UsageError("expected either RECIPE or --all")
     if everything and picture:
         raise click.UsageError("--picture shows a single RECIPE")
+    if everything and height_map:
+        raise click.UsageError("--height-map is of a single RECIPE")
     if texels[0] != texels[1] or texels[0] > 4096:
         raise click.BadParameter("--texels: a capture is square, of up to 4096 texels an edge")
     if is_btf(directions):
@@ -72,7 +78,7 @@ def command(
         raise FormatError(f"{recipe}: is a texture, expected the name of a recipe or its .json")
     settings = Settings(*named_directions(directions, STEEPEST), texels[0], paths, seed)
     if recipe is not None:
-        _one(recipe, output, settings, picture)
+        _one(recipe, output, settings, picture, height_map)
         return
     line = progress("capture")
     names: list[str] = []
@@ -86,21 +92,28 @@ def command(
     report(f"{output}: complete", {"output": str(output), "captured": names})
 
 
-def _one(recipe: str, output: Path, settings: Settings, picture: Path | None) -> None:
+def _one(
+    recipe: str, output: Path, settings: Settings, picture: Path | None, height_map: Path | None
+) -> None:
     """Capture one recipe into a file."""
     from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
     from nacre.render.preview import check_image_path, write_image
+    from nacre.render.textures.height_file import check_height_map, write_heights
     from nacre.textures.capture.recipe import find
 
     if picture:
         check_image_path(picture)
+    if height_map:
+        check_height_map(height_map)
     found = find(recipe)
     target(output, "btf")
-    options.check_outputs([output, picture], [Path(recipe)])
+    options.check_outputs([output, picture, height_map], [Path(recipe)])
     line = progress(found.name)
-    btf = settings.take(found, line)
+    btf = settings.take(found, line, on_surface=height_map is not None)
     loss = save(btf, output, progress=line)
+    if height_map:
+        write_heights(settings.build(found).height_map(), height_map)
     if picture:
         write_image(capture_sheet(btf), picture)
     report_texture(output, btf, loss)

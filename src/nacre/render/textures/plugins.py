@@ -16,10 +16,11 @@ from nacre.render.bsdf_base import base_class, choice, material_path, number, re
 from nacre.render.engine import mitsuba
 from nacre.render.textures.decoders import HIT_DECODERS, HitDecoder, TableDecoder
 from nacre.render.textures.factors import CHROMAS, LUMAS, factor
+from nacre.render.textures.height_file import read_heights
 from nacre.render.textures.lobes import latent_lobes, table_lobes
 from nacre.render.textures.measured import MeasuredDecoder, Sides
 from nacre.render.textures.placement import Placement, footprint
-from nacre.render.textures.relief import Relief, read_heights
+from nacre.render.textures.relief import Relief
 from nacre.render.textures.texels import INTERPOLATIONS, Records, TexelGrid, record_bytes
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.tilted import TiltedMixture

@@ -7,25 +7,25 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Components
-from nacre.errors import FormatError, reason, require
-from nacre.io.files import PathLike
+from nacre.errors import require
 
-_STEPS = 16  # heights at which a ray is compared with the field
+_STEPS = 256  # most places at which a ray is compared with the field
 _LOWEST = 0.1  # cosine of the view below which the shift grows no more
 
 
 class Relief:
     """A height field over a texture, met by rays (parallax occlusion mapping; Tatarchuk 2006).
 
-    Heights, of shape (height, width), are of the plane of the mean height, to which texels of a
-    rectified measurement refer, so that a flat field changes nothing. A difference of 1 stands for
-    `depth` widths of the texture; `aspect` is its width over its height.
+    Heights, of shape (height, width), are of the plane of the mean height, through which the
+    texture lies in a scene, so that a flat field changes nothing. A difference of 1 stands for
+    `depth` widths of the texture; `aspect` is its width over its height. Texels are points of the
+    field: those of a measurement that refers to its surface.
     """
 
     def __init__(self, mi: Any, heights: Any, depth: float, aspect: float) -> None:
         dr = require("drjit", "render")
         field = depth * (np.asarray(heights, np.float64) - np.mean(heights))
-        self._mi, self._aspect = mi, aspect
+        self._mi, self._aspect, self._shape = mi, aspect, field.shape
         self._bottom, self._top = float(field.min()), float(field.max())
         tensor = mi.TensorXf(field[:, :, None].astype(np.float32))
         self._field = mi.Texture2f(tensor, wrap_mode=dr.WrapMode.Repeat, migrate=False)
@@ -34,42 +34,30 @@ class Relief:
         """Where the ray that would meet the plane at `uv`, an `mi.Point2f`, meets the field.
 
         The view, the direction to the viewer, is in the texture's frame: x along u, y against v.
+        Rays go from pixel to pixel of the field.
         """
         if self._bottom == self._top:
             return uv
         mi, dr = self._mi, require("drjit", "render")
         scale = 1.0 / dr.maximum(view[2], _LOWEST)
         along = mi.Vector2f(view[0] * scale, view[1] * (-self._aspect) * scale)
-        step = (self._top - self._bottom) / _STEPS
-        before = self._top - self._field.eval(uv + along * self._top)[0]
-        height, found = mi.Float(self._bottom), mi.Bool(False)
-        for k in range(1, _STEPS + 1):
-            level = self._top - k * step
-            above = level - self._field.eval(uv + along * level)[0]
-            met = ~found & (above <= 0.0)
-            part = before / dr.maximum(before - above, 1e-12)
-            height = dr.select(met, level + step * (1.0 - part), height)
-            found |= met
-            before = above
-        return uv + along * height
+        span = self._top - self._bottom
+        rows, columns = self._shape
+        pixels = dr.maximum(dr.abs(along.x) * columns, dr.abs(along.y) * rows) * span
+        step = span / dr.clip(dr.ceil(pixels), 1.0, _STEPS)
 
+        def above(level: Any) -> Any:
+            return level - self._field.eval(uv + along * level)[0]
 
-def read_heights(path: PathLike) -> Any:
-    """A gray image as heights, of bytes from 0 to 1 as they are, shape (height, width).
+        def further(level: Any, _: Any, gap: Any) -> tuple[Any, Any, Any]:
+            level = level - step
+            return level, gap, above(level)
 
-    Raises
-    ------
-    FormatError
-        If it cannot be read.
-    """
-    mi: Any = require("mitsuba", "render")
-    try:
-        bitmap = mi.Bitmap(str(path))
-        bitmap.set_srgb_gamma(False)
-        gray = bitmap.convert(mi.Bitmap.PixelFormat.Y, mi.Struct.Type.Float32, False)
-        heights = np.array(gray, np.float32)
-    except RuntimeError as error:
-        raise FormatError(f"{path}: height field cannot be read: {reason(error)}") from error
-    if not heights.size or not np.isfinite(heights).all():
-        raise FormatError(f"{path}: height field has no pixels, or some that are not finite")
-    return heights.reshape(heights.shape[:2])
+        start = mi.Float(self._top) + dr.zeros(mi.Float, dr.width(uv))
+        level, before, gap = dr.while_loop(
+            (start, mi.Float(0.0), above(start)),
+            lambda level, _, gap: (gap > 0.0) & (level > self._bottom),
+            further,
+        )
+        back = dr.select(before > 0.0, gap / dr.minimum(gap - before, -1e-12), 0.0)
+        return uv + along * (level + step * back)

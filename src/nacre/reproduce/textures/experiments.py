@@ -8,12 +8,16 @@ from dataclasses import dataclass, replace
 from nacre.errors import NacreError
 from nacre.reproduce.experiment import Experiment, Outcome, Request
 from nacre.reproduce.textures.angles import TEXELS, fig7
+from nacre.reproduce.textures.filtering import fig9
 from nacre.reproduce.textures.map import tsne
 from nacre.reproduce.textures.materials import collect, separate
 from nacre.reproduce.textures.methods import KINDS, Method, TrainingSettings, find
+from nacre.reproduce.textures.quilting_figure import fig10
+from nacre.reproduce.textures.rendering import SIZE
+from nacre.reproduce.textures.rendering_figures import fig5, fig6
 from nacre.reproduce.textures.study import Study
 from nacre.reproduce.textures.table import table1
-from nacre.reproduce.textures.texture_figures import fig4, fig5, fig6, fig8
+from nacre.reproduce.textures.texture_figures import fig4, fig8
 from nacre.reproduce.textures.training_figures import decoder, training
 from nacre.reproduce.textures.trainings import training_table
 from nacre.reproduce.textures.video import video
@@ -25,6 +29,7 @@ _LENGTHS = ("steps", "epochs", "minutes")
 _OPTIONS = frozenset(
     ("methods", "unseen", "recipe", *_LENGTHS, "device", "quick", "seed", "folder", "fresh")
 )
+_RENDERED = _OPTIONS | {"size"}
 _CUSTOM = "the encoder of 2019 has layers of our choice"
 
 
@@ -63,6 +68,8 @@ class TextureExperiment(Experiment):
             others=collect(request.other),
             again=collect([request.again]) if request.again else (),
             texels=_QUICK_TEXELS if request.quick else None,
+            size=request.size or SIZE,
+            height_fields=request.height_fields,
             progress=request.progress,
         )
         return self.outcome(name, study, methods)
@@ -134,23 +141,25 @@ BTF_DECODER = TextureExperiment(
 )
 BTF_FIG4 = TextureExperiment(
     title="unseen textures, measured and decoded",
-    methods=("custom-all-32", "custom-8", "unified-32", "basis-32"),
+    methods=("custom-all-32", "custom-32", "custom-8", "unified-32", "basis-32"),
     make=fig4,
-    differs=f"{_ALWAYS}; {_CUSTOM}; codes of the overfitted network are those of Table 1, not as "
-    "large as the others'; the measured pair nearest to the paper's angles",
+    differs=f"{_ALWAYS}; {_CUSTOM}; the overfitted network also with codes of Table 1's size; the "
+    "measured pair nearest to the paper's angles",
 )
 BTF_FIG5 = TextureExperiment(
     title="cylinders of unseen textures, measured and decoded",
     methods=("custom-8", "unified-8", "unified-32", "basis-32"),
     make=fig5,
-    differs=f"{_ALWAYS}; {_CUSTOM}; one cylinder under our environment, without height fields",
+    heeds=_RENDERED | {"height_fields"},
+    differs=f"{_ALWAYS}; {_CUSTOM}; one cylinder under our environment, of {SIZE} pixels an edge "
+    "for 800 unless --size is given; parallax where --height-fields is given",
 )
 BTF_FIG6 = TextureExperiment(
-    title="textures of other directions and other appearance",
+    title="textures of other directions and other appearance, lit by a point",
     methods=("custom-8", "unified-32", "basis-32"),
     make=fig6,
-    heeds=_OPTIONS | {"other"},
-    differs=f"{_ALWAYS}; {_CUSTOM}; textures at a light and a view in place of renderings",
+    heeds=_RENDERED | {"other"},
+    differs=f"{_ALWAYS}; {_CUSTOM}; cylinders under a light of our place",
 )
 BTF_FIG7 = TextureExperiment(
     title="errors by the fraction of pairs that are seen",
@@ -164,6 +173,21 @@ BTF_FIG8 = TextureExperiment(
     methods=("unified-32", "basis-32"),
     make=fig8,
     differs=f"{_ALWAYS}; the measured pair nearest to the paper's angles",
+)
+BTF_FIG9 = TextureExperiment(
+    title="unseen textures from three distances, filtered as images and as codes",
+    methods=("unified-32", "basis-32"),
+    make=fig9,
+    differs=f"{_ALWAYS}; means of 2, 4 and 8 texels an edge; the measured pair nearest to the "
+    "paper's angles",
+)
+BTF_FIG10 = TextureExperiment(
+    title="unseen textures made larger by quilting of codes",
+    methods=("unified-32", "basis-32"),
+    make=fig10,
+    heeds=_RENDERED,
+    differs=f"{_ALWAYS}; quilting also keeps patches apart that would only continue; a plane under "
+    "our environment",
 )
 BTF_TSNE = TextureExperiment(
     title="codes of texels in the plane",

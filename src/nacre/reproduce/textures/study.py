@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, is_dataclass
 from functools import partial
@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Floats
+from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.reproduce.cache import Cache, cache_key, module_digest
+from nacre.reproduce.cache import Arrays, Cache, cache_key, module_digest
 from nacre.reproduce.textures import trial
 from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import KINDS, Method, TrainingSettings, journal_path
+from nacre.reproduce.textures.rendering import SIZE, SOURCES, Rendering, View, rendering
 from nacre.reproduce.textures.sampling import ALL, Sampling
 from nacre.reproduce.textures.trainings import Training
 from nacre.reproduce.textures.trial import Errors
@@ -33,14 +35,6 @@ _DECIDING = (
     "textures/selection.py",
 )
 """Modules that decide results, besides those of codecs."""
-RENDERED: Mapping[str, tuple[str, ...]] = {
-    "rendering": ("render/**/*.py",),
-    "animation": (
-        *("render/**/*.py", "workflows/texture_rendering.py"),
-        "reproduce/textures/animation.py",
-    ),
-}
-"""Further modules that decide what is rendered, by its name."""
 
 
 class _UnfitError(NacreError):
@@ -61,6 +55,11 @@ class Study:
         Second measurements of unseen ones, by the same names.
     texels
         Of each texture, at which errors are found; None for all.
+    size
+        Edge of renderings in pixels.
+    height_fields
+        Folder of heights that the texels of unseen textures are points of, NAME.exr each; None
+        where they are points of a plane.
     """
 
     training: Sequence[Material]
@@ -70,6 +69,8 @@ class Study:
     others: Sequence[Material] = ()
     again: Sequence[Material] = ()
     texels: int | None = None
+    size: int = SIZE
+    height_fields: Path | None = None
     progress: Progress = silent
     skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     """Materials that a method is not for, by method and reason."""
@@ -93,7 +94,7 @@ class Study:
         NacreError
             If a codec cannot be made.
         """
-        make = partial(trial.errors, progress=self._report(method, material))
+        make = partial(trial.errors, progress=self.report(method, material))
         found = self._result("errors", make, method, material, sampling, texels or self.texels)
         return None if found is None else Errors(*found)
 
@@ -103,46 +104,34 @@ class Study:
         """The decoded texture at one pair of directions; see :meth:`errors`."""
         return self._result("picture", trial.picture, method, material, sampling, pair)
 
-    def rendering(self, material: Material, method: Method | None) -> Floats | None:
-        """A cylinder of the decoded texture, or of the measured one where no method is given.
+    def rendering(self, material: Material, method: Method | None, view: View) -> Rendering | None:
+        """An object of the decoded texture, or of the measured one where no method is given.
 
-        See :meth:`errors`, and :func:`nacre.reproduce.textures.trial.rendering`.
+        See :meth:`errors`, and :func:`nacre.reproduce.textures.rendering.rendering`.
         """
-        return self.rendered("rendering", trial.rendering, material, method)
 
-    def rendered(
-        self,
-        name: str,
-        make: Callable[..., Floats],
-        material: Material,
-        method: Method | None,
-        *arguments: Any,
-    ) -> Floats | None:
-        """What a renderer makes of the decoded texture, or of the measured one without a method.
+        def make(texture: Btf, codec: TexelCodec | None, view: View, seed: int) -> Arrays:
+            progress = self.report(method, material)
+            return rendering(texture, codec, view, seed, progress)._asdict()
 
-        See :meth:`errors`.
+        names = Rendering._fields
+        found = self.results("rendering", names, make, method, material, view, sources=SOURCES)
+        return None if found is None else Rendering(found["picture"], float(found["seconds"]))
 
-        Parameters
-        ----------
-        name
-            Of what is made, one of :data:`RENDERED`.
-        make
-            Called with the texture, the codec or None, the arguments, the seed and `progress`.
-        material, method
-            The texture, and how it is coded.
-        arguments
-            JSON-able, or dataclasses that are.
+    def height_field(self, material: Material) -> Path | None:
+        """The file of the heights that the texels of a material are points of, if they are.
+
+        Raises
+        ------
+        FormatError
+            If the folder of height fields has none of it.
         """
-        make = partial(make, progress=self._report(method, material))
-        if method is not None:
-            return self._result(name, make, method, material, *arguments)
-
-        def measured() -> Floats:
-            with material.opened() as texture:
-                return make(texture, None, *arguments, self.settings.seed)
-
-        facts = [material.fingerprint, *_json_able(arguments), self.settings.seed]
-        return self._kept(name, facts, measured)
+        if self.height_fields is None:
+            return None
+        path = self.height_fields / f"{material.name}.exr"
+        if not path.is_file():
+            raise FormatError(f"{path}: is absent; nacre btf capture --height-map writes it")
+        return path
 
     def codes(self, method: Method, material: Material, texels: int) -> Floats | None:
         """Codes of random texels, shape (texels, code_dim); see :meth:`errors`."""
@@ -247,7 +236,8 @@ class Study:
     def _textures(self, method: Method, material: Material) -> Sequence[Material]:
         return [material] if method.own else self.training
 
-    def _report(self, method: Method | None, material: Material) -> Progress:
+    def report(self, method: Method | None, material: Material) -> Progress:
+        """What hears of the progress of one trial."""
         return named(self.progress, f"{method.name if method else 'truth'}, {material.name}")
 
     def _result(
@@ -259,24 +249,50 @@ class Study:
         *arguments: Any,
     ) -> Floats | None:
         """What comes of a texture, a codec, arguments and the seed; None where they do not fit."""
-        seed = self.settings.seed
-        made_from = method.facts(self._textures(method, material), self.settings)
-        given = material.fingerprint, *_json_able(arguments)
-        facts = [made_from, method.code_dim, *given, seed]
+        found = self.results(
+            name, (name,), lambda *given: {name: make(*given)}, method, material, *arguments
+        )
+        return None if found is None else found[name]
 
-        def compute() -> Floats:
-            codec = self.codec(method, material)
+    def results(
+        self,
+        kind: str,
+        names: Sequence[str],
+        make: Callable[..., Arrays],
+        method: Method | None,
+        material: Material,
+        *arguments: Any,
+        sources: Sequence[str] = (),
+    ) -> Arrays | None:
+        """Arrays by name that a function makes of a texture, a codec, arguments and the seed.
+
+        None where the method is not for the texture; the codec is None without a method. Of
+        `arguments`, what is neither JSON-able nor a dataclass that is has `facts`; `sources` are
+        modules that decide the results, besides those of codecs. `kind` names the results, which
+        are kept. See :meth:`errors` for what is raised.
+        """
+        seed = self.settings.seed
+        facts = [material.fingerprint, *map(_facts, arguments), seed]
+        if method is not None:
+            made_from = method.facts(self._textures(method, material), self.settings)
+            facts = [made_from, method.code_dim, *facts]
+
+        def compute() -> Arrays:
+            codec = None if method is None else self.codec(method, material)
             with material.opened() as texture:
                 try:
-                    return np.asarray(make(texture, codec, *arguments, seed))
+                    return make(texture, codec, *arguments, seed)
                 except FormatError:
                     raise
                 except NacreError as error:
+                    if method is None:
+                        raise
                     raise _UnfitError(str(error)) from error
 
         try:
-            return self._kept(name, facts, compute)
+            return self._arrays(kind, names, facts, compute, sources)
         except _UnfitError as error:
+            assert method is not None
             materials = self.skipped.setdefault((method.name, str(error)), [])
             if material.name not in materials:
                 materials.append(material.name)
@@ -284,14 +300,29 @@ class Study:
 
     def _kept(self, name: str, facts: Sequence[Any], make: Callable[[], Floats]) -> Floats:
         """An array that was kept, or is made."""
-        modules = module_digest(*_DECIDING, *RENDERED.get(name, ()))
-        key = cache_key("result", [name, *facts, modules])
-        found: Floats = self.cache.arrays(key, (name,), lambda: {name: make()})[name]
+        found: Floats = self._arrays(name, (name,), facts, lambda: {name: make()})[name]
         return found
 
+    def _arrays(
+        self,
+        kind: str,
+        names: Sequence[str],
+        facts: Sequence[Any],
+        make: Callable[[], Arrays],
+        sources: Sequence[str] = (),
+    ) -> Arrays:
+        """Arrays that were kept, or are made."""
+        key = cache_key("result", [kind, *facts, module_digest(*_DECIDING, *sources)])
+        return self.cache.arrays(key, names, make)
 
-def _json_able(arguments: Sequence[Any]) -> list[Any]:
-    return [asdict(v) if is_dataclass(v) and not isinstance(v, type) else v for v in arguments]
+
+def _facts(argument: Any) -> Any:
+    """What decides a result of an argument, JSON-able."""
+    if isinstance(argument, View):
+        return argument.facts()
+    if is_dataclass(argument) and not isinstance(argument, type):
+        return asdict(argument)
+    return argument
 
 
 def _some(material: Material, seed: int) -> Floats:

@@ -1,17 +1,15 @@
-"""Figures 4, 5, 6 and 8: textures, and renderings, as they are and as they are decoded."""
+"""Figures 4 and 8: textures as they are and as they are decoded."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from nacre.array import Floats
 from nacre.color import tone_map
-from nacre.errors import NacreError
 from nacre.figures.page import FAINT, Figure, Page, broken
 from nacre.measured.textures.directions import from_degrees
 from nacre.reproduce.experiment import Outcome
@@ -29,74 +27,38 @@ _SIDE, _GAP, _NAMES, _HEAD, _CAPTION = 1.35, 0.08, 1.05, 0.4, 0.2
 """Inches: edge of a texture, space between, width of names, height of titles and captions."""
 _BRIGHT, _WHITE = 99.0, 0.9
 """Percentile of the truth that is shown at a brightness."""
-ANGLES = {"fig4": ((45.0, 0.0), (60.0, 90.0)), "fig6": ((45.0, 0.0), (60.0, 90.0)),
-          "fig8": ((45.0, 0.0), (0.0, 0.0))}  # fmt: skip
+ANGLES = {
+    "fig4": ((45.0, 0.0), (60.0, 90.0)),
+    "fig8": ((45.0, 0.0), (0.0, 0.0)),
+    "fig9": ((0.0, 0.0), (60.0, 270.0)),
+    "fig10": ((0.0, 0.0), (60.0, 270.0)),
+}
 """Polar angle and azimuth in degrees of view and light. The paper gives azimuths and elevations of
-them, 0, 45, 90, 30 and 0, 45, 0, 90 degrees: its elevations are angles to the surface, as 90 of the
-light of Figure 8 can only be the normal, and no direction at the horizon was measured."""
+them, 0, 45, 90, 30 and 0, 45, 0, 90 and 0, 90, 270, 30 degrees: its elevations are angles to the
+surface, as 90 of the light of Figure 8 can only be the normal, and no direction at the horizon was
+measured. It gives none of the corners of Figure 10; they are as Figure 9."""
 _PARTS = tuple(s for s in FRACTIONS if s.name in ("1 %", "5 %", "10 %", "20 %", "50 %", "100 %"))
-_RENDERED = 1.9
-"""Inches: edge of a rendering."""
-
-Pictures: TypeAlias = Callable[[Material, Method | None], Floats | None]
-"""Of a material as a method decodes it, if it can; or, without one, as it was measured."""
 
 
 def fig4(study: Study, methods: Sequence[Method]) -> Outcome:
     """Unseen textures and what each method makes of them."""
-    return _by_method(study, methods, study.unseen, partial(_texture, study, "fig4"))
-
-
-def fig5(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Cylinders of unseen textures, path-traced, and of what each method makes of them."""
-    return _by_method(study, methods, study.unseen, study.rendering, side=_RENDERED, exposed=True)
-
-
-def fig6(study: Study, methods: Sequence[Method]) -> Outcome:
-    """Textures that are unlike those of the training, and what each method makes of them.
-
-    Raises
-    ------
-    NacreError
-        If there are none.
-    """
-    if not study.others:
-        raise NacreError("there are no textures unlike those of the training; give --other FOLDER")
-    return _by_method(study, methods, study.others, partial(_texture, study, "fig6"))
-
-
-def _texture(study: Study, name: str, material: Material, method: Method | None) -> Floats | None:
-    """At the angles of a figure."""
-    pair, truth = _truth(material, name)
-    return truth if method is None else study.picture(method, material, pair)
-
-
-def _by_method(
-    study: Study,
-    methods: Sequence[Method],
-    materials: Sequence[Material],
-    pictures: Pictures,
-    **options: Any,
-) -> Outcome:
     rows: list[Sequence[object]] = []
     lines, whole = [], dict[str, dict[str, float]]()
-    for material in materials:
-        truth = pictures(material, None)
-        assert truth is not None
+    for material in study.unseen:
+        pair, truth = measured_pair(material, "fig4")
         line = [Cell(truth)]
         for method in methods:
-            cell = _cell(study, method, material, truth, pictures(material, method), ALL)
+            picture = study.picture(method, material, pair)
+            cell = compared(study, method, material, truth, picture)
             line.append(cell)
             if cell.mse is not None and cell.whole is not None:
                 rows.append((material.name, method.name, cell.mse, cell.whole))
                 whole.setdefault(method.name, {})[material.name] = cell.whole
         lines.append(line)
-    heads = [TRUTH, *(method.name for method in methods)]
-    names = [material.name for material in materials]
-    page = cell_page(heads, names, lines, **options)
+    names = [material.name for material in study.unseen]
+    page = cell_page([TRUTH, *(method.name for method in methods)], names, lines)
     columns = ("material", "method", "mse of the picture", "mse of all pairs")
-    table = error_table(names, whole)
-    return Outcome({"": page}, columns, rows, table)
+    return Outcome({"": page}, columns, rows, error_table(names, whole))
 
 
 def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
@@ -107,9 +69,9 @@ def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
     for method in methods:
         lines = []
         for material in study.unseen:
-            pair, truth = _truth(material, "fig8")
+            pair, truth = measured_pair(material, "fig8")
             decoded = [(study.picture(method, material, pair, part), part) for part in _PARTS]
-            cells = [_cell(study, method, material, truth, *each) for each in decoded]
+            cells = [compared(study, method, material, truth, *each) for each in decoded]
             lines.append([*cells, Cell(truth)])
             table.append([f"{method.name}, {material.name}", *(scaled(c.whole) for c in cells)])
             for part, cell in zip(_PARTS, cells, strict=True):
@@ -123,7 +85,7 @@ def fig8(study: Study, methods: Sequence[Method]) -> Outcome:
     return Outcome(pages, columns, rows, markdown_table(head, table))
 
 
-def _truth(material: Material, name: str) -> tuple[int, Floats]:
+def measured_pair(material: Material, name: str) -> tuple[int, Floats]:
     """The measured pair nearest to the angles of a figure, and the picture there."""
     view, light = (from_degrees(*angles) for angles in ANGLES[name])
     texture = material.load()
@@ -131,14 +93,15 @@ def _truth(material: Material, name: str) -> tuple[int, Floats]:
     return pair, texture.images(np.array([pair]))[0]
 
 
-def _cell(
+def compared(
     study: Study,
     method: Method,
     material: Material,
     truth: Floats,
     picture: Floats | None,
-    sampling: Sampling,
+    sampling: Sampling = ALL,
 ) -> Cell:
+    """What a method makes of a picture, if it can, and the errors."""
     found = study.errors(method, material, sampling)
     if picture is None or found is None:
         return Cell(None)
@@ -157,6 +120,11 @@ class Cell:
     def caption(self) -> str:
         """The errors."""
         return "" if self.mse is None else f"{scaled(self.mse)} (all {scaled(self.whole)})"
+
+
+def exposure_of(picture: Floats) -> float:
+    """By which a measured picture is shown well."""
+    return _WHITE / max(float(np.percentile(picture, _BRIGHT)), 1e-6)
 
 
 def cell_page(
@@ -182,7 +150,7 @@ def cell_page(
         page.text(0.05, y + 0.5 * side, broken(name, 12), va="center", size=8.0)
         measured = line[truth].picture
         assert measured is not None
-        exposure = 1.0 if exposed else _WHITE / max(float(np.percentile(measured, _BRIGHT)), 1e-6)
+        exposure = 1.0 if exposed else exposure_of(measured)
         for column, cell in enumerate(line):
             x = _NAMES + column * across
             if cell.picture is None:

@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.render.preview import render_scene
-from nacre.render.textures.plugins import texture_bsdf
-from nacre.render.textures.scene import describe_texture_scene, texture_scale
 from nacre.reproduce.textures.sampling import Pairs, Sampling
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec, TexelMap, on_all_cores
 from nacre.textures.codecs.networks.preprocessing import OFFSET
-from nacre.textures.latent_map import LatentMap
-from nacre.workflows.encoding import encode
 
-SIZE = 256
-"""Edge of renderings in pixels."""
-_SAMPLES = 64
-"""Of a pixel."""
-_REPEAT = 4
-"""Times that a texture goes around the cylinder."""
 _BLOCK = 1 << 26
 """Bytes of reflectance at a time."""
 
@@ -90,31 +79,6 @@ def picture(
     decode = _decoder(texture, codec, seen, np.array([pair]))
     rows = [decode(texture.texels(part))[:, 0] for part in texture.blocks(_BLOCK)]
     return np.concatenate(rows).reshape(texture.height, texture.width, 3).astype(np.float32)
-
-
-def rendering(
-    texture: Btf, codec: TexelCodec | None, seed: int, progress: Progress = silent
-) -> npt.NDArray[np.float32]:
-    """A path-traced cylinder of a texture that is coded and decoded at hits, or of the texture.
-
-    Linear RGB, shape (:data:`SIZE`, :data:`SIZE`, 3); measured textures are interpolated between
-    the nearest directions. Networks of the papers are evaluated at every hit.
-
-    Raises
-    ------
-    NacreError
-        If the codec is for other directions, or decodes its own only.
-    """
-    shown: Btf | LatentMap = texture
-    options: dict[str, Any] = {}
-    if codec is not None:
-        found = encode(texture, codec, progress=progress).codes
-        shown = LatentMap(found, codec, texture.wi, texture.wo, "texture")
-        options["decoder"] = "network" if codec.hit_form == "network" else "table"
-    to_uv = texture_scale("cylinder", _REPEAT, texture.width / texture.height)
-    bsdf = texture_bsdf(shown, progress, interpolation="linear", to_uv=to_uv, **options)
-    scene = describe_texture_scene(bsdf, "cylinder", size=(SIZE, SIZE))
-    return render_scene(scene, _SAMPLES, seed)
 
 
 def codes(texture: Btf, codec: TexelCodec, texels: int, seed: int) -> npt.NDArray[np.float32]:

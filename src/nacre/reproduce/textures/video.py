@@ -6,8 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
+from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.figures.page import FAINT, INK, RULE, Bytes, Page, enlarged
 from nacre.metrics.temporal import temporal_errors
@@ -16,9 +18,11 @@ from nacre.render.textures.scene import facing
 from nacre.reproduce.experiment import Outcome
 from nacre.reproduce.tables import scaled
 from nacre.reproduce.textures.animation import animation
+from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import KINDS, Method
 from nacre.reproduce.textures.study import Study
 from nacre.reproduce.textures.table import error_table
+from nacre.textures.codecs.codec import TexelCodec
 from nacre.workflows.texture_rendering import TextureView
 
 VIEW = TextureView(
@@ -35,6 +39,10 @@ VIEW = TextureView(
 """What is shown."""
 QUICK = replace(VIEW, size=96, spp=4, frames=12)
 """The same, to look at."""
+_SOURCES = (
+    *("render/**/*.py", "workflows/texture_rendering.py"),
+    "reproduce/textures/animation.py",
+)
 _CELL = 256
 """Pixels of an edge of a picture on a page, at least."""
 _SIDE, _GAP, _HEAD, _BELOW, _FOOT = 2.0, 0.12, 0.52, 0.26, 0.5
@@ -84,11 +92,11 @@ def video(study: Study, methods: Sequence[Method]) -> Outcome:
     flicker: dict[str, dict[str, float]] = {}
     animations = {}
     for material in study.unseen:
-        truth = study.rendered("animation", animation, material, None, view)
+        truth = _frames(study, None, material, view)
         assert truth is not None
         columns = [Column("measured", "interpolated between directions", "", truth)]
         for method in methods:
-            pictures = study.rendered("animation", animation, material, method, view)
+            pictures = _frames(study, method, material, view)
             if pictures is None:
                 continue
             found = temporal_errors(zip(truth, pictures, strict=True))
@@ -106,6 +114,20 @@ def video(study: Study, methods: Sequence[Method]) -> Outcome:
     )
     head = "material", "method", "mse", "variance", "error_steps", "truth_steps", "other_steps"
     return Outcome({}, head, rows, text, animations=animations)
+
+
+def _frames(
+    study: Study, method: Method | None, material: Material, view: TextureView
+) -> Floats | None:
+    """Frames of the texture as it was measured, or decoded; None where the method is not for it."""
+
+    def make(
+        texture: Btf, codec: TexelCodec | None, view: TextureView, seed: int
+    ) -> dict[str, npt.NDArray[np.float16]]:
+        return {"frames": animation(texture, codec, view, seed, study.report(method, material))}
+
+    found = study.results("animation", ("frames",), make, method, material, view, sources=_SOURCES)
+    return None if found is None else found["frames"]
 
 
 def video_frames(name: str, columns: Sequence[Column], view: TextureView) -> Iterator[Bytes]:

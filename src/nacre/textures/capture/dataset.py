@@ -19,6 +19,7 @@ from nacre.runtime.lock import exclusive
 from nacre.runtime.progress import Progress
 from nacre.textures.capture.generators.generator import current_names
 from nacre.textures.capture.gonioreflectometer import capture
+from nacre.textures.capture.mesostructure import Mesostructure
 from nacre.textures.capture.recipe import Recipe, built_in
 
 MANIFEST = "capture.json"
@@ -44,11 +45,19 @@ class Settings:
         """Cells a side that surfaces are made of."""
         return min(1024, max(256, 4 * self.texels))
 
-    def take(self, recipe: Recipe, progress: Progress | None = None) -> TableBtf:
-        """Capture the surface of a recipe."""
+    def build(self, recipe: Recipe) -> Mesostructure:
+        """The surface of a recipe."""
+        return recipe.build(self.cells)
+
+    def take(
+        self, recipe: Recipe, progress: Progress | None = None, *, on_surface: bool = False
+    ) -> TableBtf:
+        """Capture the surface of a recipe; see
+        :func:`nacre.textures.capture.gonioreflectometer.capture`.
+        """
         return capture(
-            recipe.build(self.cells), self.wi, self.wo, self.texels, samples=self.samples,
-            seed=self.seed, name=recipe.name, progress=progress,
+            self.build(recipe), self.wi, self.wo, self.texels, samples=self.samples,
+            seed=self.seed, on_surface=on_surface, name=recipe.name, progress=progress,
         )  # fmt: skip
 
     def describe(self) -> dict[str, Any]:

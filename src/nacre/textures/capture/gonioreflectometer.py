@@ -2,10 +2,11 @@
 
 For each view, rays of an orthographic camera pass through jittered points of a texel on the plane z
 = 0, as in a rectified photograph: what lies above or below the plane is displaced by parallax,
-hides and shadows. At each of at most three surface points of a path all directional lights are
-evaluated; whether they reach a triangle is found beforehand. What each point behind the first adds
-to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single rare paths
-would show as bright dots.
+hides and shadows. In its place they can pass through points of the surface, as measurements are
+rectified whose heights are known. At each of at most three surface points of a path all directional
+lights are evaluated; whether they reach a triangle is found beforehand. What each point behind the
+first adds to a channel is limited to :data:`nacre.textures.capture.tracing.FIREFLY`, for single
+rare paths would show as bright dots.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ def capture(
     samples: int = 64,
     seed: int = 0,
     depth: int = DEPTH,
+    on_surface: bool = False,
     name: str = "",
     progress: Progress | None = None,
 ) -> TableBtf:
@@ -71,6 +73,10 @@ def capture(
         Same seed, same values, whatever the number of threads.
     depth
         Largest number of surface points of a path; 1 leaves interreflection out.
+    on_surface
+        Whether texels are points of the surface, not of the plane: those of
+        :meth:`nacre.textures.capture.mesostructure.Mesostructure.height_map`. Then they are the
+        same points in all views, and show what hides these, if anything does.
     name
         Of the material.
     progress
@@ -114,7 +120,8 @@ def capture(
         out = np.empty((min(band, height - first), width, scene.lights.shape[1], 3), np.float32)
         photograph(
             *scene.geometry, scene.coverings, scene.visible, scene.lights,
-            views[view].astype(np.float64), depth, samples, width, height, first, seeds[view], out,
+            views[view].astype(np.float64), on_surface, depth, samples, width, height, first,
+            seeds[view], out,
         )  # fmt: skip
         values[first : first + band, :, pairs] = out[:, :, light_of[pairs] % limit]
 

@@ -61,6 +61,14 @@ class Mesostructure:
         """Heights in units of the cells' side, shape (size, size)."""
         return np.ascontiguousarray(self.height * self.size, np.float32)
 
+    def height_map(self) -> npt.NDArray[np.float32]:
+        """Heights in periods, the last row of cells first, as in a picture; shape (size, size).
+
+        A pixel's middle stands for the first corner of a cell: the picture begins half a cell
+        before the first, so that no height is lost between corners.
+        """
+        return np.ascontiguousarray(self.height[::-1], np.float32)
+
     def coverings(self) -> npt.NDArray[np.float32]:
         """Albedo, specular, roughness and cosine and sine of the direction, (size, size, 10)."""
         azimuth = np.stack([np.cos(self.direction), np.sin(self.direction)], -1)

@@ -16,7 +16,7 @@ from nacre.textures.capture.reflection import (
     sample_light,
     smith,
 )
-from nacre.textures.capture.traversal import intersect, slopes
+from nacre.textures.capture.traversal import height_at, intersect, slopes
 
 FIREFLY = 8.0
 """Most that each surface point of a path behind the first adds to a channel, in units of what a
@@ -177,13 +177,15 @@ def _follow(
 @compiled
 def photograph(
     heights: Any, tops: Any, floor: Any, peak: Any, coverings: Any, visible: Any, lights: Any,
-    view: Any, depth: Any, samples: Any, width: Any, height: Any, first: Any, seed: Any, out: Any,
+    view: Any, on_surface: Any, depth: Any, samples: Any, width: Any, height: Any, first: Any,
+    seed: Any, out: Any,
 ) -> None:  # fmt: skip
     """Reflectance factors of some rows of texels in one view, under all lights.
 
     For `heights` to `peak`, see :func:`nacre.textures.capture.traversal.intersect`; for
     `coverings`, :meth:`nacre.textures.capture.mesostructure.Mesostructure.coverings`; for `visible`
-    and `lights`, :func:`visibility`. `view` is a unit direction, `depth` the largest number of
+    and `lights`, :func:`visibility`. `view` is a unit direction, and `on_surface` as
+    :func:`nacre.textures.capture.gonioreflectometer.capture` has it; `depth` the largest number of
     surface points of a path, `samples` the paths a texel, `width` and `height` the texels of the
     whole picture, the seed of type uint64. `out`, of shape (rows, width, k, 3), begins with row
     `first` from the top.
@@ -191,7 +193,8 @@ def photograph(
     size = heights.shape[0]
     sums = np.zeros((3, lights.shape[1]), np.float32)
     z = peak + _OFFSET
-    back_x, back_y = view[0] / view[2] * z, view[1] / view[2] * z
+    slant_x, slant_y = view[0] / view[2], view[1] / view[2]
+    begin = 0.5 if on_surface else 0.0
     for row in range(first, first + out.shape[0]):
         for column in range(width):
             sums[:] = np.float32(0.0)
@@ -202,8 +205,10 @@ def photograph(
                 # The sequence R2 fills a texel evenly with any number of points (Roberts 2018).
                 px = (shift_x + sample * 0.7548776662466927) % 1.0
                 py = (shift_y + sample * 0.5698402909980532) % 1.0
-                x = (column + px) * size / width + back_x
-                y = (height - row - py) * size / height + back_y
+                x = (column + px) * size / width - begin
+                y = (height - row - py) * size / height - begin
+                back = z - height_at(heights, x, y) if on_surface else z
+                x, y = x + slant_x * back, y + slant_y * back
                 state = _follow(
                     heights, tops, floor, peak, coverings, visible, lights, depth,
                     x, y, z, -view[0], -view[1], -view[2], state, sums,

@@ -31,6 +31,16 @@ def slopes(heights: Any, row: Any, column: Any, upper: Any) -> Any:
 
 
 @inner  # type: ignore[untyped-decorator]
+def height_at(heights: Any, x: Any, y: Any) -> Any:
+    """Height of the surface above or below any point of the plane."""
+    size = heights.shape[0]
+    column, row = math.floor(x), math.floor(y)
+    u, v = x - column, y - row
+    h, sx, sy = slopes(heights, int(row) % size, int(column) % size, v > u)
+    return h + sx * u + sy * v
+
+
+@inner  # type: ignore[untyped-decorator]
 def intersect(
     heights: Any, tops: Any, floor: Any, peak: Any, x: Any, y: Any, z: Any, dx: Any, dy: Any,
     dz: Any,

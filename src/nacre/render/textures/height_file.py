@@ -1,0 +1,81 @@
+"""Height fields of textures in image files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.errors import FormatError, reason
+from nacre.io.files import PathLike, atomic_path
+from nacre.io.image_file import bitmaps
+
+DEPTH = 0.1
+"""Widths of a texture from black to white of height fields that do not tell."""
+_EXACT = ".exr"
+
+
+def check_height_map(path: PathLike) -> Path:
+    """The path, if :func:`write_heights` can write it; to be called before the work.
+
+    Raises
+    ------
+    FormatError
+        If its ending is not `.exr`.
+    MissingExtraError
+        If Mitsuba is not installed.
+    """
+    path = Path(path)
+    if path.suffix.lower() != _EXACT:
+        raise FormatError(f"{path}: a height field that is written ends in {_EXACT}")
+    bitmaps()
+    return path
+
+
+def write_heights(heights: Floats, path: PathLike) -> None:
+    """Write heights in widths of the texture, shape (height, width), for a depth of 1.
+
+    Raises
+    ------
+    FormatError
+        If the ending is not `.exr`, or the file cannot be written.
+    MissingExtraError
+        If Mitsuba is not installed.
+    """
+    mi, path = bitmaps(), check_height_map(path)
+    try:
+        with atomic_path(path) as temporary:
+            values = np.ascontiguousarray(heights[:, :, None], np.float32)
+            mi.Bitmap(values).write(str(temporary))
+    except RuntimeError as error:
+        raise FormatError(f"{path}: cannot be written: {reason(error)}") from error
+
+
+def full_depth(path: PathLike) -> float:
+    """Widths of the texture from black to white, unless told otherwise: 1 of an OpenEXR image,
+    whose values are heights; else :data:`DEPTH`.
+    """
+    return 1.0 if Path(path).suffix.lower() == _EXACT else DEPTH
+
+
+def read_heights(path: PathLike) -> Any:
+    """A gray image as heights, of bytes from 0 to 1 as they are, shape (height, width).
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read.
+    """
+    mi = bitmaps()
+    try:
+        bitmap = mi.Bitmap(str(path))
+        bitmap.set_srgb_gamma(False)
+        gray = bitmap.convert(mi.Bitmap.PixelFormat.Y, mi.Struct.Type.Float32, False)
+        heights = np.array(gray, np.float32)
+    except RuntimeError as error:
+        raise FormatError(f"{path}: height field cannot be read: {reason(error)}") from error
+    if not heights.size or not np.isfinite(heights).all():
+        raise FormatError(f"{path}: height field has no pixels, or some that are not finite")
+    return heights.reshape(heights.shape[:2])

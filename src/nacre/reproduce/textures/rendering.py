@@ -1,0 +1,128 @@
+"""Renderings of textures, measured or decoded at hits, and how long they take."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.btf import Btf
+from nacre.io.files import read_bytes
+from nacre.render.preview import render_scene
+from nacre.render.textures.height_file import full_depth
+from nacre.render.textures.plugins import texture_bsdf
+from nacre.render.textures.scene import describe_texture_scene, texture_scale
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.latent_map import LatentMap
+from nacre.workflows.encoding import encode
+
+SIZE = 256
+"""Edge of renderings in pixels, unless another is asked for."""
+SAMPLES = 32
+"""Of a pixel (Rainer et al. 2020, section 5.1)."""
+SOURCES = ("render/**/*.py", "reproduce/textures/rendering.py")
+"""Modules that decide renderings."""
+_HEIGHT_BYTES = 1 << 28
+
+
+@dataclass(frozen=True)
+class View:
+    """How a texture is shown.
+
+    Parameters
+    ----------
+    shape, light
+        Object, and light on it; see :func:`nacre.render.textures.scene.describe_texture_scene`.
+    repeat
+        Times that the texture goes around or along the object.
+    size
+        Edge of the picture in pixels.
+    height_field
+        File of the heights that texels are points of, for parallax; the object is smooth where
+        None.
+    """
+
+    shape: str = "cylinder"
+    light: str = "environment"
+    repeat: int = 4
+    size: int = SIZE
+    height_field: Path | None = None
+
+    def facts(self) -> dict[str, Any]:
+        """All that decides a picture, JSON-able."""
+        facts = asdict(self) | {"samples": SAMPLES}
+        if self.height_field is not None:
+            content = read_bytes(self.height_field, _HEIGHT_BYTES)
+            facts["height_field"] = hashlib.sha256(content).hexdigest()
+        return facts
+
+
+class Rendering(NamedTuple):
+    """Linear RGB, shape (size, size, 3), and the seconds from a loaded scene to the picture."""
+
+    picture: npt.NDArray[np.float32]
+    seconds: float
+
+
+def rendering(
+    texture: Btf, codec: TexelCodec | None, view: View, seed: int, progress: Progress = silent
+) -> Rendering:
+    """A path-traced object of a texture that is coded and decoded at hits, or of the texture.
+
+    Raises
+    ------
+    NacreError
+        If the codec is for other directions, or decodes its own only.
+    """
+    shown = texture if codec is None else encoded(texture, codec, progress)
+    return render_texture(shown, view, seed, progress)
+
+
+def encoded(texture: Btf, codec: TexelCodec, progress: Progress = silent) -> LatentMap:
+    """The codes of a texture.
+
+    Raises
+    ------
+    NacreError
+        If the codec is for other directions.
+    """
+    codes = encode(texture, codec, progress=progress).codes
+    return LatentMap(codes, codec, texture.wi, texture.wo, "texture")
+
+
+def render_texture(
+    shown: Btf | LatentMap, view: View, seed: int, progress: Progress = silent
+) -> Rendering:
+    """Render what is measured, interpolated between the nearest directions, or encoded.
+
+    Networks of the papers are evaluated at every hit.
+
+    Raises
+    ------
+    NacreError
+        If the codec decodes its own directions only, or the height field cannot be read.
+    """
+    options: dict[str, Any] = {}
+    height, width = (
+        shown.codes.shape[:2] if isinstance(shown, LatentMap) else (shown.height, shown.width)
+    )
+    if isinstance(shown, LatentMap):
+        options["decoder"] = "network" if shown.codec.hit_form == "network" else "table"
+    if view.height_field is not None:
+        options |= {
+            "height_field": str(view.height_field), "depth": full_depth(view.height_field)
+        }  # fmt: skip
+    to_uv = texture_scale(view.shape, view.repeat, width / height)
+    bsdf = texture_bsdf(shown, progress, interpolation="linear", to_uv=to_uv, **options)
+    scene = describe_texture_scene(bsdf, view.shape, view.light, (view.size, view.size))
+    began = time.monotonic()
+    picture = render_scene(
+        scene, SAMPLES, seed, lambda part: progress("rendering", round(100 * part), 100, "")
+    )
+    return Rendering(picture, time.monotonic() - began)
