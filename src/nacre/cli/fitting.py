@@ -184,7 +184,7 @@ def _facts(file: FittedFile) -> dict[str, Any]:
 def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> None:
     """Encode a texture."""
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import PUBLISHED
+    from nacre.textures.codecs.codec_file import codec_path
     from nacre.workflows import encode_texture, output_paths
 
     if output == "-":
@@ -193,7 +193,7 @@ def fit_texture(source: Path, output: str | None, chosen: Mapping[str, Any]) -> 
     (target,) = output_paths([source], output, ".safetensors")
     state = target.with_name(f"{target.name}.state")
     listed = directions and Path(directions)
-    options.check_outputs([target], [source, codec or PUBLISHED, listed], [state])
+    options.check_outputs([target], [source, codec_path(codec), listed], [state])
     if directions is None:
         check_pixels(source, chosen["pixels"])
     elif not source.is_dir():

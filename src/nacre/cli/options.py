@@ -46,6 +46,15 @@ class _Input(click.Path):
         return session().spooled() if value == "-" else super().convert(value, param, ctx)
 
 
+class _Codec(_Input):
+    """A file of a texture codec, or one that is included by its name."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from nacre.textures.codecs.codec_file import PRETRAINED
+
+        return PRETRAINED.get(value) or super().convert(value, param, ctx)
+
+
 class _Output(click.Path):
     """A file to write, which the command checks itself.
 
@@ -287,9 +296,11 @@ basis_option = _shared(
 )
 codec_option = _shared(
     "--codec",
-    INPUT,
-    shown="the pretrained one that is included",
-    help="Texture codec, a file of nacre btf train.",
+    _Codec(path_type=Path),
+    metavar="basis|unified|FILE",
+    shown="basis",
+    help="Texture codec: a pretrained one that is included, nacre's own or the network of Rainer "
+    "et al. 2020, or a file of nacre btf train.",
 )
 precision_option = _shared("--precision", ["single", "half"])
 pixels_option = _shared(

@@ -29,7 +29,7 @@ from nacre.io.tensors import (
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.codecs.codec_file import PUBLISHED, codec_fingerprint, load_codec, unpack_codec
+from nacre.textures.codecs.codec_file import PRETRAINED, codec_fingerprint, load_codec, unpack_codec
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.textures.uniform import TexelBrdf, material_of
 
@@ -156,8 +156,8 @@ def _codec(
     if not isinstance(expected, str) or not re.fullmatch("[0-9a-f]{64}", expected):
         raise ValueError("codec: sha256 is no SHA-256 in hexadecimal")
     beside = path.with_name(name)
-    if name == PUBLISHED.name and not beside.exists():
-        beside = PUBLISHED
+    if not beside.exists():
+        beside = next((path for path in PRETRAINED.values() if path.name == name), beside)
     if not beside.is_file():
         raise FormatError(
             f"{path}: refers to the model {name} (SHA-256 {expected[:12]}...), which is not in its "

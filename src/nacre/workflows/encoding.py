@@ -25,7 +25,7 @@ from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
 from nacre.runtime.store import Store
 from nacre.textures.codecs.codec import TexelCodec, on_all_cores
-from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+from nacre.textures.codecs.codec_file import PRETRAINED, codec_path, load_codec
 from nacre.textures.latent_file import check_latent_path, save_latent_map
 from nacre.textures.latent_map import CodecFile, LatentMap
 from nacre.workflows.identity import source_files, source_fingerprint
@@ -234,8 +234,9 @@ def encode_texture(
         If an earlier call was stopped and `resume` is not given, the state is of another encoding,
         or the codec is for other directions.
     """
-    source, output, model = Path(source), check_latent_path(output), Path(model or PUBLISHED)
-    if reference and model != PUBLISHED and model.resolve().parent != output.resolve().parent:
+    source, output, model = Path(source), check_latent_path(output), codec_path(model)
+    included = model in PRETRAINED.values()
+    if reference and not included and model.resolve().parent != output.resolve().parent:
         raise FormatError(
             f"{model}: is not in the folder of {output}, as a model that is only named must be; "
             "copy it there, or embed it"
@@ -284,7 +285,7 @@ def encode_texture(
         seconds,
         sum(path.stat().st_size for path in files),
         output.stat().st_size,
-        model if reference and model != PUBLISHED else None,
+        model if reference and not included else None,
     )
 
 

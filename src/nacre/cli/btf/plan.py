@@ -45,12 +45,12 @@ def command(
     a plan. The list names a file for each photograph; nacre fit FOLDER --directions LIST encodes a
     folder of such files, and nacre btf capture --directions LIST takes them virtually.
     """
-    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+    from nacre.textures.codecs.codec_file import codec_path, load_codec
     from nacre.textures.plan import CANDIDATES, candidate_pairs, informative, write_plan
 
     if output.suffix.lower() != ".csv":
         raise click.BadParameter(f"{output}: a list of directions is a .csv file")
-    path = codec or PUBLISHED
+    path = codec_path(codec)
     options.check_outputs([output], [path])
     expect(path, "a texture codec")
     line = progress(output.stem, "reading")

@@ -78,7 +78,7 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
     from nacre.btf import TableBtf
     from nacre.formats import save
     from nacre.metrics.texture_errors import UNITS
-    from nacre.textures.codecs.codec_file import PUBLISHED, load_codec
+    from nacre.textures.codecs.codec_file import codec_path, load_codec
     from nacre.textures.latent_file import save_latent_map
     from nacre.textures.latent_map import LatentMap
     from nacre.workflows.encoding import encode
@@ -89,7 +89,7 @@ def write(texture: Btf, output: Path, model: Path | None, size: tuple[int, int] 
         uniform = TableBtf(values, texture.wi, texture.wo, texture.name)
         report_texture(output, uniform, save(uniform, output))
         return
-    model = model or PUBLISHED
+    model = codec_path(model)
     codec = load_codec(model)
     found = encode(texture, codec)
     codes = np.tile(found.codes, (height, width, 1))

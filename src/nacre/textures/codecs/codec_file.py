@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,21 @@ from nacre.io.files import PathLike, write_encoded
 from nacre.io.tensors import Tensors, format_errors, from_file, to_bytes
 from nacre.textures.codecs.codec import CODECS, TexelCodec
 
-PUBLISHED = Path(__file__).parents[1] / "nacre-btf.safetensors"
-"""The default codec, 32 values, trained on 77 virtual captures.
+PRETRAINED: Mapping[str, Path] = {
+    name: Path(__file__).parents[1] / file
+    for name, file in (
+        ("basis", "nacre-btf.safetensors"),
+        ("unified", "nacre-unified.safetensors"),
+    )
+}
+"""Included codecs of 32 values by name: nacre's own, and the network of Rainer et al. 2020.
 
-By `nacre btf capture --all -o captured`, then
-`nacre btf train captured/train/*.npz --precision half -o FILE`.
+Trained on 77 virtual captures: by `nacre btf capture --all -o captured`, then
+`nacre btf train captured/train/*.npz --precision half -o FILE`, for the network with
+`--model unified` and the steps that :func:`codec_facts` tells.
 """
+PUBLISHED = PRETRAINED["basis"]
+"""The default codec."""
 KEY = "nacre texel network"
 """Name of the header in a file."""
 LIMIT = 1 << 29
@@ -47,8 +56,15 @@ def save_codec(codec: TexelCodec, path: PathLike, precision: str | None = "singl
     write_encoded(path, encode, codec)
 
 
+def codec_path(codec: PathLike | None) -> Path:
+    """The file of a codec: one of :data:`PRETRAINED` by name, the default one for None, or as it
+    is given.
+    """
+    return PUBLISHED if codec is None else PRETRAINED.get(str(codec), Path(codec))
+
+
 def load_codec(path: PathLike) -> TexelCodec:
-    """Read a codec.
+    """Read a codec: a file, or one of :data:`PRETRAINED` by name.
 
     Raises
     ------
@@ -59,6 +75,7 @@ def load_codec(path: PathLike) -> TexelCodec:
     MissingExtraError
         If the codec is a network of the papers and PyTorch is not installed.
     """
+    path = codec_path(path)
     header, tensors = from_file(path, KEY, LIMIT, _WHAT)
     with format_errors(path):
         return unpack_codec(header, tensors)
