@@ -123,13 +123,13 @@ def test_reproduce_lists_methods(here, capsys):
     assert "autoencoder-projected" in printed
     assert "unified-SIZE" in printed
     assert all(name in printed for name in ("table2", "fig11", "btf-tsne"))
-    assert "nacre-predicted, power-iterations, rgl, nacre, cosine, own" in printed
+    assert "blinn-phong, power-iterations, rgl, nacre, cosine, ggx-fitted, own" in printed
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["fig5", "a.safetensors"], "'fig5' is no known experiment"),
+        (["fig4", "a.safetensors"], "'fig4' is no known experiment"),
         (["fig6"], "Missing argument 'INPUT...'"),
         (["btf-table1", "x", "--minutes", "nan"], "nan is not a finite number"),
         (["fig6", "none.bsdf"], "none.bsdf: cannot be read"),

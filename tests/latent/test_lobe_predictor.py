@@ -140,7 +140,7 @@ def test_an_autoencoder_keeps_its_predictors_and_what_they_are_trained_on(tmp_pa
     assert isinstance(old, Autoencoder)
     assert old.orders().shape == (0, 6, 6)
     assert old.predictors == {}
-    assert set(old.pack()[0]) == {"seed"}
+    assert set(old.pack()[0]) == {"seed", "epochs"}
     assert set(old.pack()[1]) == {
         "common",
         *(f"{x}_{part}" for x in old.LAYERS for part in ("weights", "biases")),

@@ -42,7 +42,8 @@ def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     known = small_methods(Gray(refuse=True))
     found = run(write_materials(folder), known, SETTINGS, Cache(folder / "cache"))
-    return replace(found, settings=CodeSettings(**vars(SETTINGS), held_out=("b",)))
+    shared = {each.name: getattr(SETTINGS, each.name) for each in fields(SETTINGS)}
+    return replace(found, settings=CodeSettings(**shared, held_out=("b",)))
 
 
 @pytest.mark.parametrize("name", COMPARISONS)

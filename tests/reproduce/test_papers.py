@@ -64,17 +64,6 @@ TEXTURES = (
 )
 """What has a number in the papers, typed from them. That of 2020 numbers no equation."""
 
-MISSING = frozenset(
-    (
-        *("reproduce fig2", "reproduce fig5", "btf-fig9", "btf-fig10", "btf-video"),
-        *("--height-map", "--height-fields", "--codec unified", "texture-network-2019"),
-        *("nbrdf-675-phong", "power-iterations", "blinn-phong-fitted", "ggx-fitted"),
-        *("paper-blinn-phong", "paper-ggx", "autoencoder-blinn-phong", "autoencoder-ggx"),
-    )
-)
-"""What the page has and nacre has not: experiments, options and methods. One that comes is taken
-out here, which the tests below ask for."""
-
 PARSED = {
     "download ": "the network is not there; tests/download has a server",
     "btf capture --all": "84 captures; tests/cli/test_btf.py makes them, tiny",
@@ -254,12 +243,9 @@ def parse(command: str) -> None:
 
 @pytest.mark.parametrize("command", SHORT, ids=[command[:90] for command in SHORT])
 def test_commands_of_the_page_work(
-    command: str, folder: Path, noise: None, monkeypatch: pytest.MonkeyPatch,
-    request: pytest.FixtureRequest,
-) -> None:  # fmt: skip
+    command: str, folder: Path, noise: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(folder)
-    if any(part in SHORT[command] for part in MISSING):
-        request.applymarker(pytest.mark.xfail(reason="is to come", strict=True))
     if any(command.startswith(start) for start in PARSED):
         parse(command)
     else:
@@ -269,8 +255,6 @@ def test_commands_of_the_page_work(
 def test_what_is_not_run_is_on_the_page() -> None:
     for start in PARSED:
         assert any(command.startswith(start) for command in COMMANDS), start
-    for part in MISSING:
-        assert any(part in command for command in COMMANDS), part
 
 
 def is_known(name: str, method: str) -> bool:
@@ -288,8 +272,7 @@ def is_known(name: str, method: str) -> bool:
 
 def test_methods_that_the_page_names_exist() -> None:
     named = {(command.split()[1], method) for command in COMMANDS for method in chosen(command)}
-    unknown = {method for name, method in named if not is_known(name, method)}
-    assert unknown == {method for _, method in named} & MISSING
+    assert {method for name, method in named if not is_known(name, method)} == set()
 
 
 @pytest.mark.parametrize(("title", "items"), [("(2021)", REFLECTANCE), ("(2020)", TEXTURES)])

@@ -12,6 +12,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.color import tone_map
+from nacre.errors import NacreError
 from nacre.figures.page import FAINT, Figure, Page, broken
 from nacre.reproduce.experiment import Outcome
 from nacre.reproduce.tables import markdown_table
@@ -76,6 +77,8 @@ def quilted(
     NacreError
         If the codec is for other directions, or decodes its own only.
     """
+    if not codec.any_directions:
+        raise NacreError(f"{texture.name}: its codec knows its own directions only")
     latent = encoded(texture, codec, progress)
     began = time.monotonic()
     made = synthesize(
