@@ -10,6 +10,7 @@ from nacre.figures.page import FAINT, INK
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Of Okabe and Ito's palette for all kinds of color vision."""
+_DASHES = ("-", "o"), ("--", "s"), (":", "^"), ("-.", "D")
 
 _GRID = "#e4e4e1"
 
@@ -28,8 +29,18 @@ def color_of(index: int) -> str:
 
 
 def line_style(index: int) -> dict[str, Any]:
-    """How the line of one of several series looks: its color, and dots at its points."""
-    return {"color": color_of(index), "marker": "o", "markersize": 3, "linewidth": 1.2}
+    """How the line of one of several series looks: its color, its dashes, and its points.
+
+    Lines of the same color differ in dashes and points.
+    """
+    dashes, marker = _DASHES[index // len(COLORS) % len(_DASHES)]
+    return {
+        "color": color_of(index),
+        "linestyle": dashes,
+        "marker": marker,
+        "markersize": 3,
+        "linewidth": 1.2,
+    }
 
 
 def _label(value: float, _position: int | None = None) -> str:

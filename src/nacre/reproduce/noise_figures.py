@@ -29,8 +29,8 @@ from nacre.reproduce.unseen import TooFewError, UnseenBases, separate, unseen_ba
 
 _EDGE, _GAP, _HEAD, _CAPTION = 2.3, 0.06, 0.32, 0.24
 """Inches: width of a picture, space between, and heights of titles and captions."""
-_PANEL = 3.0
-"""Inches: width and height of a plot."""
+_PANEL, _LEGEND_WIDTH = 3.0, 1.9
+"""Inches: width and height of a plot, and width of the names of all lines."""
 
 _DIFFERS = (
     "scenes of nacre's own; the materials named below in place of the test set of MERL, none of "
@@ -164,7 +164,7 @@ def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
         *((measure, "samples per pixel") for measure in MEASURES),
         ("RMSE", "seconds a picture"),
     ]
-    figure, panels = charts(len(shown), _PANEL * len(shown), _PANEL * 1.1)
+    figure, panels = charts(len(shown), _PANEL * len(shown) + _LEGEND_WIDTH, _PANEL * 1.1)
     for axes, (measure, label) in zip(panels, shown, strict=True):
         for index, sampler in enumerate(samplers):
             x = study.seconds(sampler) if label.startswith("seconds") else study.settings.counts
@@ -172,7 +172,7 @@ def error_page(study: NoiseStudy, samplers: Sequence[str]) -> Figure:
         psnr = measure == "PSNR"
         dress(axes, "PSNR, dB" if psnr else measure, label, log="" if psnr else "y")
         axes.set_xscale("log", base=2)
-    axes.legend(fontsize=8, frameon=False)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right", fontsize=8, frameon=False)
     return figure
 
 
