@@ -177,8 +177,8 @@ class AutoencoderRecipe:
 
     code_dim: int = 32
     width: int = 256
-    mixtures: int = 4000
-    steps: int = 4000
+    mixtures: int = 12000
+    steps: int = 8000
     networks: int = 128
     pixels: int = 96
     learning_rate: float = 2e-3
