@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from click import UsageError
+
 from nacre.cli.options import refuse
 from nacre.errors import FormatError
 
@@ -28,16 +30,20 @@ def kind_of(path: Path, *, refusing: bool = True) -> Literal["brdf", "btf"]:
     UsageError
         If there is such an option.
     FormatError
-        If it is neither.
+        If it is neither, or there is such an option and it cannot be read.
     """
-    from nacre.formats import identify, load_btf
+    from nacre.formats import identify, load_brdf, load_btf
 
     entry = identify(path)
     kind: Literal["brdf", "btf"] = entry.kind
     if kind == "btf" and entry.load_material is not None and load_btf(path).texel_count == 1:
         kind = "brdf"
     if refusing:
-        refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {NAMES[kind]}")
+        try:
+            refuse(("brdf", "network") if kind == "btf" else ("btf",), f"{path} is {NAMES[kind]}")
+        except UsageError:
+            load_btf(path) if kind == "btf" else load_brdf(path)  # what is damaged is said first
+            raise
     return kind
 
 

@@ -46,3 +46,10 @@ def test_codecs_are_found_by_name_or_file(capture, tmp_path):
         load_codec("neither")
     encoded = encode_texture(capture, tmp_path / "by name.safetensors", model="basis")
     assert encoded.latent.codec.kind == "basis"
+
+
+def test_a_truncated_capture_is_told_before_options_that_do_not_suit(capture, tmp_path, capsys):
+    part = tmp_path / "part.npz"
+    part.write_bytes(capture.read_bytes()[:5000])
+    assert run("fit", part, "--codec", "unified", "-o", tmp_path / "coded.safetensors") != 0
+    assert "not a whole .npz" in capsys.readouterr().err
