@@ -167,30 +167,23 @@ def test_convert_takes_a_resolution(folder, tmp_path):
         assert grid in nacre.load(tmp_path / name).describe()["grid"]
 
 
-@pytest.mark.parametrize("given", ["", "file", "folder"])
+@pytest.mark.parametrize("given", ["", "file"])
 def test_demo_runs_the_main_job(folder, tmp_path, given):
-    from tests.data import require_data
-
-    named = {
-        "": "",
-        "file": str(folder / "table.binary"),
-        "folder": str(require_data("rgl")) if given == "folder" else "",
-    }[given]
-    done = run(
-        "demo",
-        "--preset",
-        "draft",
-        "--spp",
-        2,
-        "-o",
-        "made/demo.png",
-        cwd=tmp_path,
-        NACRE_DATA=named,
-    )
+    named = str(folder / "table.binary") if given else ""
+    options = ["--preset", "draft", "--spp", 2, "-o", "made/demo.png"]
+    done = run("demo", *options, cwd=tmp_path, NACRE_DATA=named)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "made/demo.png").stat().st_size > 10_000
     assert nacre.load(tmp_path / "made/demo_neural.safetensors").weight_count == 675
     assert (tmp_path / "made/demo_measured.binary").exists() == (given == "")
+
+
+def test_demo_takes_the_first_table_of_a_folder(tmp_path):
+    for name in ("b.bsdf", "a.bsdf"):
+        (tmp_path / name).write_bytes(b"no table")
+    done = run("demo", cwd=tmp_path, NACRE_DATA=str(tmp_path))
+    assert done.returncode != 0
+    assert "a.bsdf: " in done.stderr
 
 
 def damaged_files(folder: Path, target: Path) -> dict[str, Path]:

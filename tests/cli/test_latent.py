@@ -64,7 +64,7 @@ def test_info_tells_what_bases_and_codes_are(capsys, folder):
     assert "d.json: is not a whole code" in capsys.readouterr().err
 
 
-NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "400"]
+NEURAL = ["--model", "neural", "--code-dim", "6", "--steps", "250"]
 
 
 def test_a_neural_basis_serves_alike(capsys, folder):
@@ -91,7 +91,7 @@ def test_a_neural_basis_serves_alike(capsys, folder):
 def test_a_hypernetwork_gives_networks(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "hypernetwork", "--code-dim", "6", "--steps", "600"]
+    options = ["--model", "hypernetwork", "--code-dim", "6", "--steps", "200"]
     main(["latent", "train", *names, "-o", "h.safetensors", *options])
     assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("h.*")] == ["h.safetensors"]
@@ -109,7 +109,7 @@ def test_a_hypernetwork_gives_networks(capsys, folder):
 def test_an_autoencoder_gives_networks_with_or_without_its_encoder(capsys, folder):
     pytest.importorskip("torch", reason="needs the extra 'latent'")
     names = [f"made{index}.json" for index in range(len(MATERIALS))]
-    options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "300", "--mixtures", "200"]
+    options = ["--model", "autoencoder", "--code-dim", "6", "--steps", "150", "--mixtures", "40"]
     main(["latent", "train", *names, "-o", "a.safetensors", *options])
     assert "8 materials, latent size 6" in capsys.readouterr().out
     assert [path.name for path in folder.glob("a.*")] == ["a.safetensors"]

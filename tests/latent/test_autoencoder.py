@@ -24,7 +24,7 @@ from nacre.latent import AutoencoderRecipe, autoencoder_training, descent
 from nacre.latent.autoencoder_training import lit_pixels, torch
 
 RECIPE = AutoencoderRecipe(
-    code_dim=4, width=32, mixtures=6, steps=300, networks=16, pixels=64, predictors=False
+    code_dim=4, width=32, mixtures=6, steps=200, networks=16, pixels=64, predictors=False
 )
 PIXELS = [part[:400] for part in lit_pixels()]
 
