@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,6 +16,7 @@ from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
+from nacre.textures.codecs.codec_file import PRETRAINED, load_codec
 from nacre.textures.codecs.principal import PcaRecipe, find_components
 
 _COMPONENTS = 32
@@ -217,12 +219,24 @@ def _basis_recipe(method: Method, settings: TrainingSettings) -> BasisRecipe:
         raise NacreError(f"{method.name}: {error}") from error
 
 
+def _included(name: str, about: str, sources: tuple[str, ...]) -> Kind:
+    """A codec that is included, as it is."""
+    path = PRETRAINED[name]
+    return Kind(
+        f"the included {about}, as it is",
+        lambda *_: {"file": hashlib.sha256(path.read_bytes()).hexdigest()},
+        lambda *_: load_codec(path),
+        sources,
+    )
+
+
 _CHOICES = (
     *("measured/textures/directions.py", "measured/textures/domes.py"),
     *("textures/selection.py", "textures/codecs/symmetry.py"),
     *("numerics/channels.py", "numerics/pca.py"),
 )
 _NETWORK = _network_recipe, _train_network, ("textures/codecs/networks/*.py", "numerics/muon.py")
+_BASIS = "textures/codecs/basis/*.py", "numerics/mlp.py", "numerics/muon.py", *_CHOICES
 _PCA = (
     _pca_recipe,
     lambda _, run, recipe: find_components(run.textures, recipe, run.progress, min_count=1),
@@ -253,7 +267,9 @@ KINDS: Mapping[str, Kind] = {
         "nacre's own codec",
         _basis_recipe,
         lambda _, run, recipe: CODECS["basis"].train(run, recipe),
-        ("textures/codecs/basis/*.py", "numerics/mlp.py", "numerics/muon.py", *_CHOICES),
+        _BASIS,
     ),
+    "included-unified": _included("unified", "network of Rainer et al. 2020", _NETWORK[-1]),
+    "included-basis": _included("basis", "codec of nacre's own", _BASIS),
 }
 """Every kind of method by name."""
