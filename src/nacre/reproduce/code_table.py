@@ -35,7 +35,7 @@ class CodeComparison(Comparison):
         chosen = request.known_methods(CODES) or list(CODES)
         shared = CodeSettings(**{f.name: getattr(settings, f.name) for f in fields(settings)})
         if request.quick:
-            shared = replace(shared, steps=500, mixtures=60)
+            shared = shared.quick()
         return code_methods(request.files, chosen, shared, request.cache, request.progress)
 
     def results(self, study: Study, chosen: Sequence[str]) -> list[str]:

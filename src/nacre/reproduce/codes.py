@@ -74,6 +74,10 @@ class CodeSettings(Settings):
     predictors: bool = False
     held_out: tuple[str, ...] = ()
 
+    def quick(self) -> CodeSettings:
+        """Short trainings: figures to look at."""
+        return replace(self, steps=500, mixtures=60)
+
     def summary(self) -> str:
         """The settings in one line, for people."""
         return (

@@ -125,7 +125,7 @@ def _bases(
     if request.steps is not None:
         settings = replace(settings, steps=request.steps)
     elif request.quick:
-        settings = replace(settings, steps=500, mixtures=60)
+        settings = settings.quick()
     given = request.find_basis() if request.basis else None
     if given is not None and not given.predictors:
         raise NacreError(

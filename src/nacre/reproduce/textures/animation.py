@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.btf import Btf
+from nacre.reproduce.textures.rendering import decoder_at_hits, encoded
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec
-from nacre.textures.latent_map import LatentMap, NeuralBtf
-from nacre.workflows.encoding import encode
+from nacre.textures.latent_map import NeuralBtf
 from nacre.workflows.texture_rendering import TextureView, texture_pictures
 
 
@@ -49,7 +49,6 @@ def animation(
     """
     shown, view = texture, replace(view, seed=seed)
     if codec is not None:
-        codes = encode(texture, codec, progress=progress).codes
-        shown = NeuralBtf(LatentMap(codes, codec, texture.wi, texture.wo, texture.name))
-        view = replace(view, decoder="network" if codec.hit_form == "network" else "table")
+        shown = NeuralBtf(encoded(texture, codec, progress))
+        view = replace(view, decoder=decoder_at_hits(codec))
     return np.stack(list(texture_pictures(shown, view, progress))).astype(np.float16)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -11,6 +10,7 @@ from typing import Any
 
 from nacre.errors import NacreError
 from nacre.formats import load_btf
+from nacre.io.files import digest
 from nacre.reproduce.cache import module_digest
 from nacre.reproduce.textures.materials import Material
 from nacre.runtime.progress import Progress
@@ -224,7 +224,7 @@ def _included(name: str, about: str, sources: tuple[str, ...]) -> Kind:
     path = PRETRAINED[name]
     return Kind(
         f"the included {about}, as it is",
-        lambda *_: {"file": hashlib.sha256(path.read_bytes()).hexdigest()},
+        lambda *_: {"file": digest(path)},
         lambda *_: load_codec(path),
         sources,
     )

@@ -78,7 +78,7 @@ def quilted(
         If the codec is for other directions, or decodes its own only.
     """
     if not codec.any_directions:
-        raise NacreError(f"{texture.name}: its codec knows its own directions only")
+        raise NacreError("its codec knows its own directions only")
     latent = encoded(texture, codec, progress)
     began = time.monotonic()
     made = synthesize(

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from nacre.btf import Btf
-from nacre.io.files import read_bytes
+from nacre.io.files import digest
 from nacre.render.preview import render_scene
 from nacre.render.textures.height_file import full_depth
 from nacre.render.textures.plugins import texture_bsdf
@@ -28,7 +27,6 @@ SAMPLES = 32
 """Of a pixel (Rainer et al. 2020, section 5.1)."""
 SOURCES = ("render/**/*.py", "reproduce/textures/rendering.py")
 """Modules that decide renderings."""
-_HEIGHT_BYTES = 1 << 28
 
 
 @dataclass(frozen=True)
@@ -58,8 +56,7 @@ class View:
         """All that decides a picture, JSON-able."""
         facts = asdict(self) | {"samples": SAMPLES}
         if self.height_field is not None:
-            content = read_bytes(self.height_field, _HEIGHT_BYTES)
-            facts["height_field"] = hashlib.sha256(content).hexdigest()
+            facts["height_field"] = digest(self.height_field)
         return facts
 
 
@@ -96,6 +93,11 @@ def encoded(texture: Btf, codec: TexelCodec, progress: Progress = silent) -> Lat
     return LatentMap(codes, codec, texture.wi, texture.wo, "texture")
 
 
+def decoder_at_hits(codec: TexelCodec) -> Literal["table", "network"]:
+    """How a codec is decoded at hits: networks of the papers are evaluated, others tabulated."""
+    return "network" if codec.hit_form == "network" else "table"
+
+
 def render_texture(
     shown: Btf | LatentMap, view: View, seed: int, progress: Progress = silent
 ) -> Rendering:
@@ -113,7 +115,7 @@ def render_texture(
         shown.codes.shape[:2] if isinstance(shown, LatentMap) else (shown.height, shown.width)
     )
     if isinstance(shown, LatentMap):
-        options["decoder"] = "network" if shown.codec.hit_form == "network" else "table"
+        options["decoder"] = decoder_at_hits(shown.codec)
     if view.height_field is not None:
         options |= {
             "height_field": str(view.height_field), "depth": full_depth(view.height_field)

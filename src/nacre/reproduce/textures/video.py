@@ -20,6 +20,7 @@ from nacre.reproduce.tables import scaled
 from nacre.reproduce.textures.animation import animation
 from nacre.reproduce.textures.materials import Material
 from nacre.reproduce.textures.methods import KINDS, Method
+from nacre.reproduce.textures.rendering import SOURCES
 from nacre.reproduce.textures.study import Study
 from nacre.reproduce.textures.table import error_table
 from nacre.textures.codecs.codec import TexelCodec
@@ -40,8 +41,8 @@ VIEW = TextureView(
 QUICK = replace(VIEW, size=96, spp=4, frames=12)
 """The same, to look at."""
 _SOURCES = (
-    *("render/**/*.py", "workflows/texture_rendering.py"),
-    "reproduce/textures/animation.py",
+    *SOURCES,
+    *("workflows/texture_rendering.py", "reproduce/textures/animation.py"),
 )
 _CELL = 256
 """Pixels of an edge of a picture on a page, at least."""
