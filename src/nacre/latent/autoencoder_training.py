@@ -118,9 +118,9 @@ class _Training:
         recipe, random = self._recipe, np.random.default_rng((self._recipe.seed, 4, step))
         chosen = random.permutation(len(self._networks))[: recipe.networks]
         picked = chosen, random.integers(6, size=len(chosen))
-        others, shares = random.permutation(len(chosen)), random.random((len(chosen), 1))
+        others, fractions = random.permutation(len(chosen)), random.random((len(chosen), 1))
         networks, seen = (
-            torch.lerp(both[picked], both[picked][others], torch.from_numpy(np.float32(shares)))
+            torch.lerp(both[picked], both[picked][others], torch.from_numpy(np.float32(fractions)))
             for both in (self._networks, self._seen)
         )
         pixels = torch.from_numpy(random.integers(len(self._inputs), size=recipe.pixels))
