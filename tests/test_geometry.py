@@ -66,6 +66,29 @@ def test_half_difference_matches_the_definition_by_rotations():
         np.testing.assert_allclose(about_y @ about_z @ wi[k], d[k], atol=1e-12)
 
 
+@pytest.mark.parametrize("dtype", PRECISIONS)
+def test_carrying_to_the_pole_is_the_smallest_rotation(dtype):
+    random = np.random.default_rng(4)
+    w, h = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in random.normal(size=(2, 500, 3)))
+    h[:, 2] = np.abs(h[:, 2])
+    h[0] = 0.0, 0.0, 1.0
+    found = g.carried_to_pole(g.split(w.astype(dtype)), g.split(h.astype(dtype)))
+    axis = np.cross(h, [0.0, 0.0, 1.0])  # its length is the sine of the angle
+    squared = np.maximum((axis**2).sum(1), 1e-300)
+    along = ((axis * w).sum(1) * (1.0 - h[:, 2]) / squared)[:, None]
+    expected = h[:, 2:] * w + np.cross(axis, w) + along * axis  # Rodrigues
+    np.testing.assert_allclose(g.join(found), expected, atol=PRECISIONS[dtype])
+    assert all(c.dtype == dtype for c in found)
+
+
+def test_the_light_carried_to_the_pole_is_d_turned_by_phi_h():
+    random = np.random.default_rng(6)
+    wi, wo = g.uniform_rusinkiewicz(random.random((4, 500)))
+    h, d = g.half_difference(wi, wo)
+    turned = g.rotate(d, np.arctan2(h[1], h[0]))
+    np.testing.assert_allclose(g.carried_to_pole(wi, h), turned, atol=1e-12)
+
+
 def test_difference_angle_is_half_the_angle_between_the_directions():
     wi, wo = direction(0.3, 0.2), direction(0.9, 1.4)
     theta_d = g.rusinkiewicz_angles(wi, wo)[2]

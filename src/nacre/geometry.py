@@ -94,6 +94,16 @@ def half_difference(wi: Components, wo: Components) -> tuple[Components, Compone
     return h, (h[2] * x - sin_theta * wi[2], y, sin_theta * x + h[2] * wi[2])
 
 
+def carried_to_pole(w: Components, h: Components) -> Components:
+    """`w` under the smallest rotation that takes the unit vector h to the pole, h_z > -1.
+
+    Of the light this is Rusinkiewicz's d turned by phi_h about z: unlike d, it is smooth where h is
+    the normal, so that what depends on azimuths need not be learned anew for each.
+    """
+    along = w[2] + (h[0] * w[0] + h[1] * w[1]) / (1.0 + h[2])
+    return w[0] - h[0] * along, w[1] - h[1] * along, dot(w, h)
+
+
 def from_half_difference(h: Components, d: Components) -> tuple[Components, Components]:
     """Directions (wi, wo) of Rusinkiewicz vectors; inverse of :func:`half_difference`."""
     cos_phi, sin_phi, sin_theta = azimuth(h)

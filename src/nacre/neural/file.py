@@ -17,7 +17,7 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
-from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
+from nacre.neural.inputs import ENHANCED, PAPER, SPINNING, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import Layer
 from nacre.sampling import describe_sampler, make_sampler
@@ -31,7 +31,8 @@ _PARAMETRISATIONS = {
     (PAPER, True): "rusinkiewicz vectors, phi_h = 0",
     (PAPER, False): "rusinkiewicz vectors",
     (ENHANCED, True): "enhanced rusinkiewicz vectors, phi_h = 0",
-    (ENHANCED, False): "enhanced rusinkiewicz vectors",
+    (ENHANCED, False): "enhanced half vectors along x and y, light carried to the pole",
+    (SPINNING, False): "enhanced rusinkiewicz vectors",
     (STEREOGRAPHIC, False): "stereographic light and view",
 }
 """What the file says of a network's inputs and whether it is isotropic."""

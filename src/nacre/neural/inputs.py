@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from nacre.array import Array, Components, namespace
 from nacre.errors import NacreError
-from nacre.geometry import half_difference, isotropic, stereographic
+from nacre.geometry import (
+    carried_to_pole,
+    half_difference,
+    half_vector,
+    isotropic,
+    stereographic,
+)
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
-INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC)
+SPINNING = "spinning"
+"""What enhanced inputs of anisotropic networks were: files of theirs are evaluated as before."""
+INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC, SPINNING)
 """Names of the parametrizations of a network's inputs."""
 
 LARGEST_INPUT = 1.01  # bound of the magnitude of every input
 
 _HIGHLIGHT = 1e-4  # added to sin^2 theta_h before its logarithm: below .6 degrees all look alike
+_AXIS = 1e-3  # the same of the square of each horizontal part of h
 _HORIZON = 0.01  # added to cosines before their logarithm
 
 
@@ -22,15 +31,18 @@ def input_count(inputs: str, rotate_half_vector: bool) -> int:
         raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
     if inputs == STEREOGRAPHIC:
         return 4
-    return 6 if inputs == PAPER or rotate_half_vector else 7
+    if inputs == SPINNING:
+        return 7
+    return 6 if inputs == PAPER or rotate_half_vector else 8
 
 
 def rotates_half_vector(inputs: str, isotropic: bool) -> bool:
     """Whether a network rotates h to phi_h = 0 where it is fitted to a material that is isotropic.
 
-    One with stereographic inputs never does: it has to learn that azimuths do not matter.
+    One with stereographic or spinning inputs never does: it has to learn that azimuths do not
+    matter.
     """
-    return isotropic and inputs != STEREOGRAPHIC
+    return isotropic and inputs not in (STEREOGRAPHIC, SPINNING)
 
 
 def network_inputs(
@@ -41,25 +53,42 @@ def network_inputs(
     "paper" is (h, d) as in the NBRDF paper. "enhanced" keeps the horizontal part of h and of d, and
     stretches what matters: log(sin^2 theta_h + 1e-4) / 9.2 opens up the highlight, log(cos theta +
     .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic material it
-    takes |d_y|, since mirroring changes nothing. "stereographic" is the projections of both
-    directions, of light and view as they are, as networks for textures see them (Rainer, Jakob,
-    Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
+    takes |d_y|, since mirroring changes nothing. Of an anisotropic one it opens up the highlight
+    along each axis, by log(h_x^2 + .001) / 6.91 and the same of h_y, and takes d as
+    :func:`nacre.geometry.carried_to_pole` has it, which does not spin where h is near the normal.
+    "spinning" is what it was before: one logarithm, and Rusinkiewicz's d. "stereographic" is the
+    projections of both directions, of light and view as they are, as networks for textures see them
+    (Rainer, Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
 
     `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; it is nothing to
-    stereographic inputs.
+    stereographic and spinning inputs.
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)
+    if inputs == ENHANCED and not rotate_half_vector:
+        return _along_axes(wi, wo)
     h, d = half_difference(wi, wo)
-    rotated = isotropic(h) if rotate_half_vector else h
     if inputs == PAPER:
-        return (*rotated, *d)
+        return (*(isotropic(h) if rotate_half_vector else h), *d)
     xp = namespace(*wi, *wo)
     highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
-    light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
-    if rotate_half_vector:
-        return (rotated[0], highlight, light, view, d[0], xp.abs(d[1]))
-    return (rotated[0], rotated[1], highlight, light, view, d[0], d[1])
+    if inputs == SPINNING:
+        return (h[0], h[1], highlight, _grazing(wi), _grazing(wo), d[0], d[1])
+    return (isotropic(h)[0], highlight, _grazing(wi), _grazing(wo), d[0], xp.abs(d[1]))
+
+
+def _along_axes(wi: Components, wo: Components) -> tuple[Array, ...]:
+    """The enhanced inputs of an anisotropic material."""
+    xp = namespace(*wi, *wo)
+    h = half_vector(wi, wo)
+    d = carried_to_pole(wi, h)
+    along, across = (xp.log(x * x + _AXIS) * (1.0 / 6.91) for x in h[:2])
+    return (h[0], h[1], along, across, _grazing(wi), _grazing(wo), d[0], d[1])
+
+
+def _grazing(w: Components) -> Array:
+    """What opens up angles near the horizon."""
+    return namespace(*w).log(namespace(*w).maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6)
 
 
 def _projected(w: Components) -> tuple[Array, Array]:
