@@ -133,6 +133,19 @@ def test_enhanced_inputs_are_smooth_where_the_half_vector_is_the_normal():
     assert np.median(np.abs(spun[1] - still[1])) > 0.1  # what a frame that spins does there
 
 
+def test_enhanced_inputs_are_the_same_in_torch_with_finite_gradients():
+    torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
+    wi, wo = pairs(500)
+    mirrored = wi * [-1.0, -1.0, 1.0]
+    for light, view in ((wi, wo), (wi, mirrored)):
+        tensors = [torch.tensor(w, requires_grad=True) for w in (light, view)]
+        values = network_inputs(*(t.unbind(-1) for t in tensors), False, ENHANCED)
+        found = torch.stack(values, -1)
+        np.testing.assert_allclose(found.detach().numpy(), anisotropic(light, view), atol=1e-13)
+        found.sum().backward()
+        assert all(torch.isfinite(t.grad).all() for t in tensors)
+
+
 def test_published_files_hold_the_papers_inputs_only(tmp_path):
     with pytest.raises(FormatError, match="paper's inputs"):
         nacre.save(network(ENHANCED, True), tmp_path / "x.h5")

@@ -63,7 +63,7 @@ def test_every_gradient_of_a_stack_matches_autograd_and_the_kernel(sizes, count)
 @pytest.mark.parametrize("material", [Glossy(0.3, 0.05, 0.3), Brushed()])
 def test_gradients_of_real_inputs_match_the_kernel(material):
     samples = [draw(material, 512, seed, inputs="enhanced", gain=32.0) for seed in range(2)]
-    assert samples[0].inputs == (6 if material.isotropic else 7)
+    assert samples[0].inputs == (6 if material.isotropic else 8)
     layers = random_layers((samples[0].inputs, 21, 21, 3))
     losses, gradients = TorchTrainer(layers, BATCH, "cpu", 2).gradient(
         SampleStack(samples, "cpu"), np.arange(32)
