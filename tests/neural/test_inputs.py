@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nacre
+from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
-from nacre.geometry import half_difference, isotropic, join, split, uniform_rusinkiewicz
+from nacre.geometry import half_difference, isotropic, join, rotate, split, uniform_rusinkiewicz
 from nacre.neural import Layer, NeuralBrdf, Recipe, fit
+from nacre.neural.axes import main_axis
 from nacre.neural.inputs import (
     ENHANCED,
     INPUTS,
@@ -19,13 +22,16 @@ from nacre.neural.inputs import (
     PAPER,
     SPINNING,
     STEREOGRAPHIC,
+    has_axes,
     input_count,
     network_inputs,
     rotates_half_vector,
 )
+from nacre.neural.prune import without_inactive_units
 from nacre.neural.samples import BLOCK, draw
 from nacre.numerics.mlp import forward as mlp_forward
-from tests.reflectances import Brushed, Glossy
+from nacre.sampling import draw_samples
+from tests.reflectances import Beckmann, Brushed, Glossy
 
 
 def pairs(count: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
@@ -35,13 +41,13 @@ def pairs(count: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
     return wi[above], wo[above]
 
 
-def network(inputs: str, turned: bool) -> NeuralBrdf:
+def network(inputs: str, turned: bool, angle: float = 0.0) -> NeuralBrdf:
     random = np.random.default_rng(0)
     sizes = (input_count(inputs, turned), 21, 21, 3)
     layers = [
         Layer(random.normal(0, 0.4, (a, b)), np.full(b, 0.1)) for a, b in itertools.pairwise(sizes)
     ]
-    return NeuralBrdf(layers, isotropic=turned, inputs=inputs)
+    return NeuralBrdf(layers, isotropic=turned, inputs=inputs, angle=angle)
 
 
 def test_the_papers_inputs_are_the_half_and_difference_vectors():
@@ -86,11 +92,11 @@ KINDS = [
 
 @pytest.mark.parametrize(("inputs", "turned"), KINDS)
 def test_files_keep_the_inputs(tmp_path, inputs, turned):
-    before = network(inputs, turned)
+    before = network(inputs, turned, 0.5 if has_axes(inputs, turned) else 0.0)
     nacre.save(before, tmp_path / "x.safetensors")
     after = nacre.load(tmp_path / "x.safetensors")
     assert isinstance(after, NeuralBrdf)
-    assert (after.inputs, after.isotropic) == (inputs, turned)
+    assert (after.inputs, after.isotropic, after.angle) == (inputs, turned, before.angle)
     np.testing.assert_array_equal(after.eval(*pairs()), before.eval(*pairs()))
 
 
@@ -118,6 +124,60 @@ def test_enhanced_inputs_turn_and_mirror_with_the_axes(flip):
     x, y = flip[:2]
     expected = anisotropic(wi, wo) * [x, y, 1, 1, 1, 1, x, y]
     np.testing.assert_array_equal(anisotropic(wi * flip, wo * flip), expected)
+
+
+def test_axes_at_an_angle_are_those_of_a_turned_material():
+    wi, wo = pairs()
+    cos, sin = math.cos(0.5), math.sin(0.5)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])  # its rows by -0.5
+    straight, turned = network(ENHANCED, False), network(ENHANCED, False, 0.5)
+    expected = straight.eval(wi @ turn, wo @ turn)
+    np.testing.assert_allclose(turned.eval(wi, wo), expected, rtol=1e-9, atol=1e-12)
+
+
+class Weave(Brdf):
+    """Two lobes across each other, turned by an angle."""
+
+    isotropic = False
+
+    def __init__(self, angle: float, second: float) -> None:
+        super().__init__()
+        self.angle, self.second = angle, second
+
+    def eval_components(self, wi, wo):
+        turned = [rotate(w, -self.angle) for w in (wi, wo)]
+        lobes = Beckmann(0.0, 0.5, 0.1, 0.4), Beckmann(0.0, self.second, 0.4, 0.1)
+        one, other = (lobe.eval_components(*turned) for lobe in lobes)
+        return tuple(a + b for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("second", [0.0, 0.5])
+@pytest.mark.parametrize("degrees", [0, 17, 45, 80])
+def test_the_axes_of_a_lobe_and_of_two_that_cross_are_found(degrees, second):
+    truth = Weave(math.radians(degrees), second)
+    samples = draw_samples(truth, 40_000, 1, distribution="mixed")
+    assert math.degrees(main_axis(samples)) == pytest.approx(degrees, abs=1.0)
+
+
+def test_a_material_without_axes_keeps_those_of_the_frame():
+    samples = draw_samples(Glossy(0.2, 0.1, 0.1), 10_000, 1, distribution="mixed")
+    assert main_axis(samples) == 0.0
+
+
+def test_fits_find_the_axes_and_files_keep_them(tmp_path):
+    truth = Weave(math.radians(30.0), 0.0)
+    fitted = fit(truth, Recipe(epochs=1, samples=20_000, inputs=ENHANCED))
+    assert fitted.angle == pytest.approx(math.radians(30.0), abs=0.02)
+    nacre.save(fitted, tmp_path / "x.safetensors")
+    again = nacre.load(tmp_path / "x.safetensors")
+    assert again.angle == fitted.angle
+    assert without_inactive_units(fitted).angle == fitted.angle
+
+
+def test_angles_without_axes_and_beyond_a_right_one_are_refused():
+    for inputs, angle in ((PAPER, 0.5), (ENHANCED, -0.1), (ENHANCED, 2.0), (ENHANCED, math.nan)):
+        with pytest.raises(ValueError, match="ax"):
+            network(inputs, False, angle)
 
 
 def test_enhanced_inputs_are_smooth_where_the_half_vector_is_the_normal():

@@ -35,6 +35,9 @@ GRAZING = (0.0, 30.0, 60.0, 85.0)
 PUBLISHED = ("satin_rosaline", "paper_white", "cc_ibiza_sunset")
 
 
+TURNED: dict[str, Any] = {"inputs": "enhanced", "isotropic": False, "angle": 0.5}
+
+
 def reflectance(name: str) -> Brdf:
     """A reflectance of the test, of the published networks or of the measured tables."""
     if name == "constant":
@@ -43,6 +46,8 @@ def reflectance(name: str) -> Brdf:
         return network(3, isotropic=False)
     if name == "enhanced":
         return network(4, inputs="enhanced")
+    if name == "turned":
+        return network(5, **TURNED)
     if name.startswith("random"):
         return network(int(name[len("random") :]))
     if name.endswith("tabulated"):
@@ -51,7 +56,15 @@ def reflectance(name: str) -> Brdf:
     return nacre.load(require_data(folder, f"{name.removesuffix(' measured')}_rgb.{ending}"))
 
 
-NAMES = ("constant", "anisotropic", "enhanced", "random1", *PUBLISHED, "satin_rosaline measured")
+NAMES = (
+    "constant",
+    "anisotropic",
+    "enhanced",
+    "turned",
+    "random1",
+    *PUBLISHED,
+    "satin_rosaline measured",
+)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -245,14 +258,14 @@ def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
         assert gradient[index] == pytest.approx((high - low) / (2 * step), rel=0.03)
 
 
-@pytest.mark.parametrize("inputs", ["paper", "enhanced"])
+@pytest.mark.parametrize("options", [{}, {"inputs": "enhanced"}, TURNED])
 @pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
 def test12_cooperative_weights_change_without_recompiling(
-    rgb: Any, directions: Pairs, precision: str, tolerance: float, inputs: str
+    rgb: Any, directions: Pairs, precision: str, tolerance: float, options: Any
 ) -> None:
     wi, wo = directions
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
-    first, second = (network(seed, inputs=inputs) for seed in (1, 2))
+    first, second = (network(seed, **options) for seed in (1, 2))
     bsdf = nacre.render.bsdf(first, weights="cooperative", precision=precision)
     other = nacre.render.bsdf(second, weights="cooperative", precision=precision)
     params = rgb.traverse(bsdf)

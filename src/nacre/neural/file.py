@@ -17,7 +17,7 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
-from nacre.neural.inputs import ENHANCED, PAPER, SPINNING, STEREOGRAPHIC
+from nacre.neural.inputs import ENHANCED, PAPER, SPINNING, STEREOGRAPHIC, has_axes
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import Layer
 from nacre.sampling import describe_sampler, make_sampler
@@ -25,7 +25,17 @@ from nacre.sampling import describe_sampler, make_sampler
 VERSION = 1
 _LIMIT = 1 << 26
 _KEY = "nacre"
-_FIXED = "version", "model", "sizes", "parametrisation", "output", "color_space", "name", "sampler"
+_FIXED = (
+    "version",
+    "model",
+    "sizes",
+    "parametrisation",
+    "output",
+    "color_space",
+    "name",
+    "sampler",
+    "angle",
+)
 """Fields that this module writes; whatever else the header holds is the material's metadata."""
 _PARAMETRISATIONS = {
     (PAPER, True): "rusinkiewicz vectors, phi_h = 0",
@@ -63,6 +73,8 @@ def encode(network: NeuralBrdf) -> bytes:
         "name": network.name,
         "sampler": sampler,
     }
+    if has_axes(network.inputs, network.isotropic):
+        header["angle"] = network.angle
     numbered = numbered_tensors(network.layers)
     tensors = {k: v.astype(PRECISIONS[network.precision]) for k, v in numbered.items()}
     return to_bytes(_KEY, header, tensors, _LIMIT)
@@ -119,6 +131,7 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
         sampler=make_sampler(header["sampler"]),
         metadata=metadata,
         precision=stored[0],
+        angle=float(header["angle"]) if has_axes(inputs, isotropic) else 0.0,
     )
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")

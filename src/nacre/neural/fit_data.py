@@ -78,6 +78,7 @@ class FitData:
             name=self.name,
             inputs=recipe.inputs,
             precision=recipe.stored_precision,
+            angle=self.training.angle,
         )
         if scan is not None:
             quality = {**quality, **validation_errors(scan, network, *chosen)}

@@ -9,6 +9,7 @@ from nacre.geometry import (
     half_difference,
     half_vector,
     isotropic,
+    rotate,
     stereographic,
 )
 
@@ -46,7 +47,11 @@ def rotates_half_vector(inputs: str, isotropic: bool) -> bool:
 
 
 def network_inputs(
-    wi: Components, wo: Components, rotate_half_vector: bool, inputs: str = PAPER
+    wi: Components,
+    wo: Components,
+    rotate_half_vector: bool,
+    inputs: str = PAPER,
+    angle: Array | float = 0.0,
 ) -> tuple[Array, ...]:
     """The inputs of a network at a pair of directions to the light and to the viewer.
 
@@ -61,12 +66,13 @@ def network_inputs(
     (Rainer, Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
 
     `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; it is nothing to
-    stereographic and spinning inputs.
+    stereographic and spinning inputs. `angle` is the azimuth, in radians from +x toward +y, of the
+    axis that takes the place of x (see :func:`has_axes`).
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)
-    if inputs == ENHANCED and not rotate_half_vector:
-        return _along_axes(wi, wo)
+    if has_axes(inputs, rotate_half_vector):
+        return _along_axes(wi, wo, angle)
     h, d = half_difference(wi, wo)
     if inputs == PAPER:
         return (*(isotropic(h) if rotate_half_vector else h), *d)
@@ -77,9 +83,16 @@ def network_inputs(
     return (isotropic(h)[0], highlight, _grazing(wi), _grazing(wo), d[0], xp.abs(d[1]))
 
 
-def _along_axes(wi: Components, wo: Components) -> tuple[Array, ...]:
+def has_axes(inputs: str, rotate_half_vector: bool) -> bool:
+    """Whether inputs depend on where the axes of a material lie."""
+    return inputs == ENHANCED and not rotate_half_vector
+
+
+def _along_axes(wi: Components, wo: Components, angle: Array | float) -> tuple[Array, ...]:
     """The enhanced inputs of an anisotropic material."""
     xp = namespace(*wi, *wo)
+    if not isinstance(angle, float) or angle:
+        wi, wo = rotate(wi, -angle), rotate(wo, -angle)
     h = half_vector(wi, wo)
     d = carried_to_pole(wi, h)
     along, across = (xp.log(x * x + _AXIS) * (1.0 / 6.91) for x in h[:2])

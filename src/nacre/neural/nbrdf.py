@@ -5,6 +5,7 @@ NBRDF paper, section 3.1 and Figure 1.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Any
@@ -13,7 +14,13 @@ import numpy as np
 
 from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
-from nacre.neural.inputs import LARGEST_INPUT, PAPER, input_count, rotates_half_vector
+from nacre.neural.inputs import (
+    LARGEST_INPUT,
+    PAPER,
+    has_axes,
+    input_count,
+    rotates_half_vector,
+)
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.direction_samples import loss_scale
 from nacre.numerics.mlp import Layer, widths
@@ -64,6 +71,9 @@ class NeuralBrdf(NetworkBrdf):
         Name of the parametrization of the inputs; "paper" is (h, d).
     precision
         How a file stores the weights, one of :data:`PRECISIONS`, which must hold them exactly.
+    angle
+        Azimuth of the axis that the inputs take for x, in radians, in [0, pi/2); 0 unless they have
+        axes (:func:`nacre.neural.inputs.has_axes`).
     """
 
     isotropy_known = True
@@ -79,11 +89,12 @@ class NeuralBrdf(NetworkBrdf):
         metadata: Mapping[str, Any] | None = None,
         inputs: str = PAPER,
         precision: str = SINGLE,
+        angle: float = 0.0,
     ) -> None:
         super().__init__(name=name, source=source, sampler=sampler)
         self.layers, self.isotropic = tuple(layers), isotropic
         self.metadata: Mapping[str, Any] = dict(metadata or {})
-        self.inputs, self.precision = inputs, precision
+        self.inputs, self.precision, self.angle = inputs, precision, angle
         sizes = self.sizes
         if self.precision not in PRECISIONS:
             raise ValueError(f"unknown precision {self.precision!r}")
@@ -93,6 +104,10 @@ class NeuralBrdf(NetworkBrdf):
             raise ValueError(f"{self.precision} precision does not hold these weights")
         if self.isotropic and not rotates_half_vector(self.inputs, True):
             raise ValueError(f"a network with {self.inputs} inputs is not isotropic")
+        if not 0.0 <= self.angle < 0.5 * math.pi:
+            raise ValueError(f"the angle of the axes lies in [0, pi/2), not at {self.angle}")
+        if self.angle and not has_axes(self.inputs, self.isotropic):
+            raise ValueError(f"{self.inputs} inputs have no axes that could lie at an angle")
         count = input_count(self.inputs, self.isotropic)
         if (sizes[0], sizes[-1]) != (count, OUTPUTS):
             raise ValueError(f"this NBRDF goes from {count} inputs to {OUTPUTS} outputs: {sizes}")
@@ -130,7 +145,7 @@ class NeuralBrdf(NetworkBrdf):
 
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
-        kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
+        kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision", "angle"
         return NeuralBrdf(layers, **{name: getattr(self, name) for name in kept})
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
@@ -142,6 +157,7 @@ class NeuralBrdf(NetworkBrdf):
         source = self.metadata.get("source", {})
         facts = {
             "inputs": self.inputs,
+            "axes at, degrees": f"{math.degrees(self.angle):g}" if self.angle else None,
             "layers": "-".join(map(str, self.sizes)),
             "weights": self.weight_count,
             "sampler": str(self.sampler),

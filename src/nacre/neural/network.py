@@ -23,6 +23,9 @@ class NetworkBrdf(Brdf):
     inputs: str
     """Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`."""
 
+    angle: float = 0.0
+    """Azimuth of the axis that the inputs take for x, in radians; see there."""
+
     shared_layers: int = 0
     """How many of the first layers are the same in all materials of a family."""
 
@@ -32,5 +35,5 @@ class NetworkBrdf(Brdf):
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
-        inputs = network_inputs(wi, wo, self.isotropic, self.inputs)
+        inputs = network_inputs(wi, wo, self.isotropic, self.inputs, self.angle)
         return self.from_outputs(forward(inputs, self.layers))

@@ -27,7 +27,7 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     wi, wo = (np.concatenate([join(pair[side]) for pair in pairs]) for side in (0, 1))
     visible = (wi[:, 2] > 0) & (wo[:, 2] > 0)
     light, view = (split(w[visible]) for w in (wi, wo))
-    inputs = network_inputs(light, view, network.isotropic, network.inputs)
+    inputs = network_inputs(light, view, network.isotropic, network.inputs, network.angle)
     values = np.stack(np.broadcast_arrays(*inputs), axis=-1, dtype=np.float32)
     layers = list(network.layers)
     for index, layer in enumerate(network.layers[:-1]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,14 @@ import numpy.typing as npt
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.brdf import Brdf
 from nacre.geometry import rotate, split
-from nacre.neural.inputs import PAPER, input_count, network_inputs, rotates_half_vector
+from nacre.neural.axes import main_axis
+from nacre.neural.inputs import (
+    PAPER,
+    has_axes,
+    input_count,
+    network_inputs,
+    rotates_half_vector,
+)
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling import draw_samples
@@ -35,10 +42,13 @@ class Samples:
         take the place of the cosine, as it does for scans.
     inputs
         Number of network inputs.
+    angle
+        Azimuth of the axis that they take for x; see :func:`nacre.neural.inputs.network_inputs`.
     """
 
     blocks: npt.NDArray[np.float32]
     inputs: int
+    angle: float = 0.0
 
     @property
     def rows(self) -> int:
@@ -51,7 +61,13 @@ class Samples:
         return len(self.blocks) // (self.rows * BLOCK)
 
     @classmethod
-    def pack(cls, inputs: npt.ArrayLike, rgb: npt.ArrayLike, weight: npt.ArrayLike) -> Samples:
+    def pack(
+        cls,
+        inputs: npt.ArrayLike,
+        rgb: npt.ArrayLike,
+        weight: npt.ArrayLike,
+        angle: float = 0.0,
+    ) -> Samples:
         """Samples from network inputs (n, k), reflectances (n, 3) in 1/sr and weights (n,).
 
         The last block is filled up by repeating samples from the start.
@@ -63,14 +79,14 @@ class Samples:
         blocks = aligned_zeros(padded.size)
         shaped = blocks.reshape(-1, rows.shape[1], BLOCK)
         shaped[:] = padded.reshape(-1, BLOCK, rows.shape[1]).transpose(0, 2, 1)
-        return cls(blocks, x.shape[1])
+        return cls(blocks, x.shape[1], angle)
 
     def split(self, fraction: float) -> tuple[Samples, Samples]:
         """The first blocks, and the last `fraction` of them (at least one)."""
         held = max(1, round(fraction * self.block_count))
         cut = len(self.blocks) - held * self.rows * BLOCK
         # Blocks are a multiple of 64 bytes, so both parts stay aligned.
-        return Samples(self.blocks[:cut], self.inputs), Samples(self.blocks[cut:], self.inputs)
+        return replace(self, blocks=self.blocks[:cut]), replace(self, blocks=self.blocks[cut:])
 
 
 def draw(
@@ -89,24 +105,32 @@ def draw(
     k f' cos)|.
     """
     samples = draw_samples(brdf, count, seed, progress, distribution)
+    angle = axis_angle(samples, brdf.isotropic, inputs)
     values = np.empty((count, input_count(inputs, brdf.isotropic)), np.float32)
 
     def fill(start: int) -> None:
         part = slice(start, start + _CHUNK)
         chunk = DirectionSamples(samples.wi[part], samples.wo[part], samples.rgb[part])
-        values[part] = direction_inputs(chunk, brdf.isotropic, inputs)
+        values[part] = direction_inputs(chunk, brdf.isotropic, inputs, angle)
 
     for _ in thread_map(fill, range(0, count, _CHUNK)):
         pass
-    return Samples.pack(values, samples.rgb, gain * samples.cosine)
+    return Samples.pack(values, samples.rgb, gain * samples.cosine, angle)
 
 
-def direction_inputs(samples: DirectionSamples, isotropic: bool, inputs: str = PAPER) -> Floats:
+def axis_angle(samples: DirectionSamples, isotropic: bool, inputs: str) -> float:
+    """The `angle` of the inputs of a material with these samples; 0 where inputs have no axes."""
+    return main_axis(samples) if has_axes(inputs, isotropic) else 0.0
+
+
+def direction_inputs(
+    samples: DirectionSamples, isotropic: bool, inputs: str = PAPER, angle: float = 0.0
+) -> Floats:
     """Network inputs of samples, shape (n, k)."""
     wi, wo = split(samples.wi), split(samples.wo)
     if isotropic and not rotates_half_vector(inputs, isotropic):
         wi, wo = _rotated_apart(wi, wo)
-    values = network_inputs(wi, wo, isotropic, inputs)
+    values = network_inputs(wi, wo, isotropic, inputs, angle)
     return np.stack(np.broadcast_arrays(*values), axis=-1)
 
 

@@ -23,7 +23,7 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.neural.augmentation import augmentation
 from nacre.neural.inputs import PAPER
-from nacre.neural.samples import Samples, direction_inputs
+from nacre.neural.samples import Samples, axis_angle, direction_inputs
 from nacre.numerics.direction_samples import DirectionSamples, Scattered
 from nacre.numerics.mlp import Layer
 
@@ -60,13 +60,16 @@ def scattered_samples(
     # Blocks of samples train together: they should not be all of one kind.
     order = np.random.default_rng((seed, 4)).permutation(len(own) + len(rest))
     validation = _with_mirrored(scan.samples[held], scan.mirrored)
+    angle = axis_angle(part.samples, scan.isotropic, inputs)
     values, rest_values, held_values = (
-        direction_inputs(part, scan.isotropic, inputs) for part in (own, rest, validation)
+        direction_inputs(of, scan.isotropic, inputs, angle) for of in (own, rest, validation)
     )
     rgb = np.concatenate([own.rgb, rest.rgb])[order]
     return (
-        Samples.pack(np.concatenate([values, rest_values])[order], rgb, np.full(len(rgb), WEIGHT)),
-        Samples.pack(held_values, validation.rgb, validation.cosine),
+        Samples.pack(
+            np.concatenate([values, rest_values])[order], rgb, np.full(len(rgb), WEIGHT), angle
+        ),
+        Samples.pack(held_values, validation.rgb, validation.cosine, angle),
     )
 
 

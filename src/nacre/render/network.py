@@ -57,6 +57,7 @@ class BufferedNetwork:
     def __init__(self, network: NetworkBrdf, mi: Any, start: int = 0, half: bool = False) -> None:
         self._network, self._mi, self._half = network, mi, half
         self._literals = list(network.layers[:start])
+        self._angle = opaque(mi, network.angle)
         self._nn = require("drjit.nn", "render")
         self._layers = pack_layers(mi, network.layers[start:], half, "training")
 
@@ -78,7 +79,7 @@ class BufferedNetwork:
     def eval_components(self, weights: Any, wi: Components, wo: Components) -> Components:
         """What the reflectance evaluates, with the weights in a buffer."""
         network = self._network
-        values: Any = network_inputs(wi, wo, network.isotropic, network.inputs)
+        values: Any = network_inputs(wi, wo, network.isotropic, network.inputs, self._angle)
         for layer in self._literals:
             values = dense(values, layer, RELU)
         values = self._nn.CoopVec(*values)
