@@ -50,10 +50,11 @@ METHODS = {
     "paper": nacre.Recipe(size=2 * SIZE),
     "paper, gain 32": nacre.Recipe(size=2 * SIZE, gain=32.0),
     "spinning": nacre.Recipe(inputs="spinning", size=SIZE, gain=32.0, precision="half"),
+    "enhanced, ReLU": nacre.Recipe(inputs="enhanced", size=SIZE, activation="relu"),
     "enhanced": nacre.Recipe(inputs="enhanced", size=SIZE),
 }
 """Recipes by name. The paper's inputs get as many weights in twice the bytes; "spinning" is what
-enhanced inputs were before."""
+enhanced inputs were before, also with ReLUs."""
 TABLE = "table of "
 BLACK = (0.0, 0.0, 0.0)
 ALUMINUM, STEEL, COPPER = (0.91, 0.92, 0.92), (0.56, 0.57, 0.58), (0.95, 0.64, 0.54)

@@ -35,7 +35,8 @@ GRAZING = (0.0, 30.0, 60.0, 85.0)
 PUBLISHED = ("satin_rosaline", "paper_white", "cc_ibiza_sunset")
 
 
-TURNED: dict[str, Any] = {"inputs": "enhanced", "isotropic": False, "angle": 0.5}
+ENHANCED: dict[str, Any] = {"inputs": "enhanced", "activation": "squared relu"}
+TURNED: dict[str, Any] = {**ENHANCED, "isotropic": False, "angle": 0.5}
 
 
 def reflectance(name: str) -> Brdf:
@@ -45,7 +46,7 @@ def reflectance(name: str) -> Brdf:
     if name == "anisotropic":
         return network(3, isotropic=False)
     if name == "enhanced":
-        return network(4, inputs="enhanced")
+        return network(4, **ENHANCED)
     if name == "turned":
         return network(5, **TURNED)
     if name.startswith("random"):
@@ -258,7 +259,7 @@ def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
         assert gradient[index] == pytest.approx((high - low) / (2 * step), rel=0.03)
 
 
-@pytest.mark.parametrize("options", [{}, {"inputs": "enhanced"}, TURNED])
+@pytest.mark.parametrize("options", [{}, ENHANCED, TURNED])
 @pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
 def test12_cooperative_weights_change_without_recompiling(
     rgb: Any, directions: Pairs, precision: str, tolerance: float, options: Any
