@@ -160,8 +160,10 @@ def picture_errors(
 def triples(errors: Sequence[float], worst: Sequence[float] = ()) -> list[str]:
     """The cells of :data:`PICTURE_ERRORS`; in parentheses the worst PSNR, where given."""
     cells = [f"{mae:.4f} / {ssim:.4f} / {psnr:.1f}" for mae, ssim, psnr in (errors[:3], errors[3:])]
-    lowest = [worst[2], worst[5]] if len(worst) else []
-    return [f"{cell} ({low:.1f})" for cell, low in zip(cells, lowest, strict=True)] or cells
+    if not len(worst):
+        return cells
+    lowest = worst[2], worst[5]
+    return [f"{cell} ({low:.1f})" for cell, low in zip(cells, lowest, strict=True)]
 
 
 def geometric_mean(values: Sequence[float]) -> float:
