@@ -169,7 +169,7 @@ class NeuralBrdf(NetworkBrdf):
         facts = {
             "inputs": self.inputs,
             "activation": self.activation,
-            "axes at, degrees": f"{math.degrees(self.angle):g}" if self.angle else None,
+            "angle of the axes": round(math.degrees(self.angle), 3) if self.angle else None,
             "layers": "-".join(map(str, self.sizes)),
             "weights": self.weight_count,
             "sampler": str(self.sampler),

@@ -29,6 +29,7 @@ _UNITS = {
     "bytes": "bytes",
     "training loss": "mean log-cosine loss",
     "held out loss": "mean log-cosine loss",
+    "angle of the axes": "degrees",
 }
 """Units of the facts about a reflectance."""
 _TEXTURE_UNITS = {
