@@ -52,7 +52,7 @@ SAMPLED = (
     "latent/*neural.json", "textures/material-*",
 )  # fmt: skip
 """Files that say how to draw samples; for others, lobes are fitted."""
-FITTING = NetworkFitting(nacre.Recipe(hidden=(4, 4), epochs=1, samples=2000))
+FITTING = NetworkFitting(nacre.Recipe(inputs="paper", hidden=(4, 4), epochs=1, samples=2000))
 """Of the library."""
 
 
