@@ -13,7 +13,7 @@ from tests.reflectances import Glossy
 from tests.scans import Gloss, scan
 
 QUICK = "--epochs", 1, "--samples", 2000
-PAPER_ONLY = "holds networks of the paper's inputs only; fit with --inputs paper"
+PAPER_ONLY = "holds networks of the paper's inputs and activation only; fit with --inputs paper"
 
 
 @pytest.fixture(autouse=True)

@@ -22,6 +22,7 @@ from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
 from nacre.neural.inputs import PAPER
 from nacre.neural.published import KERAS, PAPER_ONLY
+from nacre.numerics.mlp import RELU
 from nacre.runtime.progress import Progress
 
 _ENCODERS: dict[str, Callable[[Any], bytes]] = {
@@ -139,7 +140,8 @@ class NetworkFitting(Fitting):
     def check(self) -> None:
         """See :class:`Fitting`; raises also where PyTorch has no such device, or is not there."""
         super().check()
-        if self._keras and self.recipe.inputs != PAPER:
+        found = self.recipe.inputs, self.recipe.hidden_activation
+        if self._keras and found != (PAPER, RELU):
             raise NacreError(f"*{self.ending}: {PAPER_ONLY}")
         if self.device is not None:
             from nacre.runtime.device import open_device
