@@ -40,9 +40,7 @@ def reflectance(spp: int, seed: int) -> Bytes:
         path = Path(folder) / "paint.binary"
         nacre.save(MitsubaBrdf(PAINT, "virtual car paint"), path)
         measured = nacre.load(path)
-    neural = nacre.fit(
-        measured, nacre.Recipe.preset("standard", inputs="enhanced", seed=seed), progress=progress
-    )
+    neural = nacre.fit(measured, nacre.Recipe.preset("standard", seed=seed), progress=progress)
     views = [render_preview(m, size=CELL_PIXELS, spp=spp, seed=seed) for m in (measured, neural)]
     return strip(views, ("Measured", "Neural"))
 

@@ -144,7 +144,7 @@ def relative_times(
     import drjit as dr
 
     path, table = tabulated(material)
-    network = nacre.fit(table, nacre.Recipe(inputs="enhanced", epochs=5))
+    network = nacre.fit(table, nacre.Recipe(epochs=5))
     bsdfs: dict[tuple[str, str], Any] = {
         (MEASURED, "table"): mi.load_dict({"type": "measured", "filename": str(path)})
     }

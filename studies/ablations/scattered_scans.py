@@ -1,8 +1,9 @@
 """How well held-out samples of a scan are predicted, and how high a fit rises at the horizon.
 
 For each scan and seed, a fifth of the scan's samples is held out (random splits, drawn again for
-each seed). Networks and a GGX with a diffuse base, fitted to the others, the interpolation of the
-others (`ScatteredBrdf`) and the nearest of the others predict them. Errors are |predicted -
+each seed). Networks of two inputs and precisions, and a GGX with a diffuse base, fitted to the
+others, the interpolation of the others (`ScatteredBrdf`) and the nearest of the others predict
+them. Errors are |predicted -
 measured| / measured, where measured is at least 0.001 1/sr, over samples and channels: the median,
 its range over seeds, and the mean, which highlights dominate.
 
@@ -15,6 +16,8 @@ Run `python -m studies.ablations.scattered_scans SCAN...` (Cornell `.brdf` or `.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -30,9 +33,16 @@ from studies.study import Study
 Matrix = npt.NDArray[np.floating]
 
 SEEDS = 3
-HIDDEN = ((21, 21), (21, 21, 21))
+NETWORKS = {
+    f"network {'-'.join(map(str, hidden))}, {inputs}, {precision}": nacre.Recipe(
+        hidden=hidden, inputs=inputs, precision=precision
+    )
+    for hidden in ((21, 21), (21, 21, 21))
+    for inputs in ("paper", "enhanced")
+    for precision in ("single", "half")
+}
 METHODS = (
-    *(f"network {'-'.join(map(str, widths))}" for widths in HIDDEN),
+    *NETWORKS,
     "interpolation",
     "nearest sample",
     "GGX and diffuse",
@@ -72,7 +82,7 @@ def compare(scan: ScatteredBrdf, seed: int) -> list[tuple[float, float, float, f
     kept, held = hold_out(len(scan.samples), nacre.Recipe().held_out, seed)
     part, truth = scan.subset(kept), scan.samples[held]
     fitted: list[Brdf] = [
-        *(nacre.fit(scan, nacre.Recipe(hidden=widths, seed=seed)) for widths in HIDDEN),
+        *(nacre.fit(scan, replace(recipe, seed=seed)) for recipe in NETWORKS.values()),
         part,
         Nearest(part),
         analytic.fit(part, analytic.MODELS["ggx"], gain=WEIGHT, seed=seed),

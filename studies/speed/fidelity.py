@@ -40,10 +40,10 @@ from studies.study import (
     triples,
 )
 
-_PAPER = nacre.Recipe(sampling="rusinkiewicz")
+_PAPER = nacre.Recipe(inputs="paper", sampling="rusinkiewicz")
 METHODS = {
     "paper's inputs and directions, 675 weights": _PAPER,
-    "paper's inputs, 675 weights": nacre.Recipe(),
+    "paper's inputs, 675 weights": nacre.Recipe(inputs="paper"),
     "enhanced inputs, 675 weights": nacre.Recipe(inputs="enhanced"),
     "enhanced inputs, 675 weights, 300 epochs": nacre.Recipe(inputs="enhanced", epochs=300),
     "enhanced inputs, 298 weights, 300 epochs": nacre.Recipe(

@@ -78,10 +78,10 @@ class Reference:
 
 
 class Kernel:
-    """Our standard recipe on one material."""
+    """Our standard recipe, with the paper's inputs, on one material."""
 
     def __init__(self, training: Samples, held_out: Samples, epochs: int) -> None:
-        recipe = Recipe(epochs=epochs)
+        recipe = Recipe(inputs="paper", epochs=epochs)
         self._trainer = KernelTrainer(initial_layers(recipe.hidden, recipe.seed), recipe.batch)
         self._held_out = held_out
         self._epochs = run_epochs(self._trainer, training, recipe)
@@ -142,12 +142,12 @@ def attempt(recipe: Recipe, samples: Samples, held_out: Samples) -> tuple[float,
 
 def draft(part: tuple[Samples, Samples]) -> tuple[float, float]:
     """Seconds and held-out loss of the training of a draft."""
-    return attempt(Recipe.preset("draft"), *part)
+    return attempt(Recipe.preset("draft", inputs="paper"), *part)
 
 
 def measure(group: Sequence[tuple[str, Brdf]], options: argparse.Namespace) -> list[Result]:
     """Materials, one a core."""
-    recipe = Recipe()
+    recipe = Recipe(inputs="paper")
     parts = []
     for _, brdf in group:
         samples = draw(brdf, SAMPLES, recipe.seed, distribution=SAMPLING)

@@ -25,7 +25,7 @@ from nacre.neural.training import initial_layers, schedule
 from nacre.runtime.parallel import core_count
 from studies.study import Study, log, rgl_tables
 
-RECIPE = Recipe()
+RECIPE = Recipe(inputs="paper")
 
 Epoch = Callable[[np.ndarray, np.ndarray], object]
 """Called with an order of blocks and learning rates."""

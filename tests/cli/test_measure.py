@@ -61,6 +61,11 @@ def test_a_description_becomes_a_neural_material(tmp_path):
     code, text = run("measure", GREY, "-o", path, "--preset", "draft")
     assert code == 0, text
     assert_diffuse(path, 0.05)
+    assert nacre.load(path).inputs == "enhanced"
+    code, text = run("measure", GREY, "-o", tmp_path / "grey.h5", "--preset", "draft")
+    assert code == 0, text
+    assert "grey.h5: fitted with the paper's inputs, as .h5 files need them" in text
+    assert_diffuse(tmp_path / "grey.h5", 0.05)
 
 
 def test_a_material_of_a_scene_is_measured(tmp_path):

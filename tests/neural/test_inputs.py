@@ -218,8 +218,8 @@ def test_unknown_inputs_and_wrong_gains_are_refused():
     for gain in (0.0, -1.0, float("nan"), 1e9):
         with pytest.raises(ValueError, match="gain"):
             Recipe(gain=gain)
-    assert (Recipe().loss_gain, Recipe(inputs=ENHANCED).loss_gain) == (1.0, 32.0)
-    assert Recipe(inputs=ENHANCED, gain=2.0).loss_gain == 2.0
+    assert (Recipe(inputs=PAPER).loss_gain, Recipe().loss_gain) == (1.0, 32.0)
+    assert Recipe(gain=2.0).loss_gain == 2.0
 
 
 def test_a_gain_scales_what_the_loss_sees():

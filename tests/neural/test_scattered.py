@@ -25,6 +25,7 @@ def test_a_network_fitted_to_a_scan_resembles_what_was_scanned():
     network = fit(brdf, QUICK)
     assert median_error(Gloss(), network) < 0.05
     assert network.metadata["fit"]["samples"] == 320_000
+    assert (network.inputs, network.precision) == ("paper", "single")
     kept, held = hold_out(len(brdf.samples), QUICK.held_out, QUICK.seed)
     assert len(held) == 300
     assert sorted([*kept, *held]) == list(range(1500))
@@ -39,7 +40,7 @@ def test_a_network_of_a_scan_keeps_its_bound_and_so_its_precision():
     network = fit(brdf, Recipe(epochs=2, samples=8000, inputs="enhanced", size=1000))
     assert network.precision == network.metadata["fit"]["precision"] == "single"
     hidden = network.metadata["fit"]["hidden"]
-    assert hidden == list(Recipe(size=1000).widths(6))
+    assert hidden == list(Recipe(inputs="paper", size=1000).widths(6))
     assert network.eval(*everywhere()).max() <= brdf.samples.rgb.max() * (1 + 1e-6)
 
 

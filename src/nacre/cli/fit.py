@@ -24,17 +24,24 @@ from nacre.errors import FormatError
     option("--model", applies="brdf", default="nbrdf", metavar="NAME"),
     "Model to fit: nbrdf, a network, or an analytic model: ggx, ggx-anisotropic, ... An unknown "
     "name lists them all.",
-    option("--gain", options.positive(1e6), applies="brdf", shown="1; 32 with enhanced inputs"),
+    option(
+        "--gain", options.positive(1e6), applies="brdf", shown="32 with enhanced inputs, else 1"
+    ),
     "Weight of dark values in the loss: more than 1 counts them more.",
-    option("--inputs", ["paper", "enhanced", "stereographic"], applies="network", default="paper"),
-    "Inputs of the network. paper: half and difference vectors, which the authors' tools read. "
-    "enhanced: stretched angles, closer at the same size. stereographic: light and view, as in "
+    option(
+        "--inputs",
+        ["enhanced", "paper", "stereographic"],
+        applies="network",
+        shown="enhanced; paper for scans and .h5 files",
+    ),
+    "Inputs of the network. enhanced: stretched angles, closer at half the size. paper: half and "
+    "difference vectors, which the authors' tools read. stereographic: light and view, as in "
     "networks for textures, for comparison; highlights blur.",
     option("--hidden", options.integers("21,21", most=1024), applies="network", default="21,21"),
     "Widths of the hidden layers.",
     option("--max-bytes", IntRange(64, 1 << 20), applies="network", metavar="BYTES"),
     "Size limit of the weights, in place of --hidden: two layers as wide as it allows.",
-    options.precision_option(shown="single; half with enhanced inputs"),
+    options.precision_option(shown="half with enhanced inputs, else single"),
     "Precision of stored weights, and of the codes of a texture: 4 or 2 bytes each.",
     options.preset_option(applies="network"),
     option("--epochs", IntRange(1), applies="network", shown="the preset's"),

@@ -12,7 +12,7 @@ import click
 from nacre.cli import options
 from nacre.cli.materials import check_pixels, expect
 from nacre.cli.progress import Line, progress
-from nacre.cli.report import aside, fail, json_key, report, report_facts, report_parts, say
+from nacre.cli.report import aside, fail, json_key, note, report, report_facts, report_parts, say
 from nacre.cli.session import session
 from nacre.errors import printable
 from nacre.runtime.progress import Progress
@@ -83,12 +83,20 @@ def fit_reflectances(paths: Sequence[Path], output: str | None, chosen: Mapping[
     found = fit_files(
         paths, targets, fitting, executor=_executor(chosen), watcher=RunWatcher("fit")
     )
+    if chosen["inputs"] is None:
+        note_inputs(fitting, targets[0])
     lines = [
         f"{file.output}: {file.fit.summary}, {file.fit.seconds:.1f} s"
         for file in found
         if file.fit.error is None
     ]
     report_parts([_facts(file) for file in found], lines)
+
+
+def note_inputs(fitting: Fitting, output: Path) -> None:
+    """Say that a network has the inputs that its file needs, where nobody chose them."""
+    if fitting.settings.get("inputs") == "paper":
+        note(f"{output}: fitted with the paper's inputs, as {output.suffix} files need them")
 
 
 def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:

@@ -9,6 +9,7 @@ import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
+from nacre.cli.fitting import note_inputs
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file
@@ -53,9 +54,12 @@ def command(
     brdf = brdf.replaced(name=output.stem)
     check_target(output, brdf)
     if target(output).holds == "neural":
-        from nacre.neural import Recipe, fit
+        from nacre.neural import Recipe
+        from nacre.workflows import NetworkFitting
 
-        write(fit(brdf, Recipe.preset(preset, seed=seed), progress=line), output)
+        fitting = NetworkFitting(Recipe.preset(preset, seed=seed), ending=output.suffix)
+        write(fitting.fit(brdf, line), output)
+        note_inputs(fitting, output)
     else:
         line("measuring", 0, 1)
         write(brdf, output)

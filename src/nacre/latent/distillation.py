@@ -26,7 +26,7 @@ from nacre.runtime.progress import Progress
 
 DIRECTIONS = 1 << 15  # pairs of directions at which materials are seen
 EPOCHS = 10  # of a short fit: ones of 40 are twice as close, and their codes half as good
-_BEGINNING = Recipe(epochs=100)
+_BEGINNING = Recipe(inputs=PAPER, epochs=100)
 _LEARNING_RATE = 1e-3  # of a short fit
 _HELD_OUT = 0.05
 _MIN, _MAX = 1e-4, 1e4  # of f_r in 1/sr where logarithms are mixed
@@ -45,7 +45,7 @@ class Distillation:
 
     def __init__(self, seed: int, epochs: int = EPOCHS) -> None:
         self.seed = seed
-        self._short = Recipe(epochs=epochs, learning_rate=_LEARNING_RATE)
+        self._short = Recipe(inputs=PAPER, epochs=epochs, learning_rate=_LEARNING_RATE)
         self.wi, self.wo = shared_directions(DIRECTIONS, seed)
         self._inputs = isotropic_inputs(self.wi, self.wo, PAPER)
 

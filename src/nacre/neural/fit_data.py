@@ -9,7 +9,7 @@ from typing import Any
 
 from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
-from nacre.neural.inputs import input_count, rotates_half_vector
+from nacre.neural.inputs import PAPER, input_count, rotates_half_vector
 from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
@@ -76,7 +76,7 @@ class FitData:
             round_layers(layers, recipe.stored_precision),
             isotropic=self.isotropic,
             name=self.name,
-            inputs=recipe.inputs,
+            inputs=recipe.chosen_inputs,
             precision=recipe.stored_precision,
             activation=recipe.hidden_activation,
             angle=self.training.angle,
@@ -103,8 +103,6 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     """
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)
-    isotropic = rotates_half_vector(recipe.inputs, brdf.isotropic)
-    factor = 1 if isotropic else ANISOTROPIC_FACTOR
     scan = brdf.scattered()
     if scan is not None:
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
@@ -113,16 +111,21 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
             recipe,
             batch=half,
             learning_rate=0.5 * recipe.learning_rate,
+            inputs=PAPER if recipe.inputs is None else recipe.inputs,
             precision=recipe.precision or SINGLE,
             activation=recipe.activation or RELU,
             gain=1.0,  # of the held-out samples
         )
+    inputs = recipe.chosen_inputs
+    isotropic = rotates_half_vector(inputs, brdf.isotropic)
+    factor = 1 if isotropic else ANISOTROPIC_FACTOR
     usual = factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
     count = recipe.samples or max(4 * BLOCK, round(recipe.sample_share * usual))
     recipe = replace(
         recipe,
+        inputs=inputs,
         samples=count,
-        hidden=tuple(recipe.widths(input_count(recipe.inputs, isotropic))),
+        hidden=tuple(recipe.widths(input_count(inputs, isotropic))),
         precision=recipe.stored_precision,
         activation=recipe.hidden_activation,
     )
@@ -131,10 +134,10 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
         progress("sampling", done, total, "")
 
     if scan is None:
-        options = recipe.inputs, recipe.loss_gain, recipe.sampling
+        options = inputs, recipe.loss_gain, recipe.sampling
         drawn = draw(brdf, count, recipe.seed, sampled, *options)
         parts = drawn.split(recipe.held_out)
     else:
         chosen = recipe.held_out, recipe.seed
-        parts = scattered_samples(scan, count, *chosen, sampled, recipe.inputs)
+        parts = scattered_samples(scan, count, *chosen, sampled, inputs)
     return FitData(brdf.name, brdf.source, isotropic, scan, recipe, *parts)

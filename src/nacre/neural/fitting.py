@@ -56,7 +56,8 @@ def fit(
 
     Notes
     -----
-    The loss is equation 1 of the NBRDF paper; that of scans differs, see
+    The loss is equation 1 of the NBRDF paper with a gain (:attr:`Recipe.gain`), which is 1 there;
+    that of scans differs, see
     :mod:`nacre.neural.scattered`, which also says how they are kept from rising toward the
     horizon. The output is not clamped while training: a ReLU there kills color channels for good.
     """

@@ -27,6 +27,11 @@ from nacre.sampling import fit_lobes
 _LIMIT = 1 << 26
 _LAYERS, _WEIGHTS = "layer_names", "weight_names"  # attributes that list names
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
+PAPER_ONLY = (
+    "holds networks of the paper's inputs and activation only; fit with --inputs paper, in Python "
+    "with nacre.Recipe(inputs='paper')"
+)
+"""What is said where another network shall be written as `.h5`."""
 
 
 def load_h5(path: PathLike) -> NeuralBrdf:
@@ -64,7 +69,7 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
     if network.inputs != PAPER or network.activation != RELU:
-        raise FormatError(f"{path}: holds networks of the paper's inputs only; fit with these")
+        raise FormatError(f"{path}: {PAPER_ONLY}")
     names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
     content = io.BytesIO()  # HDF5 does not survive a full disk
     with h5py.File(content, "w") as file:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.neural.inputs import ENHANCED, PAPER, input_count
+from nacre.neural.inputs import ENHANCED, input_count
 from nacre.neural.nbrdf import ACTIVATIONS, HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
 from nacre.neural.samples import BLOCK
 from nacre.numerics.mlp import RELU, SQUARED_RELU
@@ -58,12 +58,13 @@ class Recipe:
     seed
         The same seed gives the same network on the same machine.
     inputs
-        What the network sees of the directions: "paper", "enhanced" or "stereographic", see
-        :func:`nacre.neural.inputs.network_inputs`.
+        What the network sees of the directions: "enhanced", "paper" or "stereographic", see
+        :func:`nacre.neural.inputs.network_inputs`. None for enhanced, and for the paper's of a
+        scan, which they fit better.
     gain
         Factor k of the loss |log(1 + k f cos) - log(1 + k f' cos)|: the paper's is 1; more of it
-        counts what is dark, as eyes and tone mapping do. None for 1 with the paper's inputs and 32
-        with enhanced ones. A scan has a loss of its own.
+        counts what is dark, as eyes and tone mapping do. None for 32 with enhanced inputs and 1
+        with others. A scan has a loss of its own.
     sampling
         How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
         paper's is "rusinkiewicz". A scan has its own.
@@ -85,14 +86,14 @@ class Recipe:
     learning_rate: float = 1e-2
     held_out: float = 0.2
     seed: int = 0
-    inputs: str = PAPER
+    inputs: str | None = None
     gain: float | None = None
     sampling: str = "mixed"
     precision: str | None = None
     activation: str | None = None
 
     def __post_init__(self) -> None:
-        input_count(self.inputs, True)
+        inputs = input_count(self.chosen_inputs, True)
         check_positive(self, "epochs", "starts", "samples", "hidden")
         distributions, precisions, activations = (
             ", ".join(names) for names in (DISTRIBUTIONS, PRECISIONS, ACTIVATIONS)
@@ -112,7 +113,7 @@ class Recipe:
             if not fits:
                 raise ValueError(f"{name} must {rule}, got {getattr(self, name)!r}")
         if self.size is not None:
-            self.widths(input_count(self.inputs, True))
+            self.widths(inputs)
         if self.samples is not None and self.samples * (1 - self.held_out) < 2 * BLOCK:
             raise ValueError(f"samples must leave some to train on, got {self.samples}")
 
@@ -130,25 +131,30 @@ class Recipe:
         return cls(**{**PRESETS[name], **settings})
 
     @property
+    def chosen_inputs(self) -> str:
+        """The inputs, or their default of any material but a scan."""
+        return ENHANCED if self.inputs is None else self.inputs
+
+    @property
     def loss_gain(self) -> float:
         """The gain, or its default."""
         if self.gain is not None:
             return self.gain
-        return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
+        return ENHANCED_GAIN if self.chosen_inputs == ENHANCED else 1.0
 
     @property
     def stored_precision(self) -> str:
         """The precision, or its default."""
         if self.precision is not None:
             return self.precision
-        return HALF if self.inputs == ENHANCED else SINGLE
+        return HALF if self.chosen_inputs == ENHANCED else SINGLE
 
     @property
     def hidden_activation(self) -> str:
         """The activation, or its default."""
         if self.activation is not None:
             return self.activation
-        return SQUARED_RELU if self.inputs == ENHANCED else RELU
+        return SQUARED_RELU if self.chosen_inputs == ENHANCED else RELU
 
     def widths(self, inputs: int) -> tuple[int, ...]:
         """Widths of the hidden layers of a network of so many inputs; ValueError if `size` is too

@@ -28,6 +28,7 @@ BLOCK = 16  # samples that stay together when the order of training is shuffled
 
 _CHUNK = 1 << 15
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
+_LARGEST = np.float32(1e30)  # of f cos: products in the loss must not overflow
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ class Samples:
         The last block is filled up by repeating samples from the start.
         """
         x, f, w = (np.asarray(a, np.float32) for a in (inputs, rgb, weight))
-        targets = np.maximum(f, 0.0) * w[:, None]
+        with np.errstate(over="ignore"):
+            targets = np.clip(f * w[:, None], 0.0, _LARGEST)
         rows = np.concatenate([x, targets, w[:, None]], axis=1)
         padded = np.take(rows, np.arange(-(-len(rows) // BLOCK) * BLOCK) % len(rows), axis=0)
         blocks = aligned_zeros(padded.size)

@@ -18,7 +18,7 @@ from nacre.latent.file import load_basis
 from nacre.measured.rgl import RglBrdf, tabulate
 from nacre.measured.rgl_writer import COMPACT
 from nacre.neural import Recipe, fit
-from nacre.neural.inputs import ENHANCED, STEREOGRAPHIC
+from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC
 from nacre.reproduce.extracted import ExtractedMicrofacets
 from nacre.reproduce.texture_network import fit_texture_network
 from nacre.reproduce.trial import TRUTH, Method, Settings
@@ -66,7 +66,9 @@ def methods(
         If a table of fits in the folders is damaged, or the basis cannot be read.
     """
     folders = tuple(published)
-    recipe = Recipe(epochs=settings.epochs, samples=settings.samples, seed=settings.seed)
+    recipe = Recipe(
+        inputs=PAPER, epochs=settings.epochs, samples=settings.samples, seed=settings.seed
+    )
     enhanced = replace(recipe, inputs=ENHANCED)
     networks = {
         name: _network(

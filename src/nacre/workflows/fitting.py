@@ -8,7 +8,7 @@ import json
 import math
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,6 +20,9 @@ from nacre.errors import FormatError, NacreError
 from nacre.formats import check_target, save, target
 from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
+from nacre.neural.inputs import PAPER
+from nacre.neural.published import KERAS, PAPER_ONLY
+from nacre.numerics.mlp import RELU
 from nacre.runtime.progress import Progress
 
 _ENCODERS: dict[str, Callable[[Any], bytes]] = {
@@ -102,7 +105,8 @@ class NetworkFitting(Fitting):
     Parameters
     ----------
     recipe
-        Settings of :func:`nacre.fit`.
+        Settings of :func:`nacre.fit`; for `.h5` files of the paper's inputs, where it leaves them
+        open.
     device
         None for the compiled CPU kernel, or a PyTorch device.
     ending
@@ -113,6 +117,10 @@ class NetworkFitting(Fitting):
     recipe: Recipe = field(default_factory=Recipe)
     device: str | None = None
     ending: str = ".safetensors"
+
+    def __post_init__(self) -> None:
+        if self._keras and self.recipe.inputs is None:
+            object.__setattr__(self, "recipe", replace(self.recipe, inputs=PAPER))
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -132,12 +140,17 @@ class NetworkFitting(Fitting):
     def check(self) -> None:
         """See :class:`Fitting`; raises also where PyTorch has no such device, or is not there."""
         super().check()
-        if self.recipe.inputs != "paper" and self.ending in (".h5", ".hdf5"):
-            raise NacreError(f"*{self.ending}: such files hold networks of the paper's inputs only")
+        found = self.recipe.inputs, self.recipe.hidden_activation
+        if self._keras and found != (PAPER, RELU):
+            raise NacreError(f"*{self.ending}: {PAPER_ONLY}")
         if self.device is not None:
             from nacre.runtime.device import open_device
 
             open_device(self.device)
+
+    @property
+    def _keras(self) -> bool:
+        return self.ending.lower() in KERAS.extensions
 
 
 @dataclass(frozen=True)

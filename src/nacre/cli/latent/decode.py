@@ -14,7 +14,8 @@ from nacre.cli.report import report_file
     "decode",
     options.argument("source", metavar="CODE"),
     options.output_option(),
-    "Material to write (.binary, .bsdf, ...); networks also as .safetensors and .h5.",
+    "Material to write (.binary, .bsdf, ...); networks of a hypernetwork or an autoencoder, "
+    "which have the paper's inputs, also as .safetensors and .h5.",
     options.basis_option(),
 )
 def command(source: Path, output: Path, basis_name: str) -> None:

@@ -21,8 +21,9 @@ from nacre.cli.report import note, report_file
     options.output_option("Basis to write (.safetensors)."),
     option("--model", metavar="NAME", default="pca"),
     "Kind of basis. pca: principal components, 16 MB. neural: closer, 0.2 MB. hypernetwork: codes "
-    "decode into networks of 675 weights; 0.6 MB. autoencoder: the paper's; predicts lobes, as "
-    "neural does. All but pca continue where they were stopped.",
+    "decode into networks of the paper's inputs, 675 weights; 0.6 MB. autoencoder: the paper's, "
+    "for the same networks; predicts lobes, as neural does. All but pca continue where they were "
+    "stopped.",
     option("--code-dim", IntRange(1, 1024), shown="32"),
     "Latent size: values in a code.",
     options.resolution_option(options.integers("90,45,45", 3), metavar="N,N,N", shown="90,45,45"),
