@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import ast
 import errno
+import json
 import os
+import shutil
 import signal
 import threading
 import time
 import weakref
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 import nacre
 from nacre.analytic import MODELS
 from nacre.errors import FormatError, NacreError
+from nacre.runtime import code_fingerprint
 from nacre.runtime.lock import exclusive
 from nacre.workflows import (
     MANIFEST,
@@ -39,6 +44,29 @@ def folder(tmp_path):
 @pytest.fixture
 def output(tmp_path):
     return tmp_path / "new/lib"
+
+
+@pytest.fixture
+def changed(tmp_path, monkeypatch):
+    """Changes every function of a module, in a copy of nacre that only fingerprints are made of."""
+    source, copy = Path(nacre.__file__).parent, tmp_path / "code/nacre"
+    shutil.copytree(source, copy, ignore=shutil.ignore_patterns("*.safetensors", "*.pyc"))
+    monkeypatch.setattr(nacre, "__file__", str(copy / "__init__.py"))
+
+    def change(module: str) -> None:
+        tree = ast.parse((copy / module).read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                node.body.insert(0, ast.Assert(ast.Constant(time.monotonic())))
+        (copy / module).write_text(ast.unparse(ast.fix_missing_locations(tree)))
+        forget()
+
+    def forget() -> None:
+        code_fingerprint._fingerprint.cache_clear()
+
+    forget()
+    yield change
+    forget()
 
 
 def test_a_library_is_fitted_once(folder, output):
@@ -96,14 +124,50 @@ def test_a_source_is_hashed_again_only_if_it_was_touched(folder, output, monkeyp
         assert [name for name in hashed if name.endswith(".binary")] == expected
 
 
-def test_other_settings_or_another_version_fit_all_again(folder, output, monkeypatch):
+def test_other_settings_fit_all_again_another_version_none(folder, output, monkeypatch):
     fit_library([folder], output, QUICK)
     other = NetworkFitting(replace(RECIPE, seed=1))
     assert len(fit_library([folder], output, other).fitted) == 3
-    assert len(fit_library([folder], output, other).unchanged) == 3
     monkeypatch.setattr(nacre, "__version__", "99")
-    assert len(fit_library([folder], output, other).fitted) == 3
-    assert {line["nacre"] for line in lines(output)} == {"99"}
+    assert len(fit_library([folder], output, other).unchanged) == 3
+    assert {line["nacre"] for line in lines(output)} != {"99"}
+
+
+def test_a_change_of_code_refits_what_it_decides(folder, output, changed):
+    nacre.save(nacre.load(folder / "a.binary"), folder / "d.npz")
+    fit_library([folder], output, QUICK)
+    changed("measured/merl_array.py")
+    assert sources(fit_library([folder], output, QUICK).fitted) == {"d.npz"}
+    assert sources(fit_library([folder], output, QUICK).fitted) == set()
+
+
+@pytest.mark.parametrize(
+    ("path", "network", "model"),
+    [
+        ("render/network.py", False, False),
+        ("measured/rgl.py", False, False),
+        ("neural/training.py", True, False),
+        ("analytic/lambert.py", False, True),
+        ("measured/raw.py", True, True),
+    ],
+)
+def test_code_is_of_the_reader_the_fit_and_the_writer(folder, changed, path, network, model):
+    fittings = QUICK, AnalyticFitting(MODELS["lambert"])
+    before = [fitting.code(folder / "a.binary") for fitting in fittings]
+    changed(path)
+    after = [fitting.code(folder / "a.binary") for fitting in fittings]
+    assert [a != b for a, b in zip(after, before, strict=True)] == [network, model]
+
+
+def test_what_a_manifest_does_not_know_the_code_of_is_fitted_again(folder, output):
+    fit_library([folder], output, QUICK)
+    older = [{k: v for k, v in line.items() if k != "code"} for line in lines(output)]
+    text = "".join(json.dumps(line) + "\n" for line in older)
+    (output / MANIFEST).write_text(text)
+    before = {path: path.read_bytes() for path in output.glob("*.safetensors")}
+    assert len(fit_library([folder], output, QUICK).fitted) == 3
+    assert {path: path.read_bytes() for path in output.glob("*.safetensors")} == before
+    assert len(fit_library([folder], output, QUICK).unchanged) == 3
 
 
 @pytest.mark.parametrize("damage", [b"", b"x", None])
