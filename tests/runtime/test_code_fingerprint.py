@@ -147,24 +147,24 @@ def test_places(shop):
     from shop import goods
 
     assert place_of(goods.price) == place_of(partial(goods.price, 1)) == "shop.goods:price"
-    assert place_of(goods.Thing) == "shop.goods:Thing"
+    assert place_of(goods.Thing) == place_of(goods.Thing()) == "shop.goods:Thing"
+    assert place_of(lambda: None) == __name__ + ":test_places"
     assert place_of(nacre.Recipe.preset) == "nacre.neural.recipe:Recipe"
 
 
-@pytest.mark.parametrize("registry", [FORMATS, MODELS, CODECS, BASES], ids=lambda r: r.group)
-def test_members_of_registries_are_reached(registry):
+def test_members_of_registries_are_reached():
     """What a registry imports by a text is followed, or a fingerprint would miss it in silence."""
-    name = next(
-        f"{owner.__name__}:{key}"
-        for owner in list(sys.modules.values())
-        if owner.__name__.startswith("nacre.")
-        for key, value in list(vars(owner).items())
-        if value is registry and f"{key}: Registry" in Path(owner.__file__ or "").read_text()
-    )
     search = module._Search({"nacre"})
-    search.reach(module._Target(*name.split(":")))
-    for place in registry._places.values():
-        assert module._Target(*place.split(":")) in search._seen
+    for place, registry in (
+        ("nacre.formats:FORMATS", FORMATS),
+        ("nacre.analytic:MODELS", MODELS),
+        ("nacre.textures.codecs.codec:CODECS", CODECS),
+        ("nacre.latent.file:BASES", BASES),
+    ):
+        search.reach(module._Target(*place.split(":")))
+        assert registry._places
+        for member in registry._places.values():
+            assert module._Target(*member.split(":")) in search._seen
 
 
 def test_what_a_fit_calls_is_counted(tmp_path):

@@ -33,6 +33,8 @@ from nacre.workflows import (
 from nacre.workflows import run as module
 from tests.workflows.support import QUICK, RECIPE, Staged, contents, lines, sources, table
 
+LAMBERT = AnalyticFitting(MODELS["lambert"], {"samples": 1000})
+
 
 @pytest.fixture
 def folder(tmp_path):
@@ -135,39 +137,37 @@ def test_other_settings_fit_all_again_another_version_none(folder, output, monke
 
 def test_a_change_of_code_refits_what_it_decides(folder, output, changed):
     nacre.save(nacre.load(folder / "a.binary"), folder / "d.npz")
-    fit_library([folder], output, QUICK)
+    fit_library([folder], output, LAMBERT)
     changed("measured/merl_array.py")
-    assert sources(fit_library([folder], output, QUICK).fitted) == {"d.npz"}
-    assert sources(fit_library([folder], output, QUICK).fitted) == set()
+    assert sources(fit_library([folder], output, LAMBERT).fitted) == {"d.npz"}
+    assert sources(fit_library([folder], output, LAMBERT).fitted) == set()
 
 
-@pytest.mark.parametrize(
-    ("path", "network", "model"),
-    [
-        ("render/network.py", False, False),
-        ("measured/rgl.py", False, False),
-        ("neural/training.py", True, False),
-        ("analytic/lambert.py", False, True),
-        ("measured/raw.py", True, True),
-    ],
-)
-def test_code_is_of_the_reader_the_fit_and_the_writer(folder, changed, path, network, model):
-    fittings = QUICK, AnalyticFitting(MODELS["lambert"])
+def test_code_is_of_the_reader_the_fit_and_the_writer(folder, changed):
+    fittings = QUICK, LAMBERT
     before = [fitting.code(folder / "a.binary") for fitting in fittings]
-    changed(path)
-    after = [fitting.code(folder / "a.binary") for fitting in fittings]
-    assert [a != b for a, b in zip(after, before, strict=True)] == [network, model]
+    for paths, expected in (
+        (("render/network.py", "measured/rgl.py", "cli/fit.py"), [False, False]),
+        (("neural/training.py",), [True, False]),
+        (("analytic/lambert.py",), [False, True]),
+        (("measured/raw.py",), [True, True]),
+    ):
+        for path in paths:
+            changed(path)
+        after = [fitting.code(folder / "a.binary") for fitting in fittings]
+        assert [a != b for a, b in zip(after, before, strict=True)] == expected
+        before = after
 
 
 def test_what_a_manifest_does_not_know_the_code_of_is_fitted_again(folder, output):
-    fit_library([folder], output, QUICK)
+    fit_library([folder], output, LAMBERT)
     older = [{k: v for k, v in line.items() if k != "code"} for line in lines(output)]
     text = "".join(json.dumps(line) + "\n" for line in older)
     (output / MANIFEST).write_text(text)
-    before = {path: path.read_bytes() for path in output.glob("*.safetensors")}
-    assert len(fit_library([folder], output, QUICK).fitted) == 3
-    assert {path: path.read_bytes() for path in output.glob("*.safetensors")} == before
-    assert len(fit_library([folder], output, QUICK).unchanged) == 3
+    before = {path: path.read_bytes() for path in output.glob("*.json")}
+    assert len(fit_library([folder], output, LAMBERT).fitted) == 3
+    assert {path: path.read_bytes() for path in output.glob("*.json")} == before
+    assert len(fit_library([folder], output, LAMBERT).unchanged) == 3
 
 
 @pytest.mark.parametrize("damage", [b"", b"x", None])
@@ -181,13 +181,12 @@ def test_a_missing_or_damaged_fit_is_made_again(folder, output, damage):
 
 
 def test_analytic_models_lie_beside_networks(folder, output):
-    fitting = AnalyticFitting(MODELS["lambert"], {"samples": 1000})
     fit_library([folder], output, QUICK)
-    outcome = fit_library([folder], output, fitting)
+    outcome = fit_library([folder], output, LAMBERT)
     assert set(outcome.fitted[0].losses) == {"loss"}
     assert len(lines(output)) == 6
     assert len(fit_library([folder], output, QUICK).unchanged) == 3
-    assert len(fit_library([folder], output, fitting).unchanged) == 3
+    assert len(fit_library([folder], output, LAMBERT).unchanged) == 3
 
 
 def test_what_fails_is_told_tried_again_and_costs_nothing_else(folder, output):

@@ -17,7 +17,7 @@ import re
 import sys
 import threading
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -57,6 +57,8 @@ def code_fingerprint(*roots: str) -> str:
     ------
     ValueError
         If there is no source of such a module, or nothing of that name in it.
+    SyntaxError
+        If source is no Python.
     """
     with _LOCK:
         return _fingerprint(roots)
@@ -87,10 +89,12 @@ def code_text(path: Path) -> str:
 
 def place_of(definition: Any) -> str:
     """The root of :func:`code_fingerprint` that a function or class is; of one that was made within
-    another, or is partly applied, what holds it.
+    another, what holds it; of a partly applied one that one; of any other object its class.
     """
-    while hasattr(definition, "func"):
+    while isinstance(definition, partial):
         definition = definition.func
+    if not hasattr(definition, "__qualname__"):
+        definition = type(definition)
     module, name = definition.__module__, definition.__qualname__.partition(".")[0]
     return f"{module}:{name}" if name.isidentifier() else module
 
@@ -296,12 +300,13 @@ def _fields(node: ast.AST) -> Iterator[tuple[str, list[Any]]]:
 
 def _walk(node: ast.AST) -> Iterator[ast.AST]:
     """A node and all below it that has an effect; annotations of values name types only."""
-    yield node
-    for field, items in _fields(node):
-        if field != "annotation":
-            for item in items:
-                if isinstance(item, ast.AST):
-                    yield from _walk(item)
+    waiting = [node]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for field, items in _fields(node):
+            if field != "annotation":
+                waiting.extend(item for item in items if isinstance(item, ast.AST))
 
 
 def _text(node: Any) -> str:

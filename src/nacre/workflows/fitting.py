@@ -106,7 +106,7 @@ class Fitting(abc.ABC):
             writer = _ENCODERS.get(self.ending) or target(f"*{self.ending}").save
             places = {reader, *map(place_of, (*self.deciding, writer))}
             return code_fingerprint(*sorted(places))
-        except (NacreError, ValueError):
+        except (NacreError, ValueError, OSError, SyntaxError):  # of source that is being edited
             return None
 
     @property
