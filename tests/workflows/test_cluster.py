@@ -238,8 +238,14 @@ def test_other_versions_and_settings_are_refused(cluster, folder, output, tmp_pa
 def test_a_setting_that_only_one_side_knows_is_a_difference():
     older = NetworkFitting(RECIPE)
     object.__delattr__(older, "recipe")
-    setup = Setup(older, QUICK.digest, nacre.__version__, "topic", 1.0)
+    setup = Setup(older, QUICK.digest, nacre.__version__, QUICK.code(), "topic", 1.0)
     with pytest.raises(NacreError, match="with other settings"):
+        work(setup, Task("token", "a.binary", "", None))
+
+
+def test_a_worker_of_other_code_is_refused():
+    setup = Setup(QUICK, QUICK.digest, nacre.__version__, "other", "topic", 1.0)
+    with pytest.raises(NacreError, match="of other code than the run's"):
         work(setup, Task("token", "a.binary", "", None))
 
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import ast
 import errno
+import json
 import os
+import shutil
 import signal
 import threading
 import time
 import weakref
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 import nacre
 from nacre.analytic import MODELS
 from nacre.errors import FormatError, NacreError
+from nacre.runtime import code_fingerprint
 from nacre.runtime.lock import exclusive
 from nacre.workflows import (
     MANIFEST,
@@ -28,6 +33,8 @@ from nacre.workflows import (
 from nacre.workflows import run as module
 from tests.workflows.support import QUICK, RECIPE, Staged, contents, lines, sources, table
 
+LAMBERT = AnalyticFitting(MODELS["lambert"], {"samples": 1000})
+
 
 @pytest.fixture
 def folder(tmp_path):
@@ -39,6 +46,29 @@ def folder(tmp_path):
 @pytest.fixture
 def output(tmp_path):
     return tmp_path / "new/lib"
+
+
+@pytest.fixture
+def changed(tmp_path, monkeypatch):
+    """Changes every function of a module, in a copy of nacre that only fingerprints are made of."""
+    source, copy = Path(nacre.__file__).parent, tmp_path / "code/nacre"
+    shutil.copytree(source, copy, ignore=shutil.ignore_patterns("*.safetensors", "*.pyc"))
+    monkeypatch.setattr(nacre, "__file__", str(copy / "__init__.py"))
+
+    def change(module: str) -> None:
+        tree = ast.parse((copy / module).read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                node.body.insert(0, ast.Assert(ast.Constant(time.monotonic())))
+        (copy / module).write_text(ast.unparse(ast.fix_missing_locations(tree)))
+        forget()
+
+    def forget() -> None:
+        code_fingerprint._fingerprint.cache_clear()
+
+    forget()
+    yield change
+    forget()
 
 
 def test_a_library_is_fitted_once(folder, output):
@@ -96,14 +126,48 @@ def test_a_source_is_hashed_again_only_if_it_was_touched(folder, output, monkeyp
         assert [name for name in hashed if name.endswith(".binary")] == expected
 
 
-def test_other_settings_or_another_version_fit_all_again(folder, output, monkeypatch):
+def test_other_settings_fit_all_again_another_version_none(folder, output, monkeypatch):
     fit_library([folder], output, QUICK)
     other = NetworkFitting(replace(RECIPE, seed=1))
     assert len(fit_library([folder], output, other).fitted) == 3
-    assert len(fit_library([folder], output, other).unchanged) == 3
     monkeypatch.setattr(nacre, "__version__", "99")
-    assert len(fit_library([folder], output, other).fitted) == 3
-    assert {line["nacre"] for line in lines(output)} == {"99"}
+    assert len(fit_library([folder], output, other).unchanged) == 3
+    assert {line["nacre"] for line in lines(output)} != {"99"}
+
+
+def test_a_change_of_code_refits_what_it_decides(folder, output, changed):
+    nacre.save(nacre.load(folder / "a.binary"), folder / "d.npz")
+    fit_library([folder], output, LAMBERT)
+    changed("measured/merl_array.py")
+    assert sources(fit_library([folder], output, LAMBERT).fitted) == {"d.npz"}
+    assert sources(fit_library([folder], output, LAMBERT).fitted) == set()
+
+
+def test_code_is_of_the_reader_the_fit_and_the_writer(folder, changed):
+    fittings = QUICK, LAMBERT
+    before = [fitting.code(folder / "a.binary") for fitting in fittings]
+    for paths, expected in (
+        (("render/network.py", "measured/rgl.py", "cli/fit.py"), [False, False]),
+        (("neural/training.py",), [True, False]),
+        (("analytic/lambert.py",), [False, True]),
+        (("measured/raw.py",), [True, True]),
+    ):
+        for path in paths:
+            changed(path)
+        after = [fitting.code(folder / "a.binary") for fitting in fittings]
+        assert [a != b for a, b in zip(after, before, strict=True)] == expected
+        before = after
+
+
+def test_what_a_manifest_does_not_know_the_code_of_is_fitted_again(folder, output):
+    fit_library([folder], output, LAMBERT)
+    older = [{k: v for k, v in line.items() if k != "code"} for line in lines(output)]
+    text = "".join(json.dumps(line) + "\n" for line in older)
+    (output / MANIFEST).write_text(text)
+    before = {path: path.read_bytes() for path in output.glob("*.json")}
+    assert len(fit_library([folder], output, LAMBERT).fitted) == 3
+    assert {path: path.read_bytes() for path in output.glob("*.json")} == before
+    assert len(fit_library([folder], output, LAMBERT).unchanged) == 3
 
 
 @pytest.mark.parametrize("damage", [b"", b"x", None])
@@ -117,13 +181,12 @@ def test_a_missing_or_damaged_fit_is_made_again(folder, output, damage):
 
 
 def test_analytic_models_lie_beside_networks(folder, output):
-    fitting = AnalyticFitting(MODELS["lambert"], {"samples": 1000})
     fit_library([folder], output, QUICK)
-    outcome = fit_library([folder], output, fitting)
+    outcome = fit_library([folder], output, LAMBERT)
     assert set(outcome.fitted[0].losses) == {"loss"}
     assert len(lines(output)) == 6
     assert len(fit_library([folder], output, QUICK).unchanged) == 3
-    assert len(fit_library([folder], output, fitting).unchanged) == 3
+    assert len(fit_library([folder], output, LAMBERT).unchanged) == 3
 
 
 def test_what_fails_is_told_tried_again_and_costs_nothing_else(folder, output):

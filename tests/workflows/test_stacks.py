@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +13,20 @@ pytest.importorskip("torch", reason="needs the extra 'latent'")
 import nacre
 from nacre.analytic import MODELS
 from nacre.errors import NacreError
-from nacre.workflows import AnalyticFitting, NetworkFitting, Stacks, Threads, Watcher, fit_library
+from nacre.neural import fitting
+from nacre.workflows import (
+    AnalyticFitting,
+    NetworkFitting,
+    Stacks,
+    Threads,
+    Watcher,
+    fit_files,
+    fit_library,
+)
+from tests.cli.support import run
 from tests.workflows.support import QUICK, RECIPE, contents, lines, sources, table
 
+LISTED = "folder", "files", "mixed"
 ON_DEVICE = NetworkFitting(RECIPE, "cpu")
 
 
@@ -76,6 +88,50 @@ def test_an_interrupted_stack_is_fitted_by_the_next_run(folder, tmp_path):
     assert not list((tmp_path / "lib").glob("*.safetensors"))
     outcome = fit_library([folder], tmp_path / "lib", ON_DEVICE, executor=Stacks())
     assert sources(outcome.fitted) == {"a.binary", "b.binary", "c.binary"}
+
+
+@pytest.fixture
+def stacked(monkeypatch):
+    """How many materials each batch had."""
+    sizes, fit_stack = [], fitting._fit_stack
+    monkeypatch.setattr(
+        fitting,
+        "_fit_stack",
+        lambda stack, *rest: (sizes.append(len(stack)), fit_stack(stack, *rest))[1],
+    )
+    return sizes
+
+
+def test_files_train_together_as_those_of_a_folder_do(folder, tmp_path, stacked, capsys):
+    options = ["--device", "cpu", "--hidden", "4", "--epochs", "1", "--samples", "1000"]
+    files = [folder / f"{name}.binary" for name in ("a", "b", "bad", "c")]
+    mixed = [files[0], tmp_path / "rest"]
+    shutil.copytree(folder, mixed[1], ignore=shutil.ignore_patterns("a.*"))
+    for name, inputs in (("folder", [folder]), ("files", files), ("mixed", mixed)):
+        (tmp_path / name).mkdir()
+        assert run("fit", *inputs, "-o", tmp_path / name, *options) == 1
+        told = capsys.readouterr()
+        assert "bad.binary: content is of no known format" in told.err
+        assert len(list((tmp_path / name).glob("*.safetensors"))) == 3
+    assert stacked == [3, 3, 3]
+    for name in "abc":
+        fits = {(tmp_path / where / f"{name}.safetensors").read_bytes() for where in LISTED}
+        assert len(fits) == 1
+    (tmp_path / "files/b.safetensors").write_bytes(b"mine")
+    assert run("fit", *files[:2], "-o", tmp_path / "files", *options) == 1
+    assert "b.safetensors: exists" in capsys.readouterr().err
+    assert (tmp_path / "files/b.safetensors").read_bytes() == b"mine"
+    assert stacked[3:] == [1]
+
+
+def test_fits_for_a_device_are_stacked_unless_an_executor_is_named(folder, tmp_path, stacked):
+    paths = [folder / f"{name}.binary" for name in "ab"]
+    outputs = [tmp_path / f"{name}.safetensors" for name in "ab"]
+    for found in (fit_files(paths, outputs, ON_DEVICE), fit_files(paths, outputs, QUICK)):
+        assert [file.fit.error for file in found] == [None, None]
+    fit_library([folder], tmp_path / "lib", ON_DEVICE)
+    fit_library([folder], tmp_path / "alone", ON_DEVICE, executor=Threads(1))
+    assert stacked == [2, 3, 1, 1, 1]
 
 
 @pytest.mark.parametrize(

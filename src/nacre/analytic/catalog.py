@@ -5,27 +5,27 @@ from __future__ import annotations
 from nacre.analytic.model import AnalyticBrdf
 from nacre.registry import Registry
 
-_PLACES = {
-    "lambert": "lambert:Lambert",
-    "blinn-phong": "phong:BlinnPhong",
-    "lafortune": "phong:Lafortune",
-    "ward": "gaussian:Ward",
-    "ward-duer": "gaussian:WardDuer",
-    "ashikhmin-shirley": "phong:AshikhminShirley",
-    "ashikhmin-shirley-dielectric": "phong:DielectricAshikhminShirley",
-    "cook-torrance": "gaussian:CookTorrance",
-    "cook-torrance-schlick": "gaussian:SchlickCookTorrance",
-    "ggx": "ggx:Ggx",
-    "ggx-anisotropic": "ggx:AnisotropicGgx",
-    "abc-microfacet": "abc:AbcMicrofacet",
-    "abc-smooth": "abc:AbcSmooth",
-    "sgd": "sgd:Sgd",
-    "tabulated-microfacets": "power_iteration:TabulatedMicrofacets",
-    "npf": "npf:Npf",
-}
-
 MODELS: Registry[type[AnalyticBrdf]] = Registry(
-    "nacre.models", "model", {name: f"nacre.analytic.{place}" for name, place in _PLACES.items()}
+    "nacre.models",
+    "model",
+    {
+        "lambert": "nacre.analytic.lambert:Lambert",
+        "blinn-phong": "nacre.analytic.phong:BlinnPhong",
+        "lafortune": "nacre.analytic.phong:Lafortune",
+        "ward": "nacre.analytic.gaussian:Ward",
+        "ward-duer": "nacre.analytic.gaussian:WardDuer",
+        "ashikhmin-shirley": "nacre.analytic.phong:AshikhminShirley",
+        "ashikhmin-shirley-dielectric": "nacre.analytic.phong:DielectricAshikhminShirley",
+        "cook-torrance": "nacre.analytic.gaussian:CookTorrance",
+        "cook-torrance-schlick": "nacre.analytic.gaussian:SchlickCookTorrance",
+        "ggx": "nacre.analytic.ggx:Ggx",
+        "ggx-anisotropic": "nacre.analytic.ggx:AnisotropicGgx",
+        "abc-microfacet": "nacre.analytic.abc:AbcMicrofacet",
+        "abc-smooth": "nacre.analytic.abc:AbcSmooth",
+        "sgd": "nacre.analytic.sgd:Sgd",
+        "tabulated-microfacets": "nacre.analytic.power_iteration:TabulatedMicrofacets",
+        "npf": "nacre.analytic.npf:Npf",
+    },
 )
 """Classes of models by their `model`; packages add theirs by an entry point of the group
 `nacre.models`.

@@ -124,9 +124,9 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     return NetworkFitting(recipe, chosen["device"], **given)
 
 
-def _executor(chosen: Mapping[str, Any]) -> Executor:
-    """What carries out the fits."""
-    from nacre.workflows import Cluster, Stacks, Threads
+def _executor(chosen: Mapping[str, Any]) -> Executor | None:
+    """What carries out the fits, if not what usually does."""
+    from nacre.workflows import Cluster, Threads
     from nacre.workflows.cluster import LOCAL
 
     scheduler, jobs, data = chosen["scheduler"], chosen["jobs"], chosen["data"]
@@ -134,7 +134,7 @@ def _executor(chosen: Mapping[str, Any]) -> Executor:
         if data != "auto":
             raise click.BadParameter("--data is for a cluster; name its --scheduler")
         # On a device materials train together, unless they are asked to come so many at a time.
-        return Threads(jobs) if jobs or chosen["device"] is None else Stacks()
+        return Threads(jobs) if jobs else None
     if scheduler != LOCAL and "://" not in scheduler:
         raise click.BadParameter(f"{scheduler!r} is neither {LOCAL} nor like tcp://host:8786")
     if scheduler != LOCAL and jobs:

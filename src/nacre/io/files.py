@@ -117,12 +117,19 @@ def read_bytes(path: PathLike, limit: int) -> bytes:
     """
     path = Path(path)
     with file_errors(path):
-        size = check_regular(path)
-        if size == 0:
-            raise FormatError(f"{path}: is empty")
-        if size > limit:
-            raise FormatError(f"{path}: {size} bytes, more than the {limit} this format can need")
+        check_size(path, limit)
         return path.read_bytes()
+
+
+def check_size(path: Path, limit: int) -> None:
+    """Refuse a file that is empty or larger than a limit in bytes, or what :func:`check_regular`
+    refuses, by the same errors.
+    """
+    size = check_regular(path)
+    if size == 0:
+        raise FormatError(f"{path}: is empty")
+    if size > limit:
+        raise FormatError(f"{path}: {size} bytes, more than the {limit} this format can need")
 
 
 def check_json(content: object) -> None:

@@ -73,6 +73,7 @@ class RglBrdf(Brdf):
         spectra = self.tables.spectra
         if spectra is None:
             return super().eval_bands(wi, wo)
+        self.tables.check()
         light, view = split(wi), self._warp.view(split(wo))
         point = self._warp.invert(light, view)
         scale: Floats = self._scale(light, point, view)

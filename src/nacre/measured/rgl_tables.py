@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike
+from nacre.io.files import PathLike, identity
+from nacre.io.mapped import MappedFile
 from nacre.measured.raw import LARGEST
 from nacre.measured.spectra import rgb_weights
-from nacre.measured.tensor_file import Tensors, read_tensors
+from nacre.measured.tensor_file import SIZE_LIMIT, Tensors, parse_tensors, read_tensors
 
+_MAPPED = 1 << 26  # bytes of a file from which on spectra are mapped
 _NODE_LIMIT = 4096  # most nodes along any one axis of a table
 _DENSEST = 1e30  # bound of densities, so that interpolation between them does not overflow
 _NANOMETRES = (100.0, 1e5)  # range of wavelengths; anything else is in another unit
@@ -57,6 +59,9 @@ class RglTables:
         spectral file, of which `rgb` is the color; None in any other.
     others
         Fields of a file that nothing here reads, kept to be written again.
+    file
+        What `spectra` are mapped from: its `check` comes before they are looked at. None where they
+        lie in memory.
     """
 
     description: str
@@ -71,6 +76,12 @@ class RglTables:
     wavelengths: _Floats | None = None
     spectra: _Floats | None = None
     others: Tensors = field(default_factory=dict)
+    file: MappedFile | None = None
+
+    def check(self) -> None:
+        """Raise a :class:`FormatError` if spectra are mapped from a file that has changed."""
+        if self.file is not None:
+            self.file.check()
 
     @property
     def isotropic(self) -> bool:
@@ -93,10 +104,11 @@ class RglTables:
 def read_tables(path: PathLike) -> RglTables:
     """Read and check an RGL tensor file, of colors or of spectra.
 
-    The arrays are views of the file's content, which stays in memory as it is. A
-    :class:`FormatError` names the field that is missing, misshapen or out of range.
+    The arrays are views of the file's content, which stays in memory as it is; of a large file only
+    the spectra, which stay in the file. A :class:`FormatError` names the field that is missing,
+    misshapen or out of range.
     """
-    tensors = read_tensors(path)
+    tensors, file = _tensors(path)
     content = _Fields(tensors, str(path))
     phi_i = content.angles("phi_i", 2.0 * math.pi)
     theta_i = content.angles("theta_i", math.pi / 2.0)
@@ -108,8 +120,8 @@ def read_tables(path: PathLike) -> RglTables:
         rgb = content.floats("rgb", (*grid, 3, None, None))
     else:
         wavelengths = content.wavelengths()
-        spectra = content.floats("spectra", (*grid, len(wavelengths), None, None))
-        rgb = _colors(spectra, wavelengths)
+        spectra = content.floats("spectra", (*grid, len(wavelengths), None, None), finite=False)
+        rgb = _colors(spectra, wavelengths, content, file)
     tables = RglTables(
         description=content.text("description"),
         phi_i=phi_i,
@@ -123,6 +135,7 @@ def read_tables(path: PathLike) -> RglTables:
         wavelengths=wavelengths,
         spectra=spectra,
         others={n: array for n, array in tensors.items() if n not in _COMMON | colors},
+        file=file,
     )
     if tables.reduction not in (1, 2, 4):
         spans = "a full turn, a half or a quarter of one"
@@ -132,13 +145,32 @@ def read_tables(path: PathLike) -> RglTables:
     return tables
 
 
-def _colors(spectra: _Floats, wavelengths: _Floats) -> _Floats:
-    """Linear Rec. 709 of spectra (P, T, B, N, M), slice by slice: spectra are large."""
+def _tensors(path: PathLike) -> tuple[Tensors, MappedFile | None]:
+    """The fields of a file, and what the spectra among them are mapped from."""
+    found = identity(path)
+    if found is None or found[1] < _MAPPED:
+        return read_tensors(path), None
+    file = MappedFile(path, SIZE_LIMIT)
+    tensors = parse_tensors(file.data, path)
+    read = {name: a if name == "spectra" else a.copy() for name, a in tensors.items()}
+    return read, file if "spectra" in read else None
+
+
+def _colors(
+    spectra: _Floats, wavelengths: _Floats, content: _Fields, file: MappedFile | None
+) -> _Floats:
+    """Linear Rec. 709 of spectra (P, T, B, N, M), slice by slice, for spectra are large.
+
+    What is not finite is refused, and slices that were mapped are given back.
+    """
     weights = rgb_weights(wavelengths)
     rgb = np.empty((*spectra.shape[:2], 3, *spectra.shape[3:]), np.float32)
     for index in np.ndindex(*spectra.shape[:2]):
+        content.check_finite("spectra", spectra[index])
         colors = np.tensordot(weights.T, spectra[index], axes=1)
         rgb[index] = np.clip(colors, -LARGEST, LARGEST)
+        if file is not None:
+            file.release()
     return rgb
 
 
@@ -156,8 +188,10 @@ class _Fields:
             raise self.error(name, f"is missing, found {', '.join(self.tensors)[:200]}")
         return self.tensors[name]
 
-    def floats(self, name: str, shape: _Shape) -> _Floats:
-        """A finite float32 array; None in `shape` stands for any number of nodes from 2."""
+    def floats(self, name: str, shape: _Shape, *, finite: bool = True) -> _Floats:
+        """A float32 array, checked to be finite; None in `shape` stands for any number of nodes
+        from 2.
+        """
         values = self._get(name)
         if values.dtype != np.float32:
             raise self.error(name, f"holds {values.dtype}, expected float32")
@@ -167,9 +201,13 @@ class _Fields:
         ):
             wanted = f"{tuple(size or 'n' for size in shape)} with n from 2 to {_NODE_LIMIT}"
             raise self.error(name, f"has shape {values.shape}, expected {wanted}")
+        if finite:
+            self.check_finite(name, values)
+        return values
+
+    def check_finite(self, name: str, values: _Floats) -> None:
         if not np.isfinite(values).all():
             raise self.error(name, "holds values that are not finite")
-        return values
 
     def _list(self, name: str, what: str = "") -> _Floats:
         values = self.floats(name, self._get(name).shape)

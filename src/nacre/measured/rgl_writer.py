@@ -187,7 +187,11 @@ def view_nodes(brdf: Brdf, resolution: Resolution | None) -> tuple[Resolution, F
 
 
 def write_tables(tables: RglTables, path: PathLike) -> None:
-    """Write tables as they are to a tensor file, whole or not at all."""
+    """Write tables as they are to a tensor file, whole or not at all.
+
+    A :class:`FormatError` says too that they are mapped from a file that has changed.
+    """
+    tables.check()
     text = (tables.description or " ").encode(errors="replace")  # a field cannot be empty
     fields: Tensors = {"description": np.frombuffer(text, np.uint8)}
     colors = ("rgb",) if tables.spectra is None else ("wavelengths", "spectra")

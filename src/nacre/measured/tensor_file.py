@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
+from mmap import mmap
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -40,8 +41,12 @@ def read_tensors(path: PathLike) -> Tensors:
 
     A :class:`FormatError` says that it is no tensor file, or that a field does not lie within it.
     """
-    data = read_bytes(path, SIZE_LIMIT)
-    if not data.startswith(MAGIC):
+    return parse_tensors(read_bytes(path, SIZE_LIMIT), path)
+
+
+def parse_tensors(data: bytes | mmap, path: PathLike) -> Tensors:
+    """As :func:`read_tensors`, of a file's content: the arrays are views of it."""
+    if data[: len(MAGIC)] != MAGIC:
         raise FormatError(f"{path}: does not start with 'tensor_file', not an RGL material")
     reader = _Reader(data, path, len(MAGIC))
     version = reader.take("<2B", "version")

@@ -1,7 +1,7 @@
 """Results in a folder, so that an experiment that was stopped goes on where it was.
 
 What is kept is named by its kind and a fingerprint of all that decides it: the contents of the
-material's file, the method and its settings, the protocol, and the modules of nacre that matter.
+material's file, the method and its settings, the protocol, and the code of nacre that matters.
 """
 
 from __future__ import annotations
@@ -9,9 +9,8 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,20 +19,14 @@ import numpy as np
 import nacre
 from nacre.errors import NacreError
 from nacre.io.files import atomic_path
+from nacre.runtime.code_fingerprint import code_fingerprint, code_text
 
 SOURCES = Path(nacre.__file__).parent
 """Where nacre's modules are."""
 _DAMAGED = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile)
 """What reading a file that is not there or not whole raises."""
-_IGNORED = ("cli", "download", "figures", "reproduce")
-"""Parts of nacre that do not change what a trial finds; within the last, see `_COUNTED`."""
-_COUNTED = [
-    SOURCES / "reproduce" / name
-    for name in (
-        *("codes.py", "extracted.py", "methods.py", "noise.py", "samplers.py"),
-        *("texture_network.py", "trial.py"),
-    )
-]
+_DECIDING = ("codes", "extracted", "methods", "noise", "samplers", "texture_network", "trial")
+"""Modules of experiments that decide what a trial finds, by all that they reach."""
 
 Arrays = Mapping[str, Any]
 _Kept = TypeVar("_Kept")
@@ -126,16 +119,13 @@ def cache_key(kind: str, facts: object) -> str:
     return f"{kind}-{hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]}"
 
 
-@cache
 def code_digest() -> str:
-    """SHA-256 of nacre's version and of its modules that matter for a trial."""
-    modules = SOURCES.rglob("*.py")
-    ignored = {path for folder in _IGNORED for path in (SOURCES / folder).rglob("*.py")}
-    return _digest(path for path in modules if path not in ignored or path in _COUNTED)
+    """Fingerprint of the code that decides what a trial finds."""
+    return code_fingerprint(*(f"nacre.reproduce.{name}" for name in _DECIDING))
 
 
 def module_digest(*patterns: str) -> str:
-    """SHA-256 of nacre's version and of the modules that some patterns of paths name.
+    """SHA-256 of the code of the modules that some patterns of paths name.
 
     Raises
     ------
@@ -148,12 +138,7 @@ def module_digest(*patterns: str) -> str:
         if not modules:
             raise ValueError(f"no module is called {pattern}")
         found |= modules
-    return _digest(found)
-
-
-def _digest(paths: Iterable[Path]) -> str:
-    """SHA-256 of nacre's version and of some of its modules."""
-    total = hashlib.sha256(nacre.__version__.encode())
-    for path in sorted(paths):
-        total.update(path.relative_to(SOURCES).as_posix().encode() + path.read_bytes())
+    total = hashlib.sha256()
+    for path in sorted(found):
+        total.update(f"{path.relative_to(SOURCES).as_posix()}\0{code_text(path)}\0".encode())
     return total.hexdigest()

@@ -75,7 +75,8 @@ class Cluster(Executor):
                 watcher.dashboard(client.dashboard_link)
             interval = max(0.5, sum(client.nthreads().values()) / _MESSAGES)
             topic = f"nacre-{secrets.token_hex(8)}"
-            setup = Setup(fitting, fitting.digest, nacre.__version__, topic, interval)
+            code = fitting.code()
+            setup = Setup(fitting, fitting.digest, nacre.__version__, code, topic, interval)
             self._check(client, setup)
             yield Submission(client, setup, self._address, self._data, self._patience)
 

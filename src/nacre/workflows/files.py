@@ -12,10 +12,11 @@ import nacre
 from nacre.errors import FormatError, NacreError, printable
 from nacre.io.files import PathLike, atomic_path, check_writable
 from nacre.runtime.parallel import core_count
-from nacre.workflows.executor import Executor, Job, Threads
+from nacre.workflows.executor import Executor, Job
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.manifest import Record
 from nacre.workflows.material import Fit, explain
+from nacre.workflows.stacks import usual_executor
 from nacre.workflows.watcher import Watcher, begun
 
 
@@ -97,7 +98,8 @@ def fit_files(
     fitting
         What to fit; networks by the recommended recipe where None.
     executor
-        What carries out the fits; threads, one a core, where None.
+        What carries out the fits; where None, threads, one a core, or a stack on the device that
+        `fitting` names.
     watcher
         Hears how the fits go on.
 
@@ -133,9 +135,9 @@ def fit_files(
                 record = Record(str(path), None, None, None, *same, str(output))
                 yield Job(path, record, begun(watcher, printable(path.name)))
 
-    threads = Threads(min(core_count(), len(pairs)))
+    usual = usual_executor(fitting, min(core_count(), len(pairs)))
     with (
-        (executor or threads).open(fitting, watcher) as stream,
+        (executor or usual).open(fitting, watcher) as stream,
         contextlib.closing(stream(jobs())) as results,
     ):
         for job, fit in results:

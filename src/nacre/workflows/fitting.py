@@ -17,12 +17,14 @@ from nacre.analytic import AnalyticBrdf
 from nacre.analytic import file as analytic_file
 from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
-from nacre.formats import check_target, save, target
+from nacre.formats import check_target, identify, save, target
+from nacre.io.files import PathLike
 from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
 from nacre.neural.inputs import PAPER
 from nacre.neural.published import KERAS, PAPER_ONLY
 from nacre.numerics.mlp import RELU
+from nacre.runtime.code_fingerprint import code_fingerprint, place_of
 from nacre.runtime.progress import Progress
 
 _ENCODERS: dict[str, Callable[[Any], bytes]] = {
@@ -92,6 +94,25 @@ class Fitting(abc.ABC):
             raise FormatError(f"{name}: {entry.name} files do not hold {self.holds} materials")
 
     @property
+    def deciding(self) -> tuple[Any, ...]:
+        """Functions and classes that decide, by their code, what comes out of a material."""
+        return (type(self),)
+
+    def code(self, path: PathLike | None = None) -> str | None:
+        """Fingerprint of the code that decides what comes out of a file, or of any file.
+
+        It is that of the reader, the fit and the writer. None where the file is of no known format,
+        or some of the code has no source, as in an interactive session.
+        """
+        try:
+            reader = "nacre.formats:FORMATS" if path is None else place_of(_reader(path))
+            writer = _ENCODERS.get(self.ending) or target(f"*{self.ending}").save
+            places = {reader, *map(place_of, (*self.deciding, writer))}
+            return code_fingerprint(*sorted(places))
+        except (NacreError, ValueError, OSError, SyntaxError):  # of source that is being edited
+            return None
+
+    @property
     def digest(self) -> str:
         """SHA-256 of the settings, in hexadecimal."""
         text = json.dumps({"ending": self.ending, **self.settings}, sort_keys=True)
@@ -125,6 +146,10 @@ class NetworkFitting(Fitting):
     @property
     def settings(self) -> Mapping[str, Any]:
         return {"model": "nbrdf", "device": self.device, **asdict(self.recipe)}
+
+    @property
+    def deciding(self) -> tuple[Any, ...]:
+        return neural.fit, neural.fit_many
 
     def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
@@ -176,6 +201,10 @@ class AnalyticFitting(Fitting):
     def settings(self) -> Mapping[str, Any]:
         return {"model": self.model.model, **self.options}
 
+    @property
+    def deciding(self) -> tuple[Any, ...]:
+        return analytic.fit, self.model
+
     def fit(self, brdf: Brdf, progress: Progress) -> AnalyticBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         return analytic.fit(brdf, self.model, progress=progress, **self.options)
@@ -185,6 +214,12 @@ class AnalyticFitting(Fitting):
 
     def summary(self, fitted: Any) -> str:
         return f"{fitted.summary()}, {fitted.loss_text()}"
+
+
+def _reader(path: PathLike) -> Callable[..., Brdf]:
+    """The function that reads the material in a file."""
+    entry = identify(path)
+    return entry.load_material or entry.load
 
 
 def _finite(values: Mapping[str, float]) -> dict[str, float]:

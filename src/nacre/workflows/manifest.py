@@ -49,6 +49,9 @@ class Record:
         That the fit took.
     error
         Why there is no fit; None where there is one.
+    code
+        Fingerprint of the code that decided it, see :meth:`nacre.workflows.Fitting.code`; None
+        where it is not known, as of fits of nacre 0.1.0.
     """
 
     source: str
@@ -62,6 +65,7 @@ class Record:
     losses: dict[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     error: str | None = None
+    code: str | None = None
 
     @property
     def _material(self) -> tuple[str, str]:
@@ -182,7 +186,7 @@ def _parse(line: str) -> Record | None:
         return None
     whole = (
         isinstance(content, dict)
-        and content.keys() == _TYPES.keys()
-        and all(isinstance(content[name], kinds) for name, kinds in _TYPES.items())
+        and content.keys() | {"code"} == _TYPES.keys()
+        and all(isinstance(content.get(name), kinds) for name, kinds in _TYPES.items())
     )
     return Record(**content) if whole else None

@@ -16,11 +16,12 @@ from nacre.io.files import PathLike, abandoned, atomic_path, check_not_inputs, d
 from nacre.io.outputs import check_replaceable, overwrite
 from nacre.runtime.lock import exclusive
 from nacre.runtime.parallel import thread_map
-from nacre.workflows.executor import Executor, Job, Stream, Threads
+from nacre.workflows.executor import Executor, Job, Stream
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.manifest import Manifest, Record
 from nacre.workflows.material import Fit, explain
 from nacre.workflows.sources import Source, find_sources, output_names
+from nacre.workflows.stacks import usual_executor
 from nacre.workflows.watcher import Watcher, begun
 
 LOCK = ".library.lock"
@@ -62,9 +63,9 @@ def fit_library(
 ) -> Outcome:
     """Fit every measured file in folders, into a folder with a manifest.
 
-    A material is fitted if the manifest has no fit of it, if its file, the settings or nacre's
-    version changed since, or if the fitted file is missing or is not what was written. Whatever
-    goes wrong with a material, a full disk too, costs only that material.
+    A material is fitted if the manifest has no fit of it, if its file, the settings or the code
+    that decides its fit changed since, or if the fitted file is missing or is not what was written.
+    Whatever goes wrong with a material, a full disk too, costs only that material.
 
     Parameters
     ----------
@@ -75,7 +76,8 @@ def fit_library(
     fitting
         What to fit; networks by the recommended recipe where None.
     executor
-        What carries out the fits; threads, one a core, where None.
+        What carries out the fits; where None, threads, one a core, or a stack on the device that
+        `fitting` names.
     watcher
         Hears how the run goes on.
 
@@ -102,7 +104,7 @@ def fit_library(
     check_not_inputs((output / name for name in names), (source.path for source in sources))
     watcher = watcher or Watcher()
     with contextlib.ExitStack() as stack:
-        stream = stack.enter_context((executor or Threads()).open(fitting, watcher))
+        stream = stack.enter_context((executor or usual_executor(fitting)).open(fitting, watcher))
         try:
             output.mkdir(parents=True, exist_ok=True)
             stack.enter_context(exclusive(output / LOCK, wait=False))
@@ -139,7 +141,7 @@ class _Run:
         self, output: Path, fitting: Fitting, manifest: Manifest, watcher: Watcher
     ) -> None:
         self._output, self._manifest, self._watcher = output, manifest, watcher
-        self._settings = fitting.digest
+        self._fitting, self._settings = fitting, fitting.digest
         self._records: dict[str, Record] = {}
         self._before = {record.output: record for record in manifest.records()}
 
@@ -163,8 +165,10 @@ class _Run:
     def _current(self, source: Source, name: str) -> Record | None:
         """The record of a fit that is up to date; None where a material is to be fitted."""
         record = self._manifest.find(name)
-        expected = (str(source.relative), self._settings, nacre.__version__, None)
-        if not record or expected != (record.source, record.settings, record.nacre, record.error):
+        expected = str(source.relative), self._settings, None
+        if not record or expected != (record.source, record.settings, record.error):
+            return None
+        if record.code is None or record.code != self._fitting.code(source.path):
             return None
         with contextlib.suppress(OSError, FormatError):
             if digest(self._output / name) != record.output_sha256:
@@ -190,6 +194,7 @@ class _Run:
                 # Before it is read: a change while it is read shows in the next run.
                 status = source.path.stat()
                 record = replace(record, size=status.st_size, modified=status.st_mtime_ns)
+                record = replace(record, code=self._fitting.code(source.path))
                 with overwrite(self._is_own(self._output / name)):
                     check_replaceable(self._output / name)
             except (OSError, FormatError) as error:

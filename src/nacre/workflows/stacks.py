@@ -11,7 +11,7 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.neural import fit_many
-from nacre.workflows.executor import Executor, Job, Results, Stream
+from nacre.workflows.executor import Executor, Job, Results, Stream, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting
 from nacre.workflows.material import Fit, explain, finished
 from nacre.workflows.watcher import Watcher
@@ -29,6 +29,14 @@ class Stacks(Executor):
             raise NacreError("only networks can be fitted on a device, and it must be named")
         fitting.check()
         return nullcontext(partial(_results, fitting, fitting.device))
+
+
+def usual_executor(fitting: Fitting, count: int | None = None) -> Executor:
+    """What carries out fits unless another is named: a stack where they are for a device, whatever
+    is to be fitted, else threads, `count` at most; one a core where None.
+    """
+    stacked = isinstance(fitting, NetworkFitting) and fitting.device is not None
+    return Stacks() if stacked else Threads(count)
 
 
 def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Results:

@@ -31,6 +31,8 @@ class Setup:
         Its digest, as the owner of the run computes it.
     nacre
         The owner's version.
+    code
+        Fingerprint of the code that decides fits, as the owner has it.
     topic
         Under which workers tell how far they are.
     interval
@@ -40,6 +42,7 @@ class Setup:
     fitting: Fitting
     settings: str
     nacre: str
+    code: str | None
     topic: str
     interval: float
 
@@ -119,6 +122,11 @@ def _check_version(setup: Setup) -> None:
     if not same:
         raise NacreError(
             f"has a nacre {nacre.__version__} with other settings than the run's; "
+            "install the same on both"
+        )
+    if setup.fitting.code() != setup.code:
+        raise NacreError(
+            f"has a nacre {nacre.__version__} of other code than the run's; "
             "install the same on both"
         )
 
