@@ -56,10 +56,31 @@ def one_blas_thread() -> AbstractContextManager[None]:
     return _ONE_BLAS_THREAD
 
 
+_worker = threading.local()
+
+
+def thread_slices(function: Callable[[slice], _Out], count: int, size: int) -> list[_Out]:
+    """`function` of slices of `size` out of `count`, with one thread a core, in order.
+
+    For functions without the interpreter lock. In a thread of :func:`thread_map` or of this
+    function all slices are done by that thread: the others have work.
+    """
+    slices = [slice(start, start + size) for start in range(0, count, size)]
+    cores = 1 if getattr(_worker, "busy", False) else min(core_count(), len(slices))
+    if cores < 2:
+        return [function(part) for part in slices]
+    with ThreadPoolExecutor(cores, initializer=_begin_work) as pool:
+        return list(pool.map(function, slices))
+
+
+def _begin_work() -> None:
+    _worker.busy = True
+
+
 def thread_map(function: Callable[[_In], _Out], items: Iterable[_In]) -> Iterator[_Out]:
     """`map(function, items)` with one thread a core, in order; see :func:`one_blas_thread`."""
     with one_blas_thread():
-        pool = ThreadPoolExecutor(core_count())
+        pool = ThreadPoolExecutor(core_count(), initializer=_begin_work)
         try:
             yield from pool.map(function, items)
         finally:  # an error or an interrupt must not wait for what has not begun
