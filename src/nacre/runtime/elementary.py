@@ -1,6 +1,7 @@
 """Exponential, logarithm and circular functions in the operations that processors have.
 
-To 2 units in the last place of float32, with polynomials and reductions from Cephes (Moshier 1989).
+To a unit in the last place of float32, angles to 4 of them, with polynomials and reductions from
+Cephes (Moshier 1989).
 Values are those of a trace (:mod:`nacre.runtime.trace`): vectors of numbers in compiled code.
 """
 

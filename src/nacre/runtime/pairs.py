@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
 from nacre.runtime.frozen import Frozen
+from nacre.runtime.memory import available_memory
 
 if TYPE_CHECKING:
     from nacre.runtime.vectorized import VectorFunction
@@ -29,6 +30,8 @@ UNIT_TOLERANCE = 1e-3
 _CHUNK = 1 << 14  # pairs evaluated at a time: intermediate arrays stay in the cache
 _LOW, _HIGH = (1.0 - UNIT_TOLERANCE) ** 2, (1.0 + UNIT_TOLERANCE) ** 2  # squares of lengths
 _BELOW_ONE = float(np.nextafter(np.float32(1.0), np.float32(0.0)))
+
+_MIN_MEMORY = 256 << 20
 
 _known: dict[tuple[int, Formula], VectorFunction | None] = {}
 
@@ -78,6 +81,9 @@ def _made(owner: Frozen, formula: Formula, names: tuple[str, ...]) -> VectorFunc
         a, b = (_inside(name, values) for name, values in zip(names, (a, b), strict=True))
         return formula(owner, a, b), ~(good[0] & good[1])
 
+    left = available_memory()
+    if left is not None and left < _MIN_MEMORY:  # LLVM would end the process
+        return None
     try:
         from nacre.runtime.vectorized import VectorFunction
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -16,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components
-from nacre.io.files import atomic_path
 from nacre.runtime.code_folder import code_folder
 from nacre.runtime.parallel import thread_slices
 from nacre.runtime.trace import FLOAT, MASK, Trace
@@ -123,8 +123,8 @@ def _compiled(program: Program) -> Any:
         return _loaded[program][0]
 
 
-@cache
 def _target() -> Any:
+    """What code is made for; an engine takes it for its own."""
     if llvm.llvm_version_info[0] < 20:  # later ones do so by themselves
         llvm.initialize()
     llvm.initialize_native_target()
@@ -152,6 +152,7 @@ def _code(program: Program) -> bytes:
     code: bytes = _target().emit_object(llvm.parse_assembly(str(module(program))))
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_path(path) as temporary:
-            temporary.write_bytes(hashlib.sha256(code).digest() + code)
+        part = path.with_suffix(f".{os.getpid()}")  # one thread at a time is here
+        part.write_bytes(hashlib.sha256(code).digest() + code)
+        part.replace(path)
     return code
