@@ -15,6 +15,7 @@ from nacre.array import Table, namespace
 from nacre.brdf import Brdf
 from nacre.numerics.mlp import Layer, forward
 from nacre.runtime import pairs, vectorized
+from nacre.runtime.trace import UntraceableError
 from nacre.runtime.vectorized import VectorFunction
 
 RANDOM = np.random.default_rng(0)
@@ -197,6 +198,17 @@ def test_what_does_not_compile_is_evaluated_by_numpy():
     w = np.float32([[0.0, 0.6, 0.8], [0.8, 0.0, 0.6]])
     expected = np.repeat(np.sqrt(w[:, 2:]), 3, 1)
     np.testing.assert_array_equal(Chosen().eval(w, w), expected)
+
+
+def test_a_formula_without_end_is_not_compiled():
+    def long(a, b):
+        total = a[0]
+        for k in range(20_000):
+            total = total * b[0] + float(k)
+        return total
+
+    with pytest.raises(UntraceableError, match="so long"):
+        run(long, np.ones((1, 3), np.float32))
 
 
 def test_without_llvm_numpy_evaluates(monkeypatch):

@@ -22,6 +22,7 @@ FLOAT, INDEX, MASK = "float", "index", "mask"
 Operation: TypeAlias = tuple[Any, ...]
 """Kind of the value, name, then values by number, and what else the name needs."""
 
+_MOST = 10_000  # operations: they compile in about a second
 _LARGEST_INDEX = float(1 << 30)
 _COMPARISONS = {"lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge,
                 "eq": operator.eq, "ne": operator.ne}  # fmt: skip
@@ -59,6 +60,8 @@ class Trace:
         values = (x.number if isinstance(x, Traced) else x for x in arguments)
         operation = (kind, name, *values)
         number = self._known.setdefault(operation, len(self.operations))
+        if number == _MOST:
+            raise UntraceableError("so long a formula would take too long to compile")
         if number == len(self.operations):
             self.operations.append(operation)
         return Traced(self, number, kind)

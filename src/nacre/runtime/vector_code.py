@@ -43,6 +43,20 @@ _VECTOR = _KINDS[FLOAT]
 _COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 
 
+_PLACES = ir.VectorType(_table, LANES)
+
+
+class _Places(ir.Instruction):  # type: ignore[misc]
+    """Where the lanes of an index point to in a table, which llvmlite has no instruction for."""
+
+    def __init__(self, block: ir.Block, table: Any, index: Any) -> None:
+        super().__init__(block, _PLACES, "getelementptr", [table, index])
+
+    def descr(self, buf: list[str]) -> None:
+        table, index = (f"{x.type} {x.get_reference()}" for x in self.operands)
+        buf.append(f"getelementptr {_f32}, {table}, {index}\n")
+
+
 class Program(NamedTuple):
     """What is compiled."""
 
@@ -76,7 +90,6 @@ class _Loop:
         self.entry = ir.IRBuilder(function.append_basic_block("entry"))
         self.body = ir.IRBuilder(function.append_basic_block("panel"))
         self.values: dict[int, Any] = {}
-        self.places: dict[tuple[int, int], Sequence[Any]] = {}
         self.tables: dict[int, Any] = {}
 
     def emit(self) -> None:
@@ -182,11 +195,14 @@ class _Loop:
             return getattr(body, simple)(*values)
         if name in _CASTS:
             return getattr(body, _CASTS[name])(values[0], _KINDS[kind])
-        intrinsic = f"llvm.{_INTRINSICS[name]}.v{LANES}f32"
-        signature = ir.FunctionType(_VECTOR, [_VECTOR] * len(values))
-        known = self.function.module.globals
-        called = known.get(intrinsic) or ir.Function(self.function.module, signature, intrinsic)
-        return body.call(called, values)
+        name = f"llvm.{_INTRINSICS[name]}.v{LANES}f32"
+        return body.call(self._function(name, [_VECTOR] * len(values)), values)
+
+    def _function(self, name: str, kinds: Sequence[Any]) -> Any:
+        """An instruction that returns floats."""
+        module = self.function.module
+        known = module.globals.get(name)
+        return known or ir.Function(module, ir.FunctionType(_VECTOR, kinds), name)
 
     def _compared(self, sign: str, a: Any, b: Any) -> Any:
         if a.type == _KINDS[INDEX]:
@@ -213,31 +229,14 @@ class _Loop:
         return ir.Constant(_KINDS[INDEX], [value] * LANES)
 
     def _take(self, table: int, index: int) -> Any:
-        """Numbers of a table, one by one: no slower than instructions for all lanes at once."""
-        index, offset = self._shifted(index)
-        found = ir.Constant(_VECTOR, ir.Undefined)
-        for lane, place in enumerate(self._places(table, index)):
-            scalar = self.body.load(self.body.gep(place, [_i64(offset)]))
-            found = self.body.insert_element(found, scalar, _i32(lane))
-        return found
-
-    def _shifted(self, index: int) -> tuple[int, int]:
-        """A value, and what must be added to it to give an index: neighbors share their place."""
-        _, name, *terms = self.program.operations[index]
-        if name == "add":
-            for term, other in (terms, terms[::-1]):
-                _, kind, *value = self.program.operations[term]
-                if kind == "whole":
-                    return other, value[0]
-        return index, 0
-
-    def _places(self, table: int, index: int) -> Sequence[Any]:
-        """Where the lanes of an index point to in a table."""
-        if (table, index) not in self.places:
-            body, values, pointer = self.body, self.values[index], self._table(table)
-            lanes = (body.extract_element(values, _i32(lane)) for lane in range(LANES))
-            self.places[table, index] = [body.gep(pointer, [body.sext(i, _i64)]) for i in lanes]
-        return self.places[table, index]
+        body, everywhere = self.body, ir.Constant(_KINDS[MASK], [1] * LANES)
+        places = _Places(body.block, self._table(table), self.values[index])
+        body._insert(places)
+        suffix = "p0" if str(_table) == "ptr" else "p0f32"
+        kinds = _PLACES, _i32, _KINDS[MASK], _VECTOR
+        gather = self._function(f"llvm.masked.gather.v{LANES}f32.v{LANES}{suffix}", kinds)
+        undefined = ir.Constant(_VECTOR, ir.Undefined)
+        return body.call(gather, [places, _i32(4), everywhere, undefined])
 
     def _output(self, layer: int, row: int) -> Any:
         return self.values[layer][row]
@@ -266,7 +265,7 @@ class _Loop:
             totals = [loop.phi(_VECTOR) for _ in starts]
             value = loop.load(loop.gep(held, [k]))
             at = loop.mul(k, _i64(rows))
-            fma = self._fma_function()
+            fma = self._function(f"llvm.fma.v{LANES}f32", [_VECTOR] * 3)
             results = []
             for row, total in zip(range(low, high), totals, strict=True):
                 scalar = loop.load(loop.gep(matrix, [loop.add(at, _i64(row))]))
@@ -280,12 +279,6 @@ class _Loop:
             loop.cbranch(loop.icmp_signed("<", following, count), loop.block, self.body.block)
             sums.extend(results)
         return sums
-
-    def _fma_function(self) -> Any:
-        name = f"llvm.fma.v{LANES}f32"
-        signature = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
-        known = self.function.module.globals
-        return known.get(name) or ir.Function(self.function.module, signature, name)
 
 
 _SIMPLE = {
