@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.brdf import Brdf, CosineSampler, _clamped, _density, _drawn
+from nacre.brdf import Brdf, CosineSampler, _clamped, _density, _drawn, _validity
 from nacre.errors import NacreError
 from nacre.latent import PcaBasis, PcaRecipe
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
@@ -334,6 +334,8 @@ def test_compiled_code_gives_what_numpy_gives(brdf):
         limit = 5e-4 * expected + 1e-3 + 4.0 * rounding
         np.testing.assert_array_less(np.abs(found - expected), limit)
         assert np.array_equal(brdf.eval(wi, wo), found)
+        (found,), (expected,) = (f(_validity, brdf, wi, wo) for f in (compiled_alone, in_numpy))
+        assert (found == expected).mean() > 0.998  # but where rounding chooses the cell
     (found,), (expected,) = (f(_density, brdf.sampler, wi, wo) for f in (compiled_alone, in_numpy))
     np.testing.assert_array_less(np.abs(found - expected), 5e-4 * expected + 1e-5)
     (drawn, density), (directions, expected) = (

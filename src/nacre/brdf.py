@@ -280,6 +280,9 @@ class Brdf(Described):
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
         holds no valid sample. Raises ValueError as :meth:`eval` does.
         """
+        found = compiled(self, _validity, wi=wi, wo=wo) if self.traceable else None
+        if found is not None:
+            return found[0] > 0.0
         wi, wo = checked(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Array:
@@ -314,7 +317,7 @@ class Brdf(Described):
             return found[0], found[1]
         wo, u = checked(wo=wo, u=u)
         wi, pdf = self.sampler.sample_components(split(wo), split(u))
-        directions = join(wi)
+        directions = join(wi).astype(wo.dtype, copy=False)
         return directions, np.where(_visible(directions, wo), pdf, 0.0).astype(wo.dtype)
 
     def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Scalars:
@@ -348,11 +351,16 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
     return red, green, blue
 
 
-# What is compiled: the values of `eval`, of `sample` and of `pdf` on components.
+# What is compiled: the values of `eval`, `valid`, `sample` and `pdf` on components.
 
 
 def _clamped(brdf: Brdf, wi: Components, wo: Components) -> tuple[Components]:
     return (above_horizon(brdf.eval_components(wi, wo), wi, wo),)
+
+
+def _validity(brdf: Brdf, wi: Components, wo: Components) -> tuple[Array]:
+    one = namespace(*wi, *wo).where(brdf.valid_components(wi, wo), 1.0, 0.0)
+    return (_where_visible(one, wi, wo),)
 
 
 def _drawn(sampler: Sampler, wo: Components, u: Components) -> tuple[Components, Array]:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import Array, Components, Floats, namespace
+from nacre.runtime.data import as_data
 from nacre.runtime.frozen import Frozen
 from nacre.runtime.memory import available_memory
 
@@ -79,7 +80,7 @@ def _made(owner: Frozen, formula: Formula, names: tuple[str, ...]) -> VectorFunc
     def with_faults(a: Components, b: Components) -> tuple[Any, Array]:
         good = [_is_good(name, values) for name, values in zip(names, (a, b), strict=True)]
         a, b = (_inside(name, values) for name, values in zip(names, (a, b), strict=True))
-        return formula(owner, a, b), ~(good[0] & good[1])
+        return formula(as_data(owner), a, b), ~(good[0] & good[1])
 
     left = available_memory()
     if left is not None and left < _MIN_MEMORY:  # LLVM would end the process

@@ -15,6 +15,7 @@ import numpy as np
 
 from nacre.array import LIBRARIES, Array, Namespace, Table, Weights
 from nacre.runtime import elementary
+from nacre.runtime.data import Datum, computed
 
 FLOAT, INDEX, MASK = "float", "index", "mask"
 """Kinds of values: float32, int32, and truth."""
@@ -23,6 +24,7 @@ Operation: TypeAlias = tuple[Any, ...]
 """Kind of the value, name, then values by number, and what else the name needs."""
 
 _MOST = 10_000  # operations: they compile in about a second
+_NUMBERS = "number", "datum", "literal", "whole"
 _LARGEST_INDEX = float(1 << 30)
 _COMPARISONS = {"lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge,
                 "eq": operator.eq, "ne": operator.ne}  # fmt: skip
@@ -68,16 +70,17 @@ class Trace:
 
     def number(self, value: float) -> Traced:
         """A number of the formula, which is data of the compiled code."""
-        value = float(np.float32(value)) + 0.0  # one zero
-        known = ("number", value) if value == value else ("number", "nan")
+        single = float(np.float32(value))
+        # Of a material, two numbers that happen to be equal are two; of a formula they are one.
+        known = ("datum", value.origin) if isinstance(value, Datum) else ("number", str(single))
         if known not in self._known:
             self._known[known] = len(self.numbers)
-            self.numbers.append(value)
-        return self.add(FLOAT, "number", self._known[known])
+            self.numbers.append(single)
+        return self.add(FLOAT, known[0], self._known[known])
 
     def literal(self, value: float) -> Traced:
         """A number of all formulas, which is part of the compiled code."""
-        return self.add(FLOAT, "literal", float(np.float32(value)))
+        return self.add(FLOAT, "literal", str(np.float32(value)))  # as text, nan equals itself
 
     def index(self, value: int) -> Traced:
         """A whole number, part of the compiled code."""
@@ -102,7 +105,7 @@ class Trace:
         if kind == INDEX:
             return self.index(int(value))
         if kind == FLOAT:
-            return self.number(float(value))
+            return self.number(value if isinstance(value, float) else float(value))
         raise UntraceableError("a number stands where a condition should")
 
     def constant(self, value: Traced) -> float | None:
@@ -110,7 +113,7 @@ class Trace:
         _, name, *arguments = self.operations[value.number]
         if name == "number":
             return self.numbers[arguments[0]]
-        return arguments[0] if name in ("whole", "literal") else None
+        return float(arguments[0]) if name in ("whole", "literal") else None
 
 
 class Traced:
@@ -269,7 +272,7 @@ def _function(name: str, traced: Callable[..., Traced]) -> Callable[..., Any]:
 
     def call(*values: Any) -> Any:
         if not any(isinstance(value, Traced) for value in values):
-            return float(plain(*values))
+            return computed(name, plain, *values)
         trace = _trace(*values)
         return traced(*(trace.as_value(value, FLOAT) for value in values))
 
@@ -286,11 +289,11 @@ def _extremum(name: str) -> Callable[[Any, Any], Any]:
     def call(a: Any, b: Any) -> Any:
         kinds = [x.kind for x in (a, b) if isinstance(x, Traced)]
         if not kinds:
-            return min(a, b) if least else max(a, b)
+            return computed(name, min if least else max, a, b)
         trace = _trace(a, b)
         a, b = trace.as_value(a, kinds[0]), trace.as_value(b, kinds[0])
         # What is not a number stays so where it stands on the left.
-        pair = (b, a) if trace.constant(a) is not None else (a, b)
+        pair = (b, a) if trace.operations[a.number][1] in _NUMBERS else (a, b)
         return trace.add(kinds[0], "min" if least else "max", *pair)
 
     return call

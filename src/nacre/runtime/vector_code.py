@@ -222,8 +222,10 @@ class _Loop:
         numbers = self.function.args[3]
         return self._splat(self.body, self.body.load(self.body.gep(numbers, [_i64(index)])))
 
-    def _literal(self, value: float) -> Any:
-        return ir.Constant(_VECTOR, [value] * LANES)
+    _datum = _number
+
+    def _literal(self, value: str) -> Any:
+        return ir.Constant(_VECTOR, [float(value)] * LANES)
 
     def _whole(self, value: int) -> Any:
         return ir.Constant(_KINDS[INDEX], [value] * LANES)
@@ -303,4 +305,4 @@ def _sources(operation: Operation) -> Sequence[int]:
         return arguments[1:]
     if name == "output":
         return arguments[:1]
-    return [] if name in ("input", "number", "literal", "whole") else arguments
+    return [] if name in ("input", "number", "datum", "literal", "whole") else arguments
