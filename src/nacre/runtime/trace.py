@@ -80,7 +80,7 @@ class Trace:
 
     def literal(self, value: float) -> Traced:
         """A number of all formulas, which is part of the compiled code."""
-        return self.add(FLOAT, "literal", str(np.float32(value)))  # as text, nan equals itself
+        return self.add(FLOAT, "literal", repr(float(np.float32(value))))  # as text nan equals nan
 
     def index(self, value: int) -> Traced:
         """A whole number, part of the compiled code."""
