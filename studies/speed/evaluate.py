@@ -3,7 +3,8 @@
 One network on one core is compared with the arithmetic floor, the core's peak rate of fused
 multiply-adds over the 630 that a 6-21-21-3 network takes. Then `eval`, `sample` and `pdf` of
 networks, lobes and tables: compiled, and by the formula on NumPy arrays that they are compiled
-from. All rows of a table take turns in one run; figures are medians.
+from. All rows of a table take turns in one run; figures are medians, of processor time on one
+core and of time that passed on all.
 `python -m studies.speed.evaluate`.
 """
 
@@ -119,16 +120,21 @@ def kinds(paper: NeuralBrdf) -> Calls:
     }
 
 
-def rates(calls: Calls, rounds: int) -> dict[str, list[float]]:
-    """Pairs a second of every call in each of the rounds, in which they take turns."""
+def rates(
+    calls: Calls, rounds: int, clock: Callable[[], float] = time.process_time
+) -> dict[str, list[float]]:
+    """Pairs a second of every call in each of the rounds, in which they take turns.
+
+    Seconds of the process on its cores, whatever else they do, or those of another clock.
+    """
     for call in calls.values():
         call()
     found: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(rounds):
         for name, call in calls.items():
-            start = time.perf_counter()
+            start = clock()
             call()
-            found[name].append(_COUNT / (time.perf_counter() - start))
+            found[name].append(_COUNT / (clock() - start))
     return found
 
 
@@ -159,7 +165,7 @@ def main() -> None:
     calls = kinds(brdf)
     one = rates({**calls, **{f"plain {k}": plain(v) for k, v in calls.items()}}, options.rounds)
     os.sched_setaffinity(0, cores)
-    every = rates(calls, options.rounds)
+    every = rates(calls, options.rounds, time.perf_counter)
     rows = []
     for name in calls:
         fast, slow = one[name], one[f"plain {name}"]
