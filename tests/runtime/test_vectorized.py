@@ -126,6 +126,15 @@ def test_layers_of_odd_sizes(sizes):
     np.testing.assert_allclose(run(last, w[0], w[1]), expected, rtol=1e-4, atol=1e-4)
 
 
+def test_layers_of_constant_inputs():
+    layer = Layer(RANDOM.normal(size=(3, 2)), RANDOM.normal(size=2))
+    w = RANDOM.random((20, 3)).astype(np.float32)
+    for constant in (0.0, 2.0):
+        found = run(lambda a, _, c=constant: forward([0.0 * a[0] + c, c, 0.0], [layer])[1], w)
+        expected = constant * layer.weights[:2, 1].sum() + layer.biases[1]
+        np.testing.assert_allclose(found, np.full(20, expected), rtol=1e-6)
+
+
 def test_tables_are_gathered_from_where_arrays_are():
     table = Table(RANDOM.random((7, 11)))
     w = RANDOM.random((200, 3)).astype(np.float32)
@@ -133,7 +142,7 @@ def test_tables_are_gathered_from_where_arrays_are():
     def formula(a, _):
         xp = namespace(*a)
         row, column = xp.to_index(a[0] * 7.0), xp.to_index(a[1] * 10.0)
-        last = xp.where(column + 1 >= 10, 0 * column, column + 1)
+        last = xp.where(column + 1 >= xp.minimum(10, 12), 0 * column, column + 1)
         value = xp.take(table, row * 11 + column) - xp.take(table, row * 11 + column + 1)
         return value + xp.to_float(last, a[0]) * xp.take(table, last)
 

@@ -7,7 +7,6 @@ differ in their numbers only share compiled code.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeAlias
 
@@ -26,8 +25,6 @@ Operation: TypeAlias = tuple[Any, ...]
 _MOST = 10_000  # operations: they compile in about a second
 _NUMBERS = "number", "datum", "literal", "whole"
 _LARGEST_INDEX = float(1 << 30)
-_COMPARISONS = {"lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge,
-                "eq": operator.eq, "ne": operator.ne}  # fmt: skip
 
 
 class UntraceableError(TypeError):
@@ -253,7 +250,7 @@ class _Tracing(Namespace):
     def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
         trace = _trace(*values)
         inputs = [trace.as_value(value, FLOAT) for value in values]
-        used = [i for i, value in enumerate(inputs) if trace.constant(value) != 0.0]
+        used = [i for i, value in enumerate(inputs) if trace.constant(value) != 0.0] or [0]
         if len(used) < len(inputs):
             weights = np.ascontiguousarray(weights[used])
         tables = trace.table(weights.reshape(-1)), trace.table(biases)
@@ -285,16 +282,18 @@ def _operation(name: str) -> Callable[[Traced], Traced]:
 
 def _extremum(name: str) -> Callable[[Any, Any], Any]:
     least = name == "minimum"
+    plain = min if least else max
 
     def call(a: Any, b: Any) -> Any:
         kinds = [x.kind for x in (a, b) if isinstance(x, Traced)]
         if not kinds:
-            return computed(name, min if least else max, a, b)
+            whole = isinstance(a, int) and isinstance(b, int)
+            return plain(a, b) if whole else computed(name, plain, a, b)
         trace = _trace(a, b)
         a, b = trace.as_value(a, kinds[0]), trace.as_value(b, kinds[0])
         # What is not a number stays so where it stands on the left.
         pair = (b, a) if trace.operations[a.number][1] in _NUMBERS else (a, b)
-        return trace.add(kinds[0], "min" if least else "max", *pair)
+        return trace.add(kinds[0], plain.__name__, *pair)
 
     return call
 
