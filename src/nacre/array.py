@@ -201,11 +201,16 @@ class _DrJit(Namespace):
         return totals
 
 
-_libraries = {"torch": _Torch, "drjit": _DrJit, "mitsuba": _DrJit}
+LIBRARIES: dict[str, Callable[[], Namespace]] = {
+    "torch": _Torch,
+    "drjit": _DrJit,
+    "mitsuba": _DrJit,
+}
+"""Functions on the arrays of a library, by the first part of the names of its modules."""
 
 
 @cache
-def _made(kind: type[Namespace]) -> Namespace:
+def _made(kind: Callable[[], Namespace]) -> Namespace:
     return kind()
 
 
@@ -218,7 +223,7 @@ def namespace(*arrays: Array) -> Namespace:
     2.0
     """
     for array in arrays:
-        kind = _libraries.get(type(array).__module__.partition(".")[0])
+        kind = LIBRARIES.get(type(array).__module__.partition(".")[0])
         if kind:
             return _made(kind)
     return _made(_NumPy)
