@@ -133,6 +133,13 @@ class NeuralBrdf(NetworkBrdf):
         kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
         return NeuralBrdf(layers, **{name: getattr(self, name) for name in kept})
 
+    def _eval_followed(self, wi: Array, wo: Array) -> Array:
+        if namespace(wi).library != "torch":
+            return super()._eval_followed(wi, wo)
+        from nacre.neural.torch_module import constant_module
+
+        return constant_module(self, wi.device)(wi, wo)
+
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
