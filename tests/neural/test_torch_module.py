@@ -11,6 +11,7 @@ import pytest
 import nacre
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
+from nacre.numerics.mlp import RELU, SQUARED_RELU
 from nacre.sampling import fit_lobes
 from tests.reflectances import Glossy
 
@@ -32,6 +33,7 @@ def network(kind, seed=0, hidden=(12, 9), **options):
         Layer(random.normal(0, 0.5, (a, b)), random.normal(0.1, 0.1, b))
         for a, b in itertools.pairwise(sizes)
     ]
+    options = {"activation": SQUARED_RELU if inputs == ENHANCED else RELU} | options
     return NeuralBrdf(layers, isotropic=isotropic, inputs=inputs, **options)
 
 
@@ -93,7 +95,10 @@ def written_out(made, wi, wo):
     x = torch.stack(inputs, -1)
     for index, (w, b) in enumerate(zip(made.weights, made.biases, strict=True)):
         x = x @ w + b
-        x = x.relu() if index < len(made.weights) - 1 else x.exp() - 1
+        if index < len(made.weights) - 1:
+            x = x.clamp(min=0) ** (2 if made.activation == SQUARED_RELU else 1)
+        else:
+            x = x.exp() - 1
     return x.clamp(min=0)
 
 

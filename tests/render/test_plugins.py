@@ -42,7 +42,7 @@ def reflectance(name: str) -> Brdf:
     if name == "anisotropic":
         return network(3, isotropic=False)
     if name == "enhanced":
-        return network(4, inputs="enhanced")
+        return network(4, inputs="enhanced", activation="squared relu")
     if name.startswith("random"):
         return network(int(name[len("random") :]))
     if name.endswith("tabulated"):
@@ -245,14 +245,16 @@ def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
         assert gradient[index] == pytest.approx((high - low) / (2 * step), rel=0.03)
 
 
-@pytest.mark.parametrize("inputs", ["paper", "enhanced"])
+@pytest.mark.parametrize(
+    ("inputs", "activation"), [("paper", "relu"), ("enhanced", "squared relu")]
+)
 @pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
 def test12_cooperative_weights_change_without_recompiling(
-    rgb: Any, directions: Pairs, precision: str, tolerance: float, inputs: str
+    rgb: Any, directions: Pairs, precision: str, tolerance: float, inputs: str, activation: str
 ) -> None:
     wi, wo = directions
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
-    first, second = (network(seed, inputs=inputs) for seed in (1, 2))
+    first, second = (network(seed, inputs=inputs, activation=activation) for seed in (1, 2))
     bsdf = nacre.render.bsdf(first, weights="cooperative", precision=precision)
     other = nacre.render.bsdf(second, weights="cooperative", precision=precision)
     params = rgb.traverse(bsdf)

@@ -19,7 +19,7 @@ from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK, Samples
 from nacre.neural.torch_module import NetworkModule, module
-from nacre.numerics.mlp import RELU, Layer, dense
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, dense
 from nacre.runtime.device import open_device
 
 __all__ = ["NetworkModule", "SampleStack", "TorchTrainer", "module", "stack_bytes"]
@@ -67,15 +67,22 @@ class TorchTrainer:
     "cuda:1".
 
     Initial layers of each network are copied; a step takes `batch` samples of each material, a
-    multiple of 16. Raises NacreError if PyTorch has no such device here.
+    multiple of 16. The activation is ReLU or its square. Raises NacreError if PyTorch has no such
+    device here.
     """
 
     def __init__(
-        self, layers: Sequence[Layer], batch: int, device: str, materials: int = 1
+        self,
+        layers: Sequence[Layer],
+        batch: int,
+        device: str,
+        materials: int = 1,
+        activation: str = RELU,
     ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
         self._batch, self._materials = batch // BLOCK, materials
+        self._activation = activation
         self._device = open_device(device)
 
         def stacked(array: Vector) -> Tensor:
@@ -111,7 +118,7 @@ class TorchTrainer:
         if order.shape[-1] > self._batch:
             raise ValueError(f"{order.shape[-1]} blocks are more than one batch of {self._batch}")
         blocks = self._gather(samples, torch.from_numpy(order).to(self._device))
-        losses = _losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
+        losses = self._losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
         return np.asarray(losses.cpu()), self._layers(*self._gradient(blocks))
 
     def epoch(
@@ -137,7 +144,7 @@ class TorchTrainer:
             one = slice(index, index + 1)
             weights, biases = ([p[one] for p in ps] for ps in (self._weights, self._biases))
             parts = (part.view(1, -1, part.shape[-1]) for part in blocks.split(_LOSS_BLOCKS))
-            total = torch.cat([_losses(rows, weights, biases) for rows in parts]).sum()
+            total = torch.cat([self._losses(rows, weights, biases) for rows in parts]).sum()
             losses.append(total / (OUTPUTS * BLOCK * len(blocks)))
         return np.asarray(torch.stack(losses).cpu())
 
@@ -185,7 +192,7 @@ class TorchTrainer:
 
     def _gradient(self, rows: Tensor) -> tuple[list[Tensor], list[Tensor]]:
         """Gradients of the mean losses; by hand, which takes two thirds of autograd's time."""
-        activations = _forward(rows, self._weights, self._biases)
+        activations = self._forward(rows, self._weights, self._biases)
         weight = rows[..., -1:]
         e, weighted = _weighted(activations.pop(), weight)
         # The logarithm of the loss rises, so that it is not needed here.
@@ -198,25 +205,26 @@ class TorchTrainer:
             weights.insert(0, torch.bmm(x.mT, g))
             biases.insert(0, g.sum(1))
             if layer:
-                g = _gate(torch.bmm(g, self._weights[layer].mT), x, 0.0)
+                g = torch.bmm(g, self._weights[layer].mT)
+                g = g * (2.0 * x.sqrt()) if self._activation == SQUARED_RELU else _gate(g, x, 0.0)
         return weights, biases
 
+    def _forward(
+        self, rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]
+    ) -> list[Tensor]:
+        """Inputs of every layer, and the outputs, each of shape (materials, samples, width)."""
+        activations = [rows[..., : weights[0].shape[1]]]
+        for index, layer in enumerate(zip(weights, biases, strict=True), 1):
+            activation = self._activation if index < len(weights) else None
+            activations.append(dense(activations[-1], layer, activation))
+        return activations
 
-def _forward(rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> list[Tensor]:
-    """Inputs of every layer, and the outputs, each of shape (materials, samples, width)."""
-    activations = [rows[..., : weights[0].shape[1]]]
-    for index, layer in enumerate(zip(weights, biases, strict=True), 1):
-        activation = RELU if index < len(weights) else None
-        activations.append(dense(activations[-1], layer, activation))
-    return activations
-
-
-def _losses(rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> Tensor:
-    """Sums of |log(1 + (e^x - 1) weight) - log(1 + target)|, shape (materials,)."""
-    weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
-    _, weighted = _weighted(_forward(rows, weights, biases)[-1], weight)
-    logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
-    return (logarithm - target.log1p()).abs().sum((1, 2))
+    def _losses(self, rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> Tensor:
+        """Sums of |log(1 + (e^x - 1) weight) - log(1 + target)|, shape (materials,)."""
+        weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
+        _, weighted = _weighted(self._forward(rows, weights, biases)[-1], weight)
+        logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
+        return (logarithm - target.log1p()).abs().sum((1, 2))
 
 
 def _weighted(outputs: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:

@@ -15,7 +15,7 @@ from nacre.errors import require
 from nacre.geometry import broadcast_shape, join
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf, check_weights, round_layers
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import Layer, activate
 
 torch: Any = require("torch", "torch")
 Tensor: TypeAlias = Any
@@ -39,6 +39,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         super().__init__()
         self.networks, self.stacked = tuple(networks), stacked
         self.isotropic, self.inputs = networks[0].isotropic, networks[0].inputs
+        self.activation = networks[0].activation
 
         def parameters(index: int) -> Any:
             layers = zip(*(network.layers for network in networks), strict=True)
@@ -73,7 +74,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
             for pair in zip(self.weights, self.biases, strict=True)
         ]
         found = [Layer(*(p.detach().cpu().float().numpy() for p in pair)) for pair in pairs]
-        check_weights(found)
+        check_weights(found, network.activation)
         layers = round_layers(found, network.precision)
         same = zip(layers, network.layers, strict=True)
         if all(np.array_equal(a, b) for pair in same for a, b in zip(*pair, strict=True)):
@@ -140,7 +141,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         values = torch.stack(rows, 1).expand(len(layers[0][0]), -1, -1)
         *hidden, (weights, biases) = layers
         for w, b in hidden:
-            values = torch.baddbmm(b[..., None], w.mT, values).relu_()
+            values = activate(torch.baddbmm(b[..., None], w.mT, values), self.activation)
         values = torch.baddbmm(biases[..., None], weights.mT, values).clamp(max=_LARGEST)
         rgb = self.networks[0].from_outputs(values.unbind(1))
         return join(above_horizon(rgb, light, view))
@@ -152,8 +153,8 @@ def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
     Parameters
     ----------
     brdf
-        One network, or a sequence of them with the same inputs, isotropy and sizes of layers. They
-        stay as they are: parameters are copies, on the CPU in single precision.
+        One network, or a sequence of them with the same inputs, isotropy, activation and sizes of
+        layers. They stay as they are: parameters are copies, on the CPU in single precision.
 
     Returns
     -------
@@ -185,7 +186,7 @@ def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
         if not isinstance(network, NeuralBrdf):
             kind = type(network).__name__
             raise TypeError(f"expected a network, got {kind}; nacre.fit makes networks")
-    shapes = [(x.inputs, x.isotropic, x.sizes) for x in networks]
+    shapes = [(x.inputs, x.isotropic, x.activation, x.sizes) for x in networks]
     different = next((i for i, shape in enumerate(shapes) if shape != shapes[0]), None)
     if different is not None:
         one, other = (networks[i].summary() for i in (0, different))
