@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.brdf import Brdf, CosineSampler
+from nacre.brdf import Brdf, CosineSampler, _clamped, _density, _drawn, _validity
 from nacre.errors import NacreError
 from nacre.latent import PcaBasis, PcaRecipe
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
@@ -22,6 +22,7 @@ from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
 from nacre.numerics.mlp import RELU, SQUARED_RELU
+from nacre.runtime.pairs import compiled
 from nacre.sampling import BlinnPhongMixture, UniformSampler, check_isotropic, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
@@ -333,6 +334,81 @@ def test_drjit_gives_what_numpy_gives(brdf):
     expected = brdf.eval(wi, wo)
     error = np.abs(values - expected) / np.maximum(expected, 0.01 * expected.mean())
     assert np.quantile(error, 0.999) < 2e-3
+
+
+@functools.cache
+def awkward_pairs() -> tuple[np.ndarray, np.ndarray]:
+    """Random pairs, and such at the horizon, at the pole, of equal and of mirrored directions."""
+    wi, wo = (w.copy() for w in pairs(2000))
+    wi[:200] = wo[:200]
+    wi[200:400] = wo[200:400] * np.float32([-1, -1, 1])
+    wi[400:500] = wo[500:600] = (0.0, 0.0, 1.0)
+    for w in (wi[600:900], wo[800:1100]):
+        w[:, 2] *= 1e-3
+        w /= np.linalg.norm(w, axis=1, keepdims=True)
+    wi[1100:1200, 2] *= -1.0
+    return wi, wo
+
+
+def in_numpy(formula, owner, a, b):
+    with np.errstate(all="ignore"):
+        return [np.stack(x, -1) if isinstance(x, tuple) else x for x in
+                formula(owner, tuple(a.T), tuple(b.T))]  # fmt: skip
+
+
+def test_compiled_code_gives_what_numpy_gives(brdf):
+    wi, wo = awkward_pairs()
+    u = np.random.default_rng(3).random(wi.shape, np.float32)
+    if brdf.traceable:
+        (found,), (expected,) = (f(_clamped, brdf, wi, wo) for f in (compiled_alone, in_numpy))
+        rounding = np.abs(expected - brdf.eval(wi.astype(np.float64), wo.astype(np.float64)))
+        limit = 5e-4 * expected + 1e-3 + 4.0 * rounding
+        np.testing.assert_array_less(np.abs(found - expected), limit)
+        assert np.array_equal(brdf.eval(wi, wo), found)
+        (found,), (expected,) = (f(_validity, brdf, wi, wo) for f in (compiled_alone, in_numpy))
+        assert (found == expected).mean() > 0.998  # but where rounding chooses the cell
+    (found,), (expected,) = (f(_density, brdf.sampler, wi, wo) for f in (compiled_alone, in_numpy))
+    np.testing.assert_array_less(np.abs(found - expected), 5e-4 * expected + 1e-5)
+    (drawn, density), (directions, expected) = (
+        f(_drawn, brdf.sampler, wo, u) for f in (compiled_alone, in_numpy)
+    )
+    above = wo[:, 2] > 0.01  # nearer to the horizon float32 does not resolve what a facet sees
+    np.testing.assert_allclose(drawn[above], directions[above], atol=2e-4)
+    close = np.abs(density - expected) <= 2e-3 * expected + 1e-4
+    assert close[above].mean() > 0.995
+
+
+def compiled_alone(formula, owner, a, b):
+    names = ("wo", "u") if formula is _drawn else ("wi", "wo")
+    found = compiled(owner, formula, **dict(zip(names, (a, b), strict=True)))
+    assert found is not None, "not compiled"
+    return found
+
+
+def test_bits_are_the_same_wherever_a_pair_stands(brdf, monkeypatch):
+    wi, wo = awkward_pairs()
+    u = np.random.default_rng(3).random(wi.shape, np.float32)
+    asked = [lambda part: brdf.pdf(wi[part], wo[part]), lambda part: brdf.sample(wo[part], u[part])]
+    asked += [lambda part: brdf.eval(wi[part], wo[part])] if brdf.traceable else []
+    for ask in asked:
+        whole = np.concatenate([x.reshape(len(wi), -1) for x in as_arrays(ask(slice(None)))], 1)
+        for part in (slice(7, 8), slice(3, 20), slice(5, 1000), slice(None, None, -1)):
+            found = as_arrays(ask(part))
+            found = np.concatenate([x.reshape(len(wi[part]), -1) for x in found], 1)
+            assert found.tobytes() == whole[part].tobytes()
+        for cores, size in ((1, 16), (3, 500), (2, 999)):
+            with monkeypatch.context() as patch:
+                patch.setattr("nacre.runtime.parallel.core_count", lambda cores=cores: cores)
+                patch.setattr("nacre.runtime.vectorized._PARALLEL", 1)
+                patch.setattr("nacre.runtime.vectorized._SLICE", size)
+                found = np.concatenate(
+                    [x.reshape(len(wi), -1) for x in as_arrays(ask(slice(None)))], 1
+                )
+            assert found.tobytes() == whole.tobytes()
+
+
+def as_arrays(found):
+    return found if isinstance(found, tuple) else (found,)
 
 
 def test_what_overflows_is_clamped():

@@ -243,12 +243,17 @@ def expected(folder: str) -> dict[str, Results]:
     return found
 
 
+COMPILED = {"f_r", "drawn", "density", "pdf"}
+"""What 0.1.0 computed by NumPy, and code of other roundings computes now; in single precision."""
+
+
 def assert_same(found: Results, kept: Results) -> None:
-    """The same arrays, bit by bit on the same machine."""
+    """The same arrays, bit by bit on the same machine where they are computed as they were."""
     assert found.keys() == kept.keys()
     for key, array in kept.items():
-        assert found[key].dtype == array.dtype, key
-        if same_machine():
+        # Directions drawn from single precision were double ones where numbers of lobes were equal.
+        assert found[key].dtype == (np.float32 if key == "drawn" else array.dtype), key
+        if same_machine() and key not in COMPILED:
             np.testing.assert_array_equal(found[key], array, err_msg=key, strict=True)
         else:
             atol = 1e-5 * float(np.abs(array).max(initial=0))

@@ -319,10 +319,11 @@ class _DrJit(Namespace):
         return totals
 
 
-_libraries: dict[str, type[Namespace]] = {
+LIBRARIES: dict[str, Callable[[], Namespace]] = {
     **{"torch": _Torch, "jax": _Jax, "jaxlib": _Jax, "drjit": _DrJit, "mitsuba": _DrJit}
 }
-_made: dict[type[Namespace], Namespace] = {}
+"""Functions on the arrays of a library, by the first part of the names of its modules."""
+_made: dict[Callable[[], Namespace], Namespace] = {}
 
 
 def namespace(*arrays: Array) -> Namespace:
@@ -333,7 +334,7 @@ def namespace(*arrays: Array) -> Namespace:
     >>> float(namespace(2.0).sqrt(4.0))
     2.0
     """
-    kinds = (_libraries.get(type(array).__module__.partition(".")[0]) for array in arrays)
+    kinds = (LIBRARIES.get(type(array).__module__.partition(".")[0]) for array in arrays)
     kind = next((kind for kind in kinds if kind), _NumPy)
     if kind not in _made:  # no functools.cache, which torch.compile warns of
         _made[kind] = kind()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
 from typing import Any, ClassVar
 
@@ -30,14 +30,10 @@ from nacre.geometry import broadcast_shape, cosine_hemisphere, join, split
 from nacre.numerics.direction_samples import Scattered
 from nacre.runtime.described import Described, readable_size
 from nacre.runtime.frozen import Frozen
-
-_CHUNK = 1 << 14  # pairs evaluated at a time: intermediate arrays stay in the cache
+from nacre.runtime.pairs import check_unit, checked, compiled, in_chunks
 
 _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
-
-UNIT_TOLERANCE = 1e-3
-"""How far the length of a direction may be from 1: float32 leaves 1e-7, sums of many 1e-4."""
 
 
 class Sampler(Frozen):
@@ -129,7 +125,8 @@ class Brdf(Described):
     tested before anything relies on it."""
 
     traceable: bool = True
-    """Whether components may be arrays of any library, as rendering needs; else NumPy's only."""
+    """Whether components may be arrays of any library, as rendering needs; else NumPy's only. Then
+    :meth:`eval` may compile the formula, which is called once for that."""
 
     isotropy_known: ClassVar[bool] = False
     """Whether :attr:`isotropic` follows from the format or the formula, so that nobody tests it;
@@ -215,6 +212,9 @@ class Brdf(Described):
     def eval(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Colors:
         """f_r in 1/sr, linear RGB, without the cosine.
 
+        Of float32 it is compiled where :attr:`traceable`, and takes all cores from 100,000 pairs: a
+        pair has the same bits wherever it stands in an array. NumPy evaluates float64.
+
         Parameters
         ----------
         wi, wo
@@ -231,20 +231,24 @@ class Brdf(Described):
         Raises
         ------
         ValueError
-            If a direction is not of unit length, to :data:`UNIT_TOLERANCE`, or not a number.
+            If a direction is not a number, or not of unit length to
+            :data:`nacre.runtime.pairs.UNIT_TOLERANCE`.
         NacreError
             If gradients are asked for and this reflectance is not :attr:`traceable`.
         """
         if namespace(wi, wo).differentiable:
-            found: Colors = self._eval_tensors(wi, wo)
-            return found
-        wi, wo = _directions(wi=wi, wo=wo)
+            tensor: Colors = self._eval_tensors(wi, wo)
+            return tensor
+        found = compiled(self, _clamped, wi=wi, wo=wo) if self.traceable else None
+        if found is not None:
+            return found[0]
+        wi, wo = checked(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
             light, view = split(wi), split(wo)
             return join(above_horizon(self.eval_components(light, view), light, view))
 
-        return _in_chunks(values, wi, wo, (3,))
+        return in_chunks(values, wi, wo, (3,))
 
     def _eval_tensors(self, wi: Any, wo: Any) -> Array:
         """What :meth:`eval` gives where a direction is an array of PyTorch or JAX."""
@@ -256,7 +260,7 @@ class Brdf(Described):
             return xp.matched(wi, self.eval(light, view))[1]
         for name, w in (("wi", light), ("wo", view)):
             if w is not None:
-                _unit(name, w)
+                check_unit(name, w)
         if not self.traceable:
             raise NacreError(f"{self.name or 'this material'}: takes NumPy arrays only")
         return self._eval_followed(wi, wo)
@@ -294,25 +298,28 @@ class Brdf(Described):
         ValueError
             If a direction is not of unit length.
         """
-        wi, wo = _directions(wi=wi, wo=wo)
+        wi, wo = checked(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Floats:
             visible = _visible(wi, wo)[:, None]
             return np.where(visible, np.maximum(self.eval_bands(wi, wo), 0.0), 0.0)
 
         bands = () if self.wavelengths is None else self.wavelengths.shape
-        return _in_chunks(values, wi, wo, bands)
+        return in_chunks(values, wi, wo, bands)
 
     def valid(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Mask:
         """Whether f_r is known, of shape (...): False below the horizon and where a measurement
         holds no valid sample. Raises ValueError as :meth:`eval` does.
         """
-        wi, wo = _directions(wi=wi, wo=wo)
+        found = compiled(self, _validity, wi=wi, wo=wo) if self.traceable else None
+        if found is not None:
+            return found[0] > 0.0
+        wi, wo = checked(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Array:
             return _visible(wi, wo) & self.valid_components(split(wi), split(wo))
 
-        return _in_chunks(values, wi, wo, (), np.bool_)
+        return in_chunks(values, wi, wo, (), np.bool_)
 
     def sample(self, wo: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Vectors, Scalars]:
         """Directions to the light drawn for given directions to the viewer.
@@ -336,9 +343,12 @@ class Brdf(Described):
         ValueError
             If a direction is not of unit length, or a number of `u` is not in [0, 1).
         """
-        wo, u = _directions(wo=wo, u=u)
+        found = compiled(self.sampler, _drawn, wo=wo, u=u)
+        if found is not None:
+            return found[0], found[1]
+        wo, u = checked(wo=wo, u=u)
         wi, pdf = self.sampler.sample_components(split(wo), split(u))
-        directions = join(wi)
+        directions = join(wi).astype(wo.dtype, copy=False)
         return directions, np.where(_visible(directions, wo), pdf, 0.0).astype(wo.dtype)
 
     def pdf(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Scalars:
@@ -346,13 +356,16 @@ class Brdf(Described):
 
         Raises ValueError as :meth:`eval` does.
         """
-        wi, wo = _directions(wi=wi, wo=wo)
+        found = compiled(self.sampler, _density, wi=wi, wo=wo)
+        if found is not None:
+            return found[0]
+        wi, wo = checked(wi=wi, wo=wo)
 
         def values(wi: Floats, wo: Floats) -> Array:
             density = self.sampler.pdf_components(split(wi), split(wo))
             return np.where(_visible(wi, wo), density, 0.0)
 
-        return _in_chunks(values, wi, wo, ())
+        return in_chunks(values, wi, wo, ())
 
 
 def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components:
@@ -369,82 +382,34 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
     return red, green, blue
 
 
+# What is compiled: the values of `eval`, `valid`, `sample` and `pdf` on components.
+
+
+def _clamped(brdf: Brdf, wi: Components, wo: Components) -> tuple[Components]:
+    return (above_horizon(brdf.eval_components(wi, wo), wi, wo),)
+
+
+def _validity(brdf: Brdf, wi: Components, wo: Components) -> tuple[Array]:
+    one = namespace(*wi, *wo).where(brdf.valid_components(wi, wo), 1.0, 0.0)
+    return (_where_visible(one, wi, wo),)
+
+
+def _drawn(sampler: Sampler, wo: Components, u: Components) -> tuple[Components, Array]:
+    wi, pdf = sampler.sample_components(wo, u)
+    return wi, _where_visible(pdf, wi, wo)
+
+
+def _density(sampler: Sampler, wi: Components, wo: Components) -> tuple[Array]:
+    return (_where_visible(sampler.pdf_components(wi, wo), wi, wo),)
+
+
+def _where_visible(values: Array, wi: Components, wo: Components) -> Array:
+    return namespace(*wi, *wo).where((wi[2] > 0.0) & (wo[2] > 0.0), values, 0.0)
+
+
 def _visible(wi: Floats, wo: Floats) -> npt.NDArray[np.bool_]:
     """Whether both directions, shapes (..., 3), are above the horizon."""
     return (wi[..., 2] > 0) & (wo[..., 2] > 0)
-
-
-def _directions(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Two arrays of directions, or of directions and numbers `u`, of one shape and type, checked.
-
-    A ValueError says that a shape is not (..., 3), or which numbers are not what they should be.
-    """
-    arrays = {name: np.asarray(given) for name, given in named.items()}
-    double = any(array.dtype == np.float64 for array in arrays.values())
-    for name, array in arrays.items():
-        if array.shape[-1:] != (3,):
-            raise ValueError(f"expected {name} of shape (..., 3), got {array.shape}")
-        array = array.astype(np.float64 if double else np.float32, copy=False)
-        arrays[name] = (_below_one if name == "u" else _unit)(name, array)
-    a, b = np.broadcast_arrays(*arrays.values())
-    return a, b
-
-
-def _unit(name: str, w: Floats) -> Floats:
-    """Directions, checked."""
-    flat = w.reshape(-1, 3)
-    low, high = (1.0 - UNIT_TOLERANCE) ** 2, (1.0 + UNIT_TOLERANCE) ** 2
-    with np.errstate(over="ignore", invalid="ignore"):
-        for start in range(0, len(flat), _CHUNK):
-            squares = _squared_lengths(flat[start : start + _CHUNK])
-            if not (squares.min() >= low and squares.max() <= high):  # of NaN too
-                break
-        else:
-            return w
-        lengths = np.sqrt(_squared_lengths(flat.astype(np.float64)))
-    # Squares of float32 may be off by their rounding; these are not.
-    off = ~((lengths >= 1.0 - UNIT_TOLERANCE) & (lengths <= 1.0 + UNIT_TOLERANCE))
-    if not off.any():
-        return w
-    worst = lengths[off][np.argmax(np.abs(lengths[off] - 1.0))]
-    raise ValueError(
-        f"{name}: {off.sum()} of {off.size} directions are not of unit length "
-        f"(the worst is {worst:.4g} long); divide them by their length"
-    )
-
-
-def _squared_lengths(flat: Floats) -> Floats:
-    squares = flat * flat  # of whole memory lines; several times faster than einsum
-    total: Floats = squares[:, 0] + squares[:, 1] + squares[:, 2]
-    return total
-
-
-def _below_one(name: str, u: Floats) -> Floats:
-    """Numbers, checked; 1, to which random numbers may have been rounded, as the one below it."""
-    off = ~((u >= 0.0) & (u <= 1.0))
-    if off.any():
-        worst = u[off][np.argmax(np.abs(u[off] - 0.5))]
-        count = f"{off.sum()} of {off.size} numbers"
-        raise ValueError(f"{name}: {count} are not in [0, 1) (the worst is {worst:g})")
-    return np.minimum(u, np.nextafter(u.dtype.type(1.0), u.dtype.type(0.0)))
-
-
-def _in_chunks(
-    function: Callable[[Floats, Floats], Array],
-    wi: Floats,
-    wo: Floats,
-    tail: tuple[int, ...],
-    dtype: npt.DTypeLike | None = None,
-) -> npt.NDArray[Any]:
-    """`function` on flattened chunks of direction pairs, reassembled to their shape."""
-    shape = wi.shape[:-1]
-    wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
-    out = np.empty((len(wi), *tail), dtype=dtype or wi.dtype)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, len(wi), _CHUNK):
-            part = slice(start, start + _CHUNK)
-            out[part] = function(wi[part], wo[part])
-    return out.reshape(shape + tail)
 
 
 def expect_brdf(value: object, function: str) -> None:

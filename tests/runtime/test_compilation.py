@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import llvmlite.binding
-import numba
 import pytest
 
 from nacre.runtime.compilation import cache_folder, compiled
@@ -22,7 +21,7 @@ def double(x):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     cache_folder.cache_clear()
     yield cache_folder(HERE)
     cache_folder.cache_clear()
@@ -74,7 +73,7 @@ def test_every_state_of_the_source_has_a_folder(folder, tmp_path):
 
 def test_without_a_folder_functions_are_compiled(monkeypatch, tmp_path):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path / "file"))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
     cache_folder.cache_clear()
     try:
         for _ in range(2):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+
 from threadpoolctl import threadpool_info
 
-from nacre.runtime.parallel import core_count, one_blas_thread, thread_map
+from nacre.runtime.parallel import core_count, one_blas_thread, thread_map, thread_slices
 
 
 def blas_threads() -> list[int]:
@@ -14,6 +16,18 @@ def blas_threads() -> list[int]:
 def test_thread_map_keeps_the_order():
     assert list(thread_map(lambda x: x * x, range(100))) == [x * x for x in range(100)]
     assert core_count() >= 1
+
+
+def test_slices_keep_the_order_and_take_no_threads_beside_those_that_work(monkeypatch):
+    monkeypatch.setattr("nacre.runtime.parallel.core_count", lambda: 3)
+    found = thread_slices(lambda part: (part, threading.get_ident()), 10, 4)
+    assert [part for part, _ in found] == [slice(0, 4), slice(4, 8), slice(8, 12)]
+    assert threading.get_ident() not in {thread for _, thread in found}
+
+    def within(_: int) -> set[int]:
+        return {threading.get_ident(), *thread_slices(lambda _: threading.get_ident(), 10, 4)}
+
+    assert [len(threads) for threads in thread_map(within, range(4))] == [1] * 4
 
 
 def test_products_take_one_thread_inside_a_block_and_as_many_as_before_after_it():

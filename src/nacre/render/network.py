@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +12,7 @@ from nacre.errors import require
 from nacre.neural.inputs import network_inputs
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.mlp import Layer, dense, forward
+from nacre.runtime.data import with_numbers
 
 WEIGHTS = "auto", "literals", "cooperative"
 """How weights enter a kernel; see :func:`nacre.render.bsdf`."""
@@ -98,18 +97,6 @@ class BufferedNetwork:
 
 
 def opaque(mi: Any, parameters: Any) -> Any:
-    """A sampler, or another dataclass, whose numbers are data of a kernel instead of literals.
-
-    What may be None stays as it is: formulas look at it before they are traced.
-    """
-    if isinstance(parameters, float):
-        return require("drjit", "render").opaque(mi.Float, parameters)
-    if isinstance(parameters, tuple):
-        return tuple(opaque(mi, value) for value in parameters)
-    if not dataclasses.is_dataclass(parameters):
-        return parameters
-    made = copy.copy(parameters)
-    for field in dataclasses.fields(parameters):
-        if "None" not in str(field.type):
-            object.__setattr__(made, field.name, opaque(mi, getattr(parameters, field.name)))
-    return made
+    """A sampler, or another dataclass, whose numbers are data of a kernel instead of literals."""
+    made = require("drjit", "render").opaque
+    return with_numbers(parameters, lambda value: made(mi.Float, value))

@@ -8,22 +8,16 @@ mix up their files. Here every combination of code, libraries and processor has 
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite
-import llvmlite.binding
 import numba
-import numpy as np
-import platformdirs
-from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from nacre.errors import NacreError
+from nacre.runtime.code_folder import code_folder
 from nacre.runtime.lock import exclusive
 from nacre.runtime.memory import available_memory
 
@@ -49,20 +43,10 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 @cache
 def cache_folder(source: Path) -> Path:
-    """Where compiled functions of the modules in a folder are kept for this processor.
-
-    In the user's folder for caches, or in `NUMBA_CACHE_DIR`.
-    """
-    libraries = (numba.__version__, llvmlite.__version__, np.__version__, sys.version)
-    processor = (
-        llvmlite.binding.get_host_cpu_name(),
-        llvmlite.binding.get_host_cpu_features().flatten(),
+    """Where compiled functions of the modules in a folder are kept for this processor."""
+    return code_folder(
+        "kernel", [Path(__file__), *sorted(source.glob("*.py"))], (numba.__version__,)
     )
-    digest = hashlib.sha256(repr((libraries, processor)).encode())
-    for path in (Path(__file__), *sorted(source.glob("*.py"))):
-        digest.update(path.read_bytes())
-    root = config.CACHE_DIR or platformdirs.user_cache_dir("nacre", appauthor=False)
-    return Path(root) / f"kernel-{digest.hexdigest()[:16]}"
 
 
 class _Locator(_CacheLocator):  # type: ignore[misc]

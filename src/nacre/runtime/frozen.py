@@ -23,6 +23,11 @@ class Frozen(metaclass=_FrozenMeta):
 
     _closed = False
 
+    @property
+    def closed(self) -> bool:
+        """Whether the constructor is done."""
+        return self._closed
+
     def __setattr__(self, name: str, value: Any) -> None:
         if self._closed:
             hint = f"use replaced({name}=...) for a copy"

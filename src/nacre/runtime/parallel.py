@@ -56,10 +56,32 @@ def one_blas_thread() -> AbstractContextManager[None]:
     return _ONE_BLAS_THREAD
 
 
+_worker = threading.local()
+
+
+def thread_slices(function: Callable[[slice], _Out], count: int, size: int) -> list[_Out]:
+    """`function` of slices of `size` out of `count`, with one thread a core, in order.
+
+    For functions without the interpreter lock. In a thread of :func:`thread_map`, of this function,
+    or that called :func:`one_of_many`, that thread does all of them: the others have work.
+    """
+    slices = [slice(start, start + size) for start in range(0, count, size)]
+    cores = 1 if getattr(_worker, "busy", False) else min(core_count(), len(slices))
+    if cores < 2:
+        return [function(part) for part in slices]
+    with ThreadPoolExecutor(cores, initializer=one_of_many) as pool:
+        return list(pool.map(function, slices))
+
+
+def one_of_many() -> None:
+    """Say that this thread is one of as many as there are cores: its slices stay with it."""
+    _worker.busy = True
+
+
 def thread_map(function: Callable[[_In], _Out], items: Iterable[_In]) -> Iterator[_Out]:
     """`map(function, items)` with one thread a core, in order; see :func:`one_blas_thread`."""
     with one_blas_thread():
-        pool = ThreadPoolExecutor(core_count())
+        pool = ThreadPoolExecutor(core_count(), initializer=one_of_many)
         try:
             yield from pool.map(function, items)
         finally:  # an error or an interrupt must not wait for what has not begun

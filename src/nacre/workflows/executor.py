@@ -13,7 +13,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
 
-from nacre.runtime.parallel import core_count, one_blas_thread
+from nacre.runtime.parallel import core_count, one_blas_thread, one_of_many
 from nacre.runtime.progress import Progress
 from nacre.workflows.fitting import Fitting
 from nacre.workflows.manifest import Record
@@ -91,7 +91,8 @@ class Threads(Executor):
             return fit_file(job.path, fitting, report)
 
         running: dict[Future[Fit], Job] = {}
-        with one_blas_thread(), ThreadPoolExecutor(self._count) as pool:
+        begin = one_of_many if self._count > 1 else None
+        with one_blas_thread(), ThreadPoolExecutor(self._count, initializer=begin) as pool:
             try:
                 while True:
                     for job in islice(jobs, self._count - len(running)):

@@ -1,0 +1,34 @@
+"""Where compiled code is kept from one process to the next."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import llvmlite
+import llvmlite.binding
+import numpy as np
+import platformdirs
+
+
+def code_folder(name: str, sources: Iterable[Path], versions: tuple[str, ...] = ()) -> Path:
+    """Folder of the code that comes from sources by these libraries, for this processor.
+
+    In the user's folder for caches, or in `NUMBA_CACHE_DIR`. Processes on different processors
+    that share a home directory have folders of their own.
+    """
+    libraries = (*versions, llvmlite.__version__, np.__version__, sys.version)
+    processor = (
+        llvmlite.binding.get_host_cpu_name(),
+        llvmlite.binding.get_host_cpu_features().flatten(),
+    )
+    digest = hashlib.sha256(repr((libraries, processor)).encode())
+    for path in (Path(__file__), *sources):
+        digest.update(path.read_bytes())
+    root = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(
+        "nacre", appauthor=False
+    )
+    return Path(root) / f"{name}-{digest.hexdigest()[:16]}"
