@@ -21,6 +21,7 @@ bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m studies.speed.cluster
 	$(RUN) -m studies.speed.stacked --samples 80000
 	$(RUN) -m studies.speed.evaluate
+	$(RUN) -m studies.speed.torch_module
 	$(RUN) -m studies.speed.render --cooperative
 	$(RUN) -m studies.speed.fidelity
 	$(RUN) -m studies.speed.fidelity --set presets

@@ -183,6 +183,30 @@ def test_isotropy_is_what_it_says(brdf):
     assert (close > 0.99) == brdf.isotropic
 
 
+def test_tensors_give_the_same_numbers_and_their_slope(brdf):
+    torch = pytest.importorskip("torch", reason="needs the extra 'torch'")
+    wi, wo = (w[:300].astype(np.float64) for w in pairs())
+    light, view = torch.tensor(wi, requires_grad=True), torch.tensor(wo)
+    expected = brdf.eval(wi, wo)
+    with torch.no_grad():
+        np.testing.assert_array_equal(brdf.eval(light, view).numpy(), expected)
+    if not brdf.traceable:
+        with pytest.raises(NacreError, match="takes NumPy arrays only"):
+            brdf.eval(light, view)
+        return
+    values = brdf.eval(light, view)
+    np.testing.assert_allclose(values.detach().numpy(), expected, rtol=1e-9, atol=1e-12)
+    values.sum().backward()
+    across = np.cross(wi, [0.48, 0.6, 0.64])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    step = 1e-6
+    ends = [brdf.eval(math.cos(step) * wi + side * across, wo) for side in (step, -step)]
+    slope = ((ends[0] - ends[1]) / (2 * step)).sum(axis=1)
+    ours = (light.grad.numpy() * across).sum(axis=1)
+    close = np.isclose(ours, slope, rtol=1e-3, atol=1e-4 * expected.max())
+    assert close.mean() > 0.97  # not in steps across edges of tables
+
+
 @pytest.mark.parametrize("degrees", DEGREES)
 def test_sample_and_pdf_agree(brdf, degrees):
     theta = math.radians(degrees)

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+
+import nacre
+from tests.measured.support import material, tensor_bytes
+from tests.test_brdf_contract import pairs
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -94,3 +101,28 @@ def test_extending_shows_what_is_in_the_example_package() -> None:
     assert blocks
     lines = [line for block in blocks for line in block.splitlines() if line.strip()]
     assert [line for line in lines if line.strip() not in shown] == []
+
+
+def test_the_guide_to_gradients_finds_the_light_and_saves_what_it_trained(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    torch = pytest.importorskip("torch", reason="needs the extra 'torch'")
+    written = ROOT / "tests" / "fixtures" / "written" / "neural" / "enhanced.safetensors"
+    shutil.copy(written, tmp_path / "satin_rosaline_rgb.safetensors")
+    (tmp_path / "satin_rosaline_rgb.bsdf").write_bytes(tensor_bytes(material([0.0])))
+    monkeypatch.chdir(tmp_path)
+    torch.manual_seed(0)
+    names: dict[str, Any] = {}
+    page = (DOCS / "guide" / "gradients.md").read_text("utf-8")
+    for block in re.findall(r"```python\n(.*?)```", page, re.S):
+        exec(block, names)
+    assert names["light"].grad.abs().max() > 0
+    found = torch.nn.functional.normalize(names["direction"], dim=0).tolist()
+    assert found == pytest.approx([0.505, 0.303, 0.808], abs=5e-3)
+    tuned = nacre.load(tmp_path / "satin_tuned.safetensors")
+    wi, wo = (w[:2000] for w in pairs())
+    before, after = (
+        np.abs(np.log1p(x.eval(wi, wo)) - np.log1p(names["measured"].eval(wi, wo))).mean()
+        for x in (names["satin"], tuned)
+    )
+    assert after < before

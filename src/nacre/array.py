@@ -1,9 +1,9 @@
-"""One formula, three array libraries.
+"""One formula, four array libraries.
 
 Reflectance formulas in this package are written on *components*: plain tuples of arrays, one array
 per coordinate or color channel. The functions of a :class:`Namespace` do the arithmetic that
-operators cannot, so the same formula runs on NumPy arrays, PyTorch tensors and Dr.Jit arrays
-(where it is traced into a renderer's kernel).
+operators cannot, so the same formula runs on NumPy arrays, PyTorch tensors, JAX arrays and Dr.Jit
+arrays (where it is traced into a renderer's kernel).
 
 Types of NumPy arrays say their shapes, for type checkers and readers (see jaxtyping); nothing is
 checked when the code runs.
@@ -12,14 +12,13 @@ checked when the code runs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 Array: TypeAlias = Any
-"""A float, a NumPy array, a PyTorch tensor or a Dr.Jit array."""
+"""A float, a NumPy array, a PyTorch tensor, a JAX array or a Dr.Jit array."""
 
 Components: TypeAlias = tuple[Array, Array, Array]
 """Three arrays of one shape: the coordinates of a vector or the channels of a color."""
@@ -46,6 +45,8 @@ else:
     Mask = npt.NDArray[np.bool_]
 Image: TypeAlias = npt.NDArray[np.float32]
 """A picture, shape (height, width, 3): linear Rec. 709 RGB."""
+
+_TINY = 2.0**-126  # the smallest normal number of single precision
 
 _ALIGNMENT = 64  # bytes; of a line of the cache, and of the widest vectors
 
@@ -88,6 +89,10 @@ class Table:
 class Namespace:
     """Elementwise functions of one array library, under NumPy's names."""
 
+    library: str = "numpy"
+    """Name of the library."""
+    differentiable: bool = False
+    """Whether arrays may carry gradients, which :meth:`matched` and what follows it are for."""
     sqrt: Callable[[Array], Array]
     exp: Callable[[Array], Array]
     log: Callable[[Array], Array]
@@ -119,6 +124,26 @@ class Namespace:
         """
         raise NotImplementedError
 
+    def join(self, components: Sequence[Array]) -> Array:
+        """One array of shape (..., components) of arrays or numbers that broadcast."""
+        return np.stack(np.broadcast_arrays(*components), axis=-1)
+
+    def matched(self, *arrays: Any) -> tuple[Array, ...]:
+        """Arrays of this library, whatever they come as: on one device, of one floating type, which
+        is double if one of theirs is, else single.
+        """
+        raise NotImplementedError
+
+    def peek(self, array: Array) -> Floats | None:
+        """The numbers, to be read only; None where that takes waiting for a device, or in a trace,
+        which has none.
+        """
+        raise NotImplementedError
+
+    def follows(self, *arrays: Array) -> bool:
+        """Whether what is computed from arrays has to carry gradients or a trace."""
+        raise NotImplementedError
+
 
 class _NumPy(Namespace):
     def __init__(self) -> None:
@@ -140,6 +165,8 @@ class _NumPy(Namespace):
 
 
 class _Torch(Namespace):
+    library, differentiable = "torch", True
+
     def __init__(self) -> None:
         import torch
 
@@ -155,26 +182,117 @@ class _Torch(Namespace):
 
             return call
 
-        self.sqrt, self.exp, self.log = torch.sqrt, torch.exp, torch.log
+        def bound(side: str, function: Callable[[Array, Array], Array]) -> Any:
+            either = binary(function)
+
+            def call(a: Array, b: Array) -> Array:
+                # Numbers need not become tensors, which takes longer than the bound.
+                return a.clamp(**{side: b}) if isinstance(b, float | int) else either(a, b)
+
+            return call
+
+        def arctan2(y: Array, x: Array) -> Array:
+            return torch.arctan2(y, torch.where(x * x + y * y < _TINY, 1.0, x))
+
+        # The root at 0 and the angle at the origin have no derivative; here it is 0.
+        self.sqrt, self.arctan2 = lambda x: x.clamp(min=_TINY).sqrt(), binary(arctan2)
+        self.exp, self.log = torch.exp, torch.log
         self.sin, self.cos, self.arcsin = torch.sin, torch.cos, torch.arcsin
-        self.arctan2 = binary(torch.arctan2)
         self.floor, self.abs, self.where = torch.floor, torch.abs, torch.where
-        self.minimum, self.maximum = binary(torch.minimum), binary(torch.maximum)
+        self.minimum, self.maximum = bound("max", torch.minimum), bound("min", torch.maximum)
         self.to_index = lambda x: x.long()
         self._torch = torch
         self.to_float = lambda i, like: i.to(like.dtype)
         self.take = take
 
     def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
-        like = next(v for v in values if isinstance(v, self._torch.Tensor))
-        options = {"dtype": like.dtype, "device": like.device}
-        tensors = (self._torch.as_tensor(v, **options) for v in values)
-        stacked = self._torch.stack(self._torch.broadcast_tensors(*tensors), -1)
+        stacked = self.join(values)
+        options = {"dtype": stacked.dtype, "device": stacked.device}
         rows, columns = (self._torch.tensor(w, **options) for w in (weights, biases))
         return list((stacked @ rows + columns).unbind(-1))
 
+    def join(self, components: Sequence[Array]) -> Array:
+        like = next(c for c in components if isinstance(c, self._torch.Tensor))
+        options = {"dtype": like.dtype, "device": like.device}
+        tensors = (self._torch.as_tensor(c, **options) for c in components)
+        return self._torch.stack(self._torch.broadcast_tensors(*tensors), -1)
+
+    def matched(self, *arrays: Any) -> tuple[Array, ...]:
+        torch = self._torch
+        device = next(a.device for a in arrays if isinstance(a, torch.Tensor))
+        tensors = [
+            a if isinstance(a, torch.Tensor) else torch.tensor(a, device=device) for a in arrays
+        ]
+        dtype = torch.float64 if any(t.dtype == torch.float64 for t in tensors) else torch.float32
+        return tuple(tensor.to(dtype) for tensor in tensors)
+
+    def peek(self, array: Array) -> Floats | None:
+        if self._torch.compiler.is_compiling() or array.device.type != "cpu":
+            return None
+        try:
+            numbers: Floats = array.detach().numpy()
+        except RuntimeError:  # of tensors that stand for many, as in torch.func.vmap
+            return None
+        return numbers
+
+    def follows(self, *arrays: Array) -> bool:
+        return self._torch.is_grad_enabled() and any(array.requires_grad for array in arrays)
+
+
+class _Jax(Namespace):
+    library, differentiable = "jax", True
+
+    def __init__(self) -> None:
+        import jax
+        import jax.numpy as jnp
+
+        def take(table: Table, index: Array) -> Array:
+            with jax.ensure_compile_time_eval():  # what a trace makes cannot be kept
+                return table.flat("jax", jnp.asarray)[index]
+
+        def arctan2(y: Array, x: Array) -> Array:
+            return jnp.arctan2(y, jnp.where(x * x + y * y < _TINY, 1.0, x))
+
+        self.sqrt, self.arctan2 = lambda x: jnp.sqrt(jnp.maximum(x, _TINY)), arctan2  # as above
+        self.exp, self.log = jnp.exp, jnp.log
+        self.sin, self.cos, self.arcsin = jnp.sin, jnp.cos, jnp.arcsin
+        self.floor, self.abs, self.where = jnp.floor, jnp.abs, jnp.where
+        self.minimum, self.maximum = jnp.minimum, jnp.maximum
+        self.to_index = lambda x: x.astype(int)
+        self.to_float = lambda i, like: i.astype(like.dtype)
+        self.take = take
+        self._jax, self._numpy = jax, jnp
+
+    def dense(self, values: Sequence[Array], weights: Weights, biases: Weights) -> list[Array]:
+        stacked = self.join(values)
+        rows, columns = (self._numpy.asarray(w, stacked.dtype) for w in (weights, biases))
+        # What is fastest on a GPU or TPU has 8 or 11 bits.
+        return list(
+            self._numpy.unstack(
+                self._numpy.matmul(stacked, rows, precision="highest") + columns, axis=-1
+            )
+        )
+
+    def join(self, components: Sequence[Array]) -> Array:
+        return self._numpy.stack(self._numpy.broadcast_arrays(*components), -1)
+
+    def matched(self, *arrays: Any) -> tuple[Array, ...]:
+        found = [self._numpy.asarray(a) for a in arrays]
+        double = any(a.dtype == np.float64 for a in found)
+        return tuple(a.astype(np.float64 if double else np.float32) for a in found)
+
+    def peek(self, array: Array) -> Floats | None:
+        if self.follows(array) or any(device.platform != "cpu" for device in array.devices()):
+            return None
+        return np.asarray(array)
+
+    def follows(self, *arrays: Array) -> bool:
+        return any(isinstance(array, self._jax.core.Tracer) for array in arrays)
+
 
 class _DrJit(Namespace):
+    library = "drjit"
+
     def __init__(self) -> None:
         import drjit as dr
 
@@ -202,16 +320,10 @@ class _DrJit(Namespace):
 
 
 LIBRARIES: dict[str, Callable[[], Namespace]] = {
-    "torch": _Torch,
-    "drjit": _DrJit,
-    "mitsuba": _DrJit,
+    **{"torch": _Torch, "jax": _Jax, "jaxlib": _Jax, "drjit": _DrJit, "mitsuba": _DrJit}
 }
 """Functions on the arrays of a library, by the first part of the names of its modules."""
-
-
-@cache
-def _made(kind: Callable[[], Namespace]) -> Namespace:
-    return kind()
+_made: dict[Callable[[], Namespace], Namespace] = {}
 
 
 def namespace(*arrays: Array) -> Namespace:
@@ -222,8 +334,8 @@ def namespace(*arrays: Array) -> Namespace:
     >>> float(namespace(2.0).sqrt(4.0))
     2.0
     """
-    for array in arrays:
-        kind = LIBRARIES.get(type(array).__module__.partition(".")[0])
-        if kind:
-            return _made(kind)
-    return _made(_NumPy)
+    kinds = (LIBRARIES.get(type(array).__module__.partition(".")[0]) for array in arrays)
+    kind = next((kind for kind in kinds if kind), _NumPy)
+    if kind not in _made:  # no functools.cache, which torch.compile warns of
+        _made[kind] = kind()
+    return _made[kind]

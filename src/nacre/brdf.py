@@ -26,11 +26,11 @@ from nacre.array import (
     namespace,
 )
 from nacre.errors import NacreError
-from nacre.geometry import cosine_hemisphere, join, split
+from nacre.geometry import broadcast_shape, cosine_hemisphere, join, split
 from nacre.numerics.direction_samples import Scattered
 from nacre.runtime.described import Described, readable_size
 from nacre.runtime.frozen import Frozen
-from nacre.runtime.pairs import checked, compiled, in_chunks
+from nacre.runtime.pairs import check_unit, checked, compiled, in_chunks
 
 _LARGEST = float(np.finfo(np.float32).max)
 """Bound of f_r in 1/sr: a file may hold finite numbers whose products are not."""
@@ -218,7 +218,9 @@ class Brdf(Described):
         Parameters
         ----------
         wi, wo
-            Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
+            Unit directions to the light and to the viewer, shapes (..., 3) that broadcast. Where
+            one is a PyTorch tensor or a JAX array, so is the result, on the same device and with
+            gradients; lengths are not checked on other devices than the CPU, and in traces.
 
         Returns
         -------
@@ -231,7 +233,12 @@ class Brdf(Described):
         ValueError
             If a direction is not a number, or not of unit length to
             :data:`nacre.runtime.pairs.UNIT_TOLERANCE`.
+        NacreError
+            If gradients are asked for and this reflectance is not :attr:`traceable`.
         """
+        if namespace(wi, wo).differentiable:
+            tensor: Colors = self._eval_tensors(wi, wo)
+            return tensor
         found = compiled(self, _clamped, wi=wi, wo=wo) if self.traceable else None
         if found is not None:
             return found[0]
@@ -242,6 +249,30 @@ class Brdf(Described):
             return join(above_horizon(self.eval_components(light, view), light, view))
 
         return in_chunks(values, wi, wo, (3,))
+
+    def _eval_tensors(self, wi: Any, wo: Any) -> Array:
+        """What :meth:`eval` gives where a direction is an array of PyTorch or JAX."""
+        xp = namespace(wi, wo)
+        wi, wo = xp.matched(wi, wo)
+        broadcast_shape(wi=wi, wo=wo)
+        light, view = xp.peek(wi), xp.peek(wo)
+        if light is not None and view is not None and not xp.follows(wi, wo):
+            return xp.matched(wi, self.eval(light, view))[1]
+        for name, w in (("wi", light), ("wo", view)):
+            if w is not None:
+                check_unit(name, w)
+        if not self.traceable:
+            raise NacreError(f"{self.name or 'this material'}: takes NumPy arrays only")
+        return self._eval_followed(wi, wo)
+
+    def _eval_followed(self, wi: Array, wo: Array) -> Array:
+        """:meth:`eval` by operations of the arrays' own library, which it can follow."""
+        xp, light, view = namespace(wi), split(wi), split(wo)
+        visible = (light[2] > 0.0) & (view[2] > 0.0)
+        # The hidden are evaluated at the normal: 0 times a gradient that is infinite is no number.
+        up = 0.0, 0.0, 1.0
+        a, b = (tuple(map(xp.where, [visible] * 3, w, up)) for w in (light, view))
+        return join(above_horizon(self.eval_components(a, b), light, view))
 
     def eval_spectral(self, wi: npt.ArrayLike, wo: npt.ArrayLike) -> Spectra:
         """f_r in 1/sr at each of :attr:`wavelengths`, without the cosine.

@@ -3,7 +3,7 @@
 Conventions: the local frame has the surface normal along +z. `wi` points to the light, `wo` to the
 viewer, both away from the surface and of unit length. Angles are radians. Every function works on
 components (see :mod:`nacre.array`) of any array library unless it says otherwise; :func:`split`
-and :func:`join` go from and to NumPy arrays of shape (..., 3).
+and :func:`join` go from and to arrays of shape (..., 3).
 
 The half vector h is the normalized sum of the two directions; the difference vector d is `wi`
 expressed in the frame whose z axis is h (Rusinkiewicz 1998, "A New Change of Variables for
@@ -12,6 +12,7 @@ Efficient BRDF Representation").
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -24,16 +25,40 @@ _POLE = 2.0**-49  # sine below which a direction is the pole: its square is stil
 
 
 def split(vectors: npt.ArrayLike) -> Components:
-    """Components of NumPy vectors of shape (..., 3)."""
-    array = np.asarray(vectors)
+    """Components of vectors of shape (..., 3): of a NumPy array, a tensor, or a JAX array."""
+    array: Array = vectors if namespace(vectors).differentiable else np.asarray(vectors)
     if array.shape[-1:] != (3,):
-        raise ValueError(f"expected an array of shape (..., 3), got {array.shape}")
+        raise ValueError(f"expected an array of shape (..., 3), got {tuple(array.shape)}")
     return array[..., 0], array[..., 1], array[..., 2]
 
 
+def broadcast_shape(**named: Array) -> tuple[int, ...]:
+    """The shape (..., 3) that arrays of any library broadcast to.
+
+    Raises
+    ------
+    ValueError
+        Naming what has no such shape, or shapes that do not broadcast.
+    """
+    # In plain words, which torch.compile follows.
+    shapes = {name: tuple(array.shape) for name, array in named.items()}
+    for name, shape in shapes.items():
+        if shape[-1:] != (3,):
+            raise ValueError(f"expected {name} of shape (..., 3), got {shape}")
+    found: list[int] = []
+    for sizes in itertools.zip_longest(*(shape[::-1] for shape in shapes.values()), fillvalue=1):
+        size = next((size for size in sizes if size != 1), 1)
+        if any(other not in (1, size) for other in sizes):
+            text = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise ValueError(f"shapes do not broadcast: {text}")
+        found.insert(0, size)
+    return tuple(found)
+
+
 def join(components: Components) -> Vectors:
-    """NumPy array of shape (..., 3) from three components."""
-    return np.stack(np.broadcast_arrays(*components), axis=-1)
+    """Array of shape (..., 3) of the library of three components."""
+    joined: Vectors = namespace(*components).join(components)
+    return joined
 
 
 def dot(a: Components, b: Components) -> Array:
@@ -68,16 +93,22 @@ def half_vector(wi: Components, wo: Components) -> Components:
     return normalize((wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]))
 
 
+def polar_sine(w: Components) -> Array:
+    """Sine of the polar angle of a unit vector, at least 2^-49."""
+    # Not 0 even at the pole, where the square root has no derivative.
+    xp = namespace(*w)
+    return xp.sqrt(xp.maximum(w[0] * w[0] + w[1] * w[1], _POLE * _POLE))
+
+
 def azimuth(w: Components) -> tuple[Array, Array, Array]:
     """Cosine and sine of the azimuth of a unit vector (0 at the pole), and the sine of its polar
     angle.
     """
     xp = namespace(*w)
-    # Not 0 even at the pole, where the square root has no derivative.
-    sin_theta = xp.sqrt(xp.maximum(w[0] * w[0] + w[1] * w[1], _POLE * _POLE))
+    sin_theta = polar_sine(w)
     pole = sin_theta <= _POLE
-    scale = xp.where(pole, 0.0 * sin_theta, 1.0 / sin_theta)
-    cos_phi = xp.where(pole, 0.0 * sin_theta + 1.0, w[0] * scale)
+    scale = xp.where(pole, 0.0, 1.0 / sin_theta)
+    cos_phi = xp.where(pole, 1.0, w[0] * scale)
     return cos_phi, w[1] * scale, sin_theta
 
 
@@ -117,7 +148,7 @@ def from_half_difference(h: Components, d: Components) -> tuple[Components, Comp
 
 def isotropic(h: Components) -> Components:
     """Half vector rotated to phi_h = 0: (sin theta_h, 0, cos theta_h); the 0 is a plain number."""
-    return azimuth(h)[2], 0.0, h[2]
+    return polar_sine(h), 0.0, h[2]
 
 
 def from_spherical(theta: Array, phi: Array) -> Components:

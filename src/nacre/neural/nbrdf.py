@@ -159,6 +159,13 @@ class NeuralBrdf(NetworkBrdf):
         settings = {name: getattr(self, name) for name in (*kept, "activation", "angle")}
         return NeuralBrdf(layers, **settings)
 
+    def _eval_followed(self, wi: Array, wo: Array) -> Array:
+        if namespace(wi).library != "torch":
+            return super()._eval_followed(wi, wo)
+        from nacre.neural.torch_module import constant_module
+
+        return constant_module(self, wi.device)(wi, wo)
+
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)
         red, green, blue = (xp.exp(v) - 1.0 for v in values)

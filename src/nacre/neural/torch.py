@@ -18,8 +18,11 @@ import numpy.typing as npt
 from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
 from nacre.neural.samples import BLOCK, Samples
+from nacre.neural.torch_module import NetworkModule, module
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, dense
 from nacre.runtime.device import open_device
+
+__all__ = ["NetworkModule", "SampleStack", "TorchTrainer", "module", "stack_bytes"]
 
 torch: Any = require("torch", "torch")
 adam: Any = require("torch.optim.adam", "torch").adam

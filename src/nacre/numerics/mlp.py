@@ -186,7 +186,7 @@ def _silu_tensor(values: Any) -> Any:
 
 _TORCH: _Functions = {
     RELU: lambda x: x.relu_(),
-    SQUARED_RELU: lambda x: x.relu() * x,
+    SQUARED_RELU: lambda x: x.relu_().square(),
     TANH: lambda x: x.tanh(),
     SILU: _silu_tensor,
 }

@@ -121,12 +121,12 @@ def checked(**named: npt.ArrayLike) -> tuple[Floats, Floats]:
         if array.shape[-1:] != (3,):
             raise ValueError(f"expected {name} of shape (..., 3), got {array.shape}")
         array = array.astype(np.float64 if double else np.float32, copy=False)
-        arrays[name] = (_below_one if name == "u" else _unit)(name, array)
+        arrays[name] = (_below_one if name == "u" else check_unit)(name, array)
     a, b = np.broadcast_arrays(*arrays.values())
     return a, b
 
 
-def _unit(name: str, w: Floats) -> Floats:
+def check_unit(name: str, w: Floats) -> Floats:
     """Directions, checked."""
     flat = w.reshape(-1, 3)
     with np.errstate(over="ignore", invalid="ignore"):
