@@ -45,7 +45,7 @@ def flat(layers):
     return np.concatenate([p.ravel() for y in layers for p in (y.weights, y.biases)])
 
 
-def autograd(layers, samples, order):
+def autograd(layers, samples, order, offset=1.0):
     """Loss and gradient in float64 PyTorch, written without the package's code."""
     count = samples.inputs
     rows = samples.blocks.reshape(-1, count + 4, BLOCK)[order].transpose(0, 2, 1)
@@ -60,7 +60,7 @@ def autograd(layers, samples, order):
         x = x if k == 0 else x.clamp(min=0)
         x = x @ parameters[k] + parameters[k + 1]
     weight = rows[:, -1:]
-    u = torch.expm1(x) * weight
+    u = (torch.exp(x) - offset) * weight
     below = (u < 0) & (weight > 1)
     logarithm = torch.where(below, -torch.log1p(u.abs()), torch.log1p(u.where(~below, 0 * u)))
     loss = (logarithm - torch.log1p(rows[:, -4:-1])).abs().mean()
@@ -125,6 +125,16 @@ def test_kernel_gradient_on_other_processors(kind, processor, tmp_path):
     result = np.load(found)
     assert float(result["loss"]) == pytest.approx(expected_loss, rel=1e-6)
     assert np.abs(result["gradient"] - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("heaviest", [1.0, 100.0])
+def test_positive_reflectances_have_the_gradient_of_autograd(heaviest):
+    layers, samples = random_layers(SHAPES[0]), random_samples(512, heaviest=heaviest)
+    order = np.arange(32)
+    expected_loss, expected = autograd(layers, samples, order, 0.0)
+    loss, gradient = KernelTrainer(layers, 512, 0.0).gradient(samples, order)
+    assert loss == pytest.approx(expected_loss, rel=1e-6)
+    assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("heaviest", [1.0, 100.0])

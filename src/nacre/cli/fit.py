@@ -30,6 +30,9 @@ from nacre.errors import FormatError
     "Inputs of the network. paper: half and difference vectors, which the authors' tools read. "
     "enhanced: stretched angles, closer at the same size. stereographic: light and view, as in "
     "networks for textures, for comparison; highlights blur.",
+    option("--physical", applies="network", is_flag=True),
+    "Fit a network that is reciprocal, positive, and reflects no more light than it gets. It has "
+    "inputs of its own, as close as enhanced ones.",
     option("--hidden", options.integers("21,21", most=1024), applies="network", default="21,21"),
     "Widths of the hidden layers.",
     option("--max-bytes", IntRange(64, 1 << 20), applies="network", metavar="BYTES"),

@@ -66,7 +66,9 @@ def fit(
 
     report = progress or silent
     material = prepare(brdf, recipe or Recipe(), report)
-    trainer = KernelTrainer(material.initial_layers(), material.recipe.batch)
+    trainer = KernelTrainer(
+        material.initial_layers(), material.recipe.batch, material.recipe.offset
+    )
     quality = train(trainer, material.training, material.held_out, material.recipe, progress)
     report("sampling lobes", 0, 1, "")
     network = material.finish(trainer.layers(), quality)
@@ -150,7 +152,7 @@ def _fit_stack(
     recipe = materials[0].recipe
     with memory_errors(device):
         first = materials[0].initial_layers()
-        trainer = TorchTrainer(first, recipe.batch, device, len(materials))
+        trainer = TorchTrainer(first, recipe.batch, device, len(materials), recipe.offset)
         training = SampleStack([material.training for material in materials], device)
         held_out = SampleStack([material.held_out for material in materials], device)
         losses = train(trainer, training, held_out, recipe, progress)

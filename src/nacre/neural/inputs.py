@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from nacre.array import Array, Components, namespace
 from nacre.errors import NacreError
-from nacre.geometry import half_difference, isotropic, stereographic
+from nacre.geometry import (
+    half_difference,
+    half_vector,
+    isotropic,
+    stereographic,
+    to_half_frame,
+)
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
-INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC)
+RECIPROCAL = "reciprocal"
+INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC, RECIPROCAL)
 """Names of the parametrizations of a network's inputs."""
 
 LARGEST_INPUT = 1.01  # bound of the magnitude of every input
 
 _HIGHLIGHT = 1e-4  # added to sin^2 theta_h before its logarithm: below .6 degrees all look alike
 _HORIZON = 0.01  # added to cosines before their logarithm
+_TINY = 1e-30
 
 
 def input_count(inputs: str, rotate_half_vector: bool) -> int:
@@ -50,16 +58,45 @@ def network_inputs(
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)
+    if inputs == RECIPROCAL:
+        return _reciprocal(wi, wo, rotate_half_vector)
     h, d = half_difference(wi, wo)
     rotated = isotropic(h) if rotate_half_vector else h
     if inputs == PAPER:
         return (*rotated, *d)
+    highlight, light, view = _stretched(h, wi, wo)
     xp = namespace(*wi, *wo)
-    highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
-    light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
     if rotate_half_vector:
         return (rotated[0], highlight, light, view, d[0], xp.abs(d[1]))
     return (rotated[0], rotated[1], highlight, light, view, d[0], d[1])
+
+
+def _stretched(h: Components, wi: Components, wo: Components) -> tuple[Array, Array, Array]:
+    """Logarithms of the angle of h from the normal, and of the cosines of light and view."""
+    xp = namespace(*wi, *wo)
+    highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
+    light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
+    return highlight, light, view
+
+
+def _reciprocal(wi: Components, wo: Components, rotate_half_vector: bool) -> tuple[Array, ...]:
+    """Inputs that are the same, to the last bit, where light and view are swapped.
+
+    A swap leaves h, exchanges the cosines, and negates the horizontal part of d, which is that of
+    (wi - wo) / 2: floating-point sums commute, and differences are odd.
+    """
+    xp = namespace(*wi, *wo)
+    h = half_vector(wi, wo)
+    half = (0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), 0.5 * (wi[2] - wo[2]))
+    x, y, _ = to_half_frame(half, h)
+    highlight, light, view = _stretched(h, wi, wo)
+    lower, upper = xp.minimum(light, view), xp.maximum(light, view)
+    if rotate_half_vector:
+        return (isotropic(h)[0], highlight, lower, upper, xp.abs(x), xp.abs(y))
+    # The angle of (x, y) doubled: the plane with opposite points made one.
+    scale = 1.0 / xp.sqrt(xp.maximum(x * x + y * y, _TINY))
+    doubled = (x * x - y * y) * scale, 2.0 * x * y * scale
+    return (h[0], h[1], highlight, lower, upper, *doubled)
 
 
 def _projected(w: Components) -> tuple[Array, Array]:

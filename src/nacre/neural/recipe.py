@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.neural.inputs import ENHANCED, PAPER, input_count
+from nacre.neural.inputs import PAPER, RECIPROCAL, STEREOGRAPHIC, input_count
 from nacre.neural.nbrdf import HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
 from nacre.neural.samples import BLOCK
 from nacre.sampling import DISTRIBUTIONS
@@ -63,8 +63,11 @@ class Recipe:
         How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
         paper's is "rusinkiewicz". A scan has its own.
     precision
-        "single" or "half": how weights are stored. None for half with enhanced inputs, single with
-        others and of a scan, whose clamp layer rounding would spoil.
+        "single" or "half": how weights are stored. None for half with enhanced and reciprocal
+        inputs, single with others and of a scan, whose clamp layer rounding would spoil.
+    physical
+        Fit a network that is reciprocal, positive, and reflects no more light than it gets; see
+        :mod:`nacre.neural.physical`. Its inputs are "reciprocal", in place of `inputs`.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -80,8 +83,13 @@ class Recipe:
     gain: float | None = None
     sampling: str = "mixed"
     precision: str | None = None
+    physical: bool = False
 
     def __post_init__(self) -> None:
+        if self.physical and self.inputs == PAPER:
+            object.__setattr__(self, "inputs", RECIPROCAL)
+        if self.physical != (self.inputs == RECIPROCAL):
+            raise ValueError(f"physical fits have reciprocal inputs, and no others: {self.inputs}")
         input_count(self.inputs, True)
         check_positive(self, "epochs", "samples", "hidden")
         distributions, precisions = ", ".join(DISTRIBUTIONS), ", ".join(PRECISIONS)
@@ -117,18 +125,23 @@ class Recipe:
         return cls(**{**PRESETS[name], **settings})
 
     @property
+    def offset(self) -> float:
+        """What is subtracted from e^x of the outputs x: 0 where f_r is to be positive."""
+        return 0.0 if self.physical else 1.0
+
+    @property
     def loss_gain(self) -> float:
         """The gain, or its default."""
         if self.gain is not None:
             return self.gain
-        return ENHANCED_GAIN if self.inputs == ENHANCED else 1.0
+        return 1.0 if self.inputs in (PAPER, STEREOGRAPHIC) else ENHANCED_GAIN
 
     @property
     def stored_precision(self) -> str:
         """The precision, or its default."""
         if self.precision is not None:
             return self.precision
-        return HALF if self.inputs == ENHANCED else SINGLE
+        return SINGLE if self.inputs in (PAPER, STEREOGRAPHIC) else HALF
 
     def widths(self, inputs: int) -> tuple[int, ...]:
         """Widths of the hidden layers of a network of so many inputs; ValueError if `size` is too

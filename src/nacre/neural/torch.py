@@ -64,15 +64,21 @@ class TorchTrainer:
     "cuda:1".
 
     Initial layers of each network are copied; a step takes `batch` samples of each material, a
-    multiple of 16. Raises NacreError if PyTorch has no such device here.
+    multiple of 16. Reflectances are e^x - `offset` of the outputs x. Raises NacreError if PyTorch
+    has no such device here.
     """
 
     def __init__(
-        self, layers: Sequence[Layer], batch: int, device: str, materials: int = 1
+        self,
+        layers: Sequence[Layer],
+        batch: int,
+        device: str,
+        materials: int = 1,
+        offset: float = 1.0,
     ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
-        self._batch, self._materials = batch // BLOCK, materials
+        self._batch, self._materials, self._offset = batch // BLOCK, materials, offset
         self._device = open_device(device)
 
         def stacked(array: Vector) -> Tensor:
@@ -108,7 +114,8 @@ class TorchTrainer:
         if order.shape[-1] > self._batch:
             raise ValueError(f"{order.shape[-1]} blocks are more than one batch of {self._batch}")
         blocks = self._gather(samples, torch.from_numpy(order).to(self._device))
-        losses = _losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
+        losses = _losses(blocks, self._weights, self._biases, self._offset)
+        losses /= OUTPUTS * blocks.shape[1]
         return np.asarray(losses.cpu()), self._layers(*self._gradient(blocks))
 
     def epoch(
@@ -134,7 +141,8 @@ class TorchTrainer:
             one = slice(index, index + 1)
             weights, biases = ([p[one] for p in ps] for ps in (self._weights, self._biases))
             parts = (part.view(1, -1, part.shape[-1]) for part in blocks.split(_LOSS_BLOCKS))
-            total = torch.cat([_losses(rows, weights, biases) for rows in parts]).sum()
+            summed = [_losses(rows, weights, biases, self._offset) for rows in parts]
+            total = torch.cat(summed).sum()
             losses.append(total / (OUTPUTS * BLOCK * len(blocks)))
         return np.asarray(torch.stack(losses).cpu())
 
@@ -184,7 +192,7 @@ class TorchTrainer:
         """Gradients of the mean losses; by hand, which takes two thirds of autograd's time."""
         activations = _forward(rows, self._weights, self._biases)
         weight = rows[..., -1:]
-        e, weighted = _weighted(activations.pop(), weight)
+        e, weighted = _weighted(activations.pop(), weight, self._offset)
         # The logarithm of the loss rises, so that it is not needed here.
         side = (weighted - rows[..., -OUTPUTS - 1 : -1]).sign()
         g = side * (weight / (OUTPUTS * rows.shape[1])) * e / _argument(weighted, weight)
@@ -208,18 +216,20 @@ def _forward(rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) 
     return activations
 
 
-def _losses(rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> Tensor:
-    """Sums of |log(1 + (e^x - 1) weight) - log(1 + target)|, shape (materials,)."""
+def _losses(
+    rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor], offset: float
+) -> Tensor:
+    """Sums of |log(1 + (e^x - offset) weight) - log(1 + target)|, shape (materials,)."""
     weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
-    _, weighted = _weighted(_forward(rows, weights, biases)[-1], weight)
+    _, weighted = _weighted(_forward(rows, weights, biases)[-1], weight, offset)
     logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
     return (logarithm - target.log1p()).abs().sum((1, 2))
 
 
-def _weighted(outputs: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:
-    """e^x and (e^x - 1) weight of outputs x."""
+def _weighted(outputs: Tensor, weight: Tensor, offset: float) -> tuple[Tensor, Tensor]:
+    """e^x and (e^x - offset) weight of outputs x."""
     e = outputs.clamp_(max=_LARGEST).exp_()
-    return e, (e - 1.0) * weight
+    return e, (e - offset) * weight
 
 
 def _argument(weighted: Tensor, weight: Tensor) -> Tensor:
