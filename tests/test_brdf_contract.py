@@ -20,7 +20,7 @@ from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
-from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
+from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, STEREOGRAPHIC, input_count
 from nacre.sampling import BlinnPhongMixture, UniformSampler, check_isotropic, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
@@ -77,6 +77,8 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "anisotropic network": lambda _: network(False),
     "isotropic network of enhanced inputs": lambda _: network(True, ENHANCED),
     "anisotropic network of enhanced inputs": lambda _: network(False, ENHANCED),
+    "physical network": lambda _: network(True, RECIPROCAL),
+    "anisotropic physical network": lambda _: network(False, RECIPROCAL),
     "network of stereographic inputs": lambda _: network(False, STEREOGRAPHIC),
     "PCA code": lambda _: code(),
     "code of a neural basis": lambda _: random_basis().decode(np.linspace(-1.0, 1.0, 6)),
