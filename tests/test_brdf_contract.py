@@ -21,6 +21,7 @@ from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, STEREOGRAPHIC, input_count
+from nacre.numerics.mlp import RELU, SQUARED_RELU
 from nacre.sampling import BlinnPhongMixture, UniformSampler, check_isotropic, fit_lobes
 from tests.analytic.materials import EXAMPLES
 from tests.data import list_data, require_data
@@ -38,7 +39,13 @@ def network(isotropic: bool, inputs: str = PAPER) -> NeuralBrdf:
         Layer(random.normal(0, 0.4, (a, b)).astype(np.float32), np.full(b, 0.05, np.float32))
         for a, b in itertools.pairwise(sizes)
     ]
-    brdf = NeuralBrdf(layers, isotropic=isotropic, name="random", inputs=inputs)
+    brdf = NeuralBrdf(
+        layers,
+        isotropic=isotropic,
+        name="random",
+        inputs=inputs,
+        activation=SQUARED_RELU if inputs == ENHANCED else RELU,
+    )
     return brdf.replaced(sampler=fit_lobes(brdf))
 
 

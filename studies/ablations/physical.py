@@ -4,7 +4,7 @@ Errors: PSNR of the sphere protocol, 128 x 128, under the environment and the di
 
 - the projection (reciprocal and energy-limited, see :mod:`nacre.neural.physical`), against the
   table;
-- a fit with enhanced inputs, against its own target: of the table, and of the projection;
+- an unconstrained fit with enhanced inputs, against its own target, the table;
 - a physical fit, against its own target, the projection, and against the table.
 
 Facts of the same fits: largest albedo of the table up to 85 degrees, by random points; bound of the
@@ -80,7 +80,6 @@ def _cost(study: Study, options: argparse.Namespace) -> None:
         pairs = (
             (truth, projected),
             (truth, plain),
-            (projected, nacre.fit(projected, recipe)),
             (projected, fitted),
             (truth, fitted),
         )
@@ -109,7 +108,6 @@ def _cost(study: Study, options: argparse.Namespace) -> None:
         "PSNR, environment / directional",
         "projection to table",
         "enhanced to table",
-        "enhanced fit of the projection to it",
         "physical to projection",
         "physical to table",
     )

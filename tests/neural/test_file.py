@@ -16,7 +16,7 @@ from nacre.errors import FormatError
 from nacre.geometry import from_rusinkiewicz_angles, half_difference, join
 from nacre.neural import Layer, NeuralBrdf
 from nacre.neural.file import load, save
-from nacre.neural.nbrdf import round_layers
+from nacre.neural.nbrdf import check_weights, round_layers
 from nacre.neural.published import load_h5, load_npy, save_h5
 from nacre.sampling import BlinnPhongMixture, UniformSampler
 from tests.data import list_data, require_data
@@ -69,6 +69,29 @@ def test_half_precision_takes_half_the_bytes_and_comes_back_the_same(tmp_path):
     wi, wo = directions(500)
     before, after = np.log1p(single.eval(wi, wo)), np.log1p(half.eval(wi, wo))
     assert np.abs(after - before).max() < 2e-2 * before.max()
+
+
+def test_a_squared_network_is_of_a_version_that_readers_of_relu_refuse(tmp_path):
+    plain = network()
+    squared = NeuralBrdf(plain.layers, activation="squared relu")
+    path = tmp_path / "squared.safetensors"
+    save(squared, path)
+    assert load(path).activation == "squared relu"
+    np.testing.assert_array_equal(load(path).eval(*directions(50)), squared.eval(*directions(50)))
+    as_relu = load(rewritten(path, lambda h, t: h.update(version=1)))
+    np.testing.assert_array_equal(as_relu.eval(*directions(50)), plain.eval(*directions(50)))
+
+
+def test_weights_whose_squares_overflow_are_refused():
+    layers = [Layer(np.full((6, 9), 1e20), np.zeros(9)), Layer(np.ones((9, 3)), np.zeros(3))]
+    check_weights(layers)
+    with pytest.raises(ValueError, match="overflow"):
+        check_weights(layers, "squared relu")
+
+
+def test_an_unknown_activation_is_refused():
+    with pytest.raises(ValueError, match="unknown activation"):
+        NeuralBrdf(network().layers, activation="tanh")
 
 
 def test_weights_that_a_precision_does_not_hold_are_refused():

@@ -21,7 +21,7 @@ from nacre.neural.inputs import ENHANCED, RECIPROCAL
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.neural.physical import LIMIT, Projection, limited
 from nacre.neural.recipe import Recipe
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, Layer
 from nacre.sampling.energy import albedos, certify
 from tests.analytic.materials import EXAMPLES
 from tests.cli.support import assert_refused
@@ -29,7 +29,7 @@ from tests.reflectances import Beckmann, Brushed, Glossy, Rotated
 from tests.render.reflectances import Constant, Lobe, Tilted, network
 from tests.scans import scan
 
-QUICK = Recipe(physical=True, samples=12_000, epochs=3, batch=128, hidden=(12, 12))
+QUICK = Recipe(physical=True, samples=12_000, epochs=6, batch=128, hidden=(12, 12))
 
 
 class Bright(Constant):
@@ -183,7 +183,7 @@ def test_fits_are_reciprocal_positive_and_lose_energy(name):
 
 def test_a_fit_comes_close_to_a_material_that_is_physical():
     truth = Glossy(0.2, 0.1, 0.2)
-    recipe = Recipe(samples=80_000, epochs=12, inputs=ENHANCED)
+    recipe = Recipe(samples=80_000, epochs=12, inputs=ENHANCED, activation=RELU)
     plain = fit(truth, recipe)
     made = fit(truth, dataclasses.replace(recipe, inputs="paper", physical=True))
     wi, wo = pairs()

@@ -11,6 +11,7 @@ import pytest
 
 from nacre.errors import NacreError
 from nacre.neural.kernel import KernelTrainer
+from nacre.neural.nbrdf import ACTIVATIONS
 from nacre.neural.samples import draw
 from nacre.neural.training import schedule
 from tests.neural.test_trainers import autograd, flat, random_layers, random_samples
@@ -44,10 +45,10 @@ def rates(blocks=BLOCKS):
 def test_stacks_of_positive_reflectances_have_the_losses_and_gradients_of_the_kernel():
     samples, layers = different(2), random_layers(SHAPES[0])
     stack, order = SampleStack(samples, "cpu"), np.arange(32)
-    trainer = TorchTrainer(layers, BATCH, "cpu", 2, 0.0)
+    trainer = TorchTrainer(layers, BATCH, "cpu", 2, offset=0.0)
     losses, gradients = trainer.gradient(stack, np.array([order, order]))
     for m, part in enumerate(samples):
-        kernel = KernelTrainer(layers, BATCH, 0.0)
+        kernel = KernelTrainer(layers, BATCH, offset=0.0)
         loss, expected = kernel.gradient(part, order)
         assert losses[m] == pytest.approx(loss, rel=1e-6)
         assert trainer.loss(stack)[m] == pytest.approx(kernel.loss(part), rel=1e-6)
@@ -57,20 +58,22 @@ def test_stacks_of_positive_reflectances_have_the_losses_and_gradients_of_the_ke
 
 @pytest.mark.parametrize("sizes", SHAPES)
 @pytest.mark.parametrize("count", [32, 30, 1])
-def test_every_gradient_of_a_stack_matches_autograd_and_the_kernel(sizes, count):
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+def test_every_gradient_of_a_stack_matches_autograd_and_the_kernel(sizes, count, activation):
     samples = different(3, inputs=sizes[0])
     stack, order = SampleStack(samples, "cpu"), orders(3)
-    trainer = TorchTrainer(random_layers(sizes), BATCH, "cpu", 3)
+    trainer = TorchTrainer(random_layers(sizes, activation=activation), BATCH, "cpu", 3, activation)
     trainer.epoch(stack, order, rates())
     networks = trainer.layers()
     assert not np.array_equal(flat(networks[0]), flat(networks[1]))  # they are their own by now
     losses, gradients = trainer.gradient(stack, order[:, :count])
     for m, layers in enumerate(networks):
-        expected_loss, expected = autograd(layers, samples[m], order[m, :count])
-        kernel_loss, kernel = KernelTrainer(layers, BATCH).gradient(samples[m], order[m, :count])
+        expected_loss, expected = autograd(layers, samples[m], order[m, :count], activation)
+        kernel = KernelTrainer(layers, BATCH, activation)
+        kernel_loss, compiled = kernel.gradient(samples[m], order[m, :count])
         assert losses[m] == pytest.approx(expected_loss, rel=1e-6)
         assert losses[m] == pytest.approx(kernel_loss, rel=1e-6)
-        for other in (expected, flat(kernel)):
+        for other in (expected, flat(compiled)):
             assert np.abs(flat(gradients[m]) - other).max() < 1e-5 * np.abs(expected).max()
 
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from nacre.neural.kernel import KernelTrainer
+from nacre.neural.nbrdf import ACTIVATIONS
 from nacre.neural.samples import BLOCK, Samples
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 
 torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
 
@@ -21,11 +22,12 @@ SHAPES = [(6, 21, 21, 3), (6, 12, 12, 3), (6, 32, 16, 8, 3), (6, 5, 3), (7, 13, 
 """The last with as many inputs as enhanced networks of anisotropic materials have."""
 
 
-def random_layers(sizes, seed=0):
+def random_layers(sizes, seed=0, activation=RELU):
+    scale = 0.5 if activation == SQUARED_RELU else 1.0  # squares grow from layer to layer
     random = np.random.default_rng(seed)
     return [
         Layer(
-            (random.normal(size=(a, b)) * np.sqrt(2 / a)).astype(np.float32),
+            (scale * random.normal(size=(a, b)) * np.sqrt(2 / a)).astype(np.float32),
             (random.normal(size=b) * 0.1).astype(np.float32),
         )
         for a, b in itertools.pairwise(sizes)
@@ -45,7 +47,7 @@ def flat(layers):
     return np.concatenate([p.ravel() for y in layers for p in (y.weights, y.biases)])
 
 
-def autograd(layers, samples, order, offset=1.0):
+def autograd(layers, samples, order, activation=RELU, offset=1.0):
     """Loss and gradient in float64 PyTorch, written without the package's code."""
     count = samples.inputs
     rows = samples.blocks.reshape(-1, count + 4, BLOCK)[order].transpose(0, 2, 1)
@@ -57,7 +59,8 @@ def autograd(layers, samples, order, offset=1.0):
     ]
     x = rows[:, :count]
     for k in range(0, len(parameters), 2):
-        x = x if k == 0 else x.clamp(min=0)
+        if k:
+            x = x.clamp(min=0) ** (2 if activation == SQUARED_RELU else 1)
         x = x @ parameters[k] + parameters[k + 1]
     weight = rows[:, -1:]
     u = (torch.exp(x) - offset) * weight
@@ -70,11 +73,13 @@ def autograd(layers, samples, order, offset=1.0):
 
 @pytest.mark.parametrize("sizes", SHAPES)
 @pytest.mark.parametrize("count", [512, 480, 16])
-def test_kernel_gradient_matches_autograd(sizes, count):
-    layers, samples = random_layers(sizes), random_samples(count, inputs=sizes[0])
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+def test_kernel_gradient_matches_autograd(sizes, count, activation):
+    layers = random_layers(sizes, activation=activation)
+    samples = random_samples(count, inputs=sizes[0])
     order = np.random.default_rng(1).permutation(samples.block_count)
-    loss, gradient = KernelTrainer(layers, 512).gradient(samples, order)
-    expected_loss, expected = autograd(layers, samples, order)
+    loss, gradient = KernelTrainer(layers, 512, activation).gradient(samples, order)
+    expected_loss, expected = autograd(layers, samples, order, activation)
     assert loss == pytest.approx(expected_loss, rel=1e-6)
     assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
 
@@ -87,7 +92,8 @@ has = sys.argv[1] == "avx2"
 features = llvmlite.binding.FeatureMap(avx=has)
 llvmlite.binding.get_host_cpu_features = lambda: features
 from nacre.neural.kernel import KernelTrainer
-from nacre.numerics.mlp import Layer
+from nacre.neural.nbrdf import ACTIVATIONS
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.array import aligned_zeros
 from nacre.neural.samples import Samples
 from nacre.neural.simd import LANES
@@ -127,12 +133,23 @@ def test_kernel_gradient_on_other_processors(kind, processor, tmp_path):
     assert np.abs(result["gradient"] - expected).max() < 1e-5 * np.abs(expected).max()
 
 
+def test_positive_reflectances_that_fell_to_nothing_rise_again():
+    samples = random_samples(4096, heaviest=32.0)
+    *hidden, last = random_layers(SHAPES[0])
+    trainer = KernelTrainer([*hidden, Layer(last.weights, last.biases - 30.0)], 512, offset=0.0)
+    before = trainer.loss(samples)
+    for _ in range(60):
+        trainer.epoch(samples, np.arange(samples.block_count), np.full(8, 0.1, np.float32))
+    assert trainer.loss(samples) < 0.6 * before
+
+
 @pytest.mark.parametrize("heaviest", [1.0, 100.0])
 def test_positive_reflectances_have_the_gradient_of_autograd(heaviest):
     layers, samples = random_layers(SHAPES[0]), random_samples(512, heaviest=heaviest)
+    layers[-1] = Layer(0.5 * layers[-1].weights, layers[-1].biases)  # e^x above LEAST_SLOPE
     order = np.arange(32)
-    expected_loss, expected = autograd(layers, samples, order, 0.0)
-    loss, gradient = KernelTrainer(layers, 512, 0.0).gradient(samples, order)
+    expected_loss, expected = autograd(layers, samples, order, offset=0.0)
+    loss, gradient = KernelTrainer(layers, 512, offset=0.0).gradient(samples, order)
     assert loss == pytest.approx(expected_loss, rel=1e-6)
     assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
 

@@ -7,9 +7,20 @@ import itertools
 import numpy as np
 import pytest
 
-from nacre.numerics.mlp import RELU, SILU, SILU_BY_TANH, TANH, Layer, dense, forward, widths
+from nacre.numerics.mlp import (
+    RELU,
+    SILU,
+    SILU_BY_TANH,
+    SQUARED_RELU,
+    TANH,
+    Layer,
+    activate,
+    dense,
+    forward,
+    widths,
+)
 
-ALL = (RELU, TANH, SILU, SILU_BY_TANH)
+ALL = (RELU, SQUARED_RELU, TANH, SILU, SILU_BY_TANH)
 
 
 def made(*sizes: int) -> list[Layer]:
@@ -27,6 +38,7 @@ INPUTS = np.random.default_rng(2).normal(size=(7, 3)).astype(np.float32)
 def expected(activation: str) -> np.ndarray:
     functions = {
         RELU: lambda x: np.where(x > 0.0, x, 0.0),
+        SQUARED_RELU: lambda x: np.where(x > 0.0, x**2, 0.0),
         TANH: np.tanh,
         SILU: lambda x: x / (1.0 + np.exp(-x)),
         SILU_BY_TANH: lambda x: x / (1.0 + np.exp(-x)),
@@ -56,13 +68,21 @@ def test_activations_do_not_overflow(activation):
     np.testing.assert_allclose(found, [[0.0], [0.0], [1e3]], atol=1e-6)
 
 
-def test_components_are_what_rows_are():
-    found = forward(tuple(INPUTS.T), LAYERS)
+@pytest.mark.parametrize("activation", [RELU, SQUARED_RELU])
+def test_components_are_what_rows_are(activation):
+    found = forward(tuple(INPUTS.T), LAYERS, activation)
     assert isinstance(found, list)
-    np.testing.assert_allclose(np.stack(found, -1), forward(INPUTS, LAYERS), rtol=1e-5, atol=1e-6)
+    rows = forward(INPUTS, LAYERS, activation)
+    np.testing.assert_allclose(np.stack(found, -1), rows, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.parametrize("activation", [RELU, TANH, SILU])
+@pytest.mark.parametrize("activation", ALL)
+def test_a_layer_and_its_activation_can_be_taken_apart(activation):
+    apart = activate(dense(INPUTS, LAYERS[0]), activation)
+    np.testing.assert_array_equal(apart, dense(INPUTS, LAYERS[0], activation))
+
+
+@pytest.mark.parametrize("activation", [RELU, SQUARED_RELU, TANH, SILU])
 def test_tensors_have_gradients(activation):
     torch = pytest.importorskip("torch", reason="needs the extra 'latent'")
     layers = [tuple(torch.tensor(part, requires_grad=True) for part in y) for y in LAYERS]

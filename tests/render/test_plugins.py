@@ -41,10 +41,12 @@ def reflectance(name: str) -> Brdf:
         return Constant(0.2, 0.5, 0.8)
     if name == "anisotropic":
         return network(3, isotropic=False)
-    if name in ("enhanced", "reciprocal"):
-        return network(4, inputs=name)
-    if name == "anisotropic reciprocal":
-        return network(5, inputs="reciprocal", isotropic=False)
+    if name == "enhanced":
+        return network(4, inputs="enhanced", activation="squared relu")
+    if name in RECIPROCAL:
+        isotropic = name == "reciprocal"
+        squared = {"inputs": "reciprocal", "activation": "squared relu"}
+        return network(5, isotropic=isotropic, **squared)
     if name.startswith("random"):
         return network(int(name[len("random") :]))
     if name.endswith("tabulated"):
@@ -272,14 +274,17 @@ def test_physical_networks_are_reciprocal_within_rounding(
     np.testing.assert_allclose(there[above], back[above], rtol=2e-6)
 
 
-@pytest.mark.parametrize("inputs", ["paper", "enhanced", "reciprocal"])
+@pytest.mark.parametrize(
+    ("inputs", "activation"),
+    [("paper", "relu"), ("enhanced", "squared relu"), ("reciprocal", "squared relu")],
+)
 @pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
 def test12_cooperative_weights_change_without_recompiling(
-    rgb: Any, directions: Pairs, precision: str, tolerance: float, inputs: str
+    rgb: Any, directions: Pairs, precision: str, tolerance: float, inputs: str, activation: str
 ) -> None:
     wi, wo = directions
     si, light = interaction(rgb, wo), rgb.Vector3f(np.ascontiguousarray(wi.T))
-    first, second = (network(seed, inputs=inputs) for seed in (1, 2))
+    first, second = (network(seed, inputs=inputs, activation=activation) for seed in (1, 2))
     bsdf = nacre.render.bsdf(first, weights="cooperative", precision=precision)
     other = nacre.render.bsdf(second, weights="cooperative", precision=precision)
     params = rgb.traverse(bsdf)

@@ -19,10 +19,11 @@ from nacre.io.tensors import (
 )
 from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, STEREOGRAPHIC
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import describe_sampler, make_sampler
 
-VERSION = 1
+_VERSIONS = {RELU: 1, SQUARED_RELU: 2}
+"""Of a file, by what follows the hidden layers: a reader that knows version 1 only knows ReLU."""
 _LIMIT = 1 << 26
 _KEY = "nacre"
 _FIXED = "version", "model", "sizes", "parametrisation", "output", "color_space", "name", "sampler"
@@ -55,7 +56,7 @@ def encode(network: NeuralBrdf) -> bytes:
         raise FormatError(str(error)) from error
     header: dict[str, Any] = {
         **network.metadata,
-        "version": VERSION,
+        "version": _VERSIONS[network.activation],
         "model": "nbrdf",
         "sizes": list(network.sizes),
         "parametrisation": _PARAMETRISATIONS[network.inputs, network.isotropic],
@@ -96,14 +97,16 @@ def load(path: PathLike) -> NeuralBrdf:
 
 
 def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
-    if header["version"] != VERSION:
-        raise ValueError(f"version {header['version']}; this nacre reads version {VERSION}")
+    activations = [key for key, number in _VERSIONS.items() if number == header["version"]]
+    if not activations:
+        known = " and ".join(map(str, _VERSIONS.values()))
+        raise ValueError(f"version {header['version']}; this nacre reads versions {known}")
     if header["model"] != "nbrdf":
         raise ValueError(f"unknown model {header['model']!r}; update nacre")
-    known = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
-    if not known:
+    found = [key for key, text in _PARAMETRISATIONS.items() if text == header["parametrisation"]]
+    if not found:
         raise ValueError(f"unknown parametrization {header['parametrisation']!r}; update nacre")
-    inputs, isotropic = known[0]
+    inputs, isotropic = found[0]
     metadata = {key: value for key, value in header.items() if key not in _FIXED}
     for key in ("source", "fit", "quality"):
         if not isinstance(metadata.get(key, {}), dict):
@@ -116,7 +119,7 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
     stored = [name for name, kind in PRECISIONS.items() if kinds <= {kind}]
     if not stored:
         raise ValueError("layers do not hold float32 or float16 numbers, all alike")
-    check_weights(layers)
+    check_weights(layers, activations[0])
     network = NeuralBrdf(
         layers,
         isotropic=isotropic,
@@ -125,6 +128,7 @@ def _from_header(header: dict[str, Any], tensors: Tensors) -> NeuralBrdf:
         sampler=make_sampler(header["sampler"]),
         metadata=metadata,
         precision=stored[0],
+        activation=activations[0],
     )
     if list(network.sizes) != header["sizes"]:
         raise ValueError(f"tensors have sizes {network.sizes}, the header says {header['sizes']}")

@@ -23,7 +23,7 @@ from nacre.neural.scattered import (
 )
 from nacre.neural.training import initial_layers
 from nacre.numerics.direction_samples import Scattered
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, Layer
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import check_isotropic, fit_lobes
@@ -79,6 +79,7 @@ class FitData:
             name=self.name,
             inputs=recipe.inputs,
             precision=recipe.stored_precision,
+            activation=recipe.hidden_activation,
         )
         if scan is not None:
             quality = {**quality, **validation_errors(scan, network, *chosen)}
@@ -125,6 +126,7 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
             batch=half,
             learning_rate=0.5 * recipe.learning_rate,
             precision=recipe.precision or SINGLE,
+            activation=recipe.activation or RELU,
             gain=1.0,  # of the held-out samples
         )
     usual = factor * (SAMPLES if scan is None else SCATTERED_SAMPLES)
@@ -134,6 +136,7 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
         samples=count,
         hidden=tuple(recipe.widths(input_count(recipe.inputs, isotropic))),
         precision=recipe.stored_precision,
+        activation=recipe.hidden_activation,
     )
 
     def sampled(done: int, total: int) -> None:

@@ -67,7 +67,10 @@ def fit(
     report = progress or silent
     material = prepare(brdf, recipe or Recipe(), report)
     trainer = KernelTrainer(
-        material.initial_layers(), material.recipe.batch, material.recipe.offset
+        material.initial_layers(),
+        material.recipe.batch,
+        material.recipe.hidden_activation,
+        material.recipe.offset,
     )
     quality = train(trainer, material.training, material.held_out, material.recipe, progress)
     report("sampling lobes", 0, 1, "")
@@ -152,7 +155,8 @@ def _fit_stack(
     recipe = materials[0].recipe
     with memory_errors(device):
         first = materials[0].initial_layers()
-        trainer = TorchTrainer(first, recipe.batch, device, len(materials), recipe.offset)
+        form = recipe.hidden_activation, recipe.offset
+        trainer = TorchTrainer(first, recipe.batch, device, len(materials), *form)
         training = SampleStack([material.training for material in materials], device)
         held_out = SampleStack([material.held_out for material in materials], device)
         losses = train(trainer, training, held_out, recipe, progress)

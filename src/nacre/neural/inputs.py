@@ -21,6 +21,7 @@ LARGEST_INPUT = 1.01  # bound of the magnitude of every input
 
 _HIGHLIGHT = 1e-4  # added to sin^2 theta_h before its logarithm: below .6 degrees all look alike
 _HORIZON = 0.01  # added to cosines before their logarithm
+_RIM = 0.015  # cosine below which all directions to the horizon look alike to physical networks
 _TINY = 1e-30
 
 
@@ -51,7 +52,8 @@ def network_inputs(
     .01) / 4.6 of the light and of the view open up grazing angles. Of an isotropic material it
     takes |d_y|, since mirroring changes nothing. "stereographic" is the projections of both
     directions, of light and view as they are, as networks for textures see them (Rainer, Jakob,
-    Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
+    Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation"). "reciprocal" is like
+    "enhanced" but for what a swap of light and view changes.
 
     `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; it is nothing to
     stereographic inputs.
@@ -64,39 +66,38 @@ def network_inputs(
     rotated = isotropic(h) if rotate_half_vector else h
     if inputs == PAPER:
         return (*rotated, *d)
-    highlight, light, view = _stretched(h, wi, wo)
     xp = namespace(*wi, *wo)
+    highlight = _highlight(h)
+    light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
     if rotate_half_vector:
         return (rotated[0], highlight, light, view, d[0], xp.abs(d[1]))
     return (rotated[0], rotated[1], highlight, light, view, d[0], d[1])
 
 
-def _stretched(h: Components, wi: Components, wo: Components) -> tuple[Array, Array, Array]:
-    """Logarithms of the angle of h from the normal, and of the cosines of light and view."""
-    xp = namespace(*wi, *wo)
-    highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
-    light, view = (xp.log(xp.maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6) for w in (wi, wo))
-    return highlight, light, view
+def _highlight(h: Components) -> Array:
+    """Logarithm of the angle of h from the normal."""
+    return namespace(*h).log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
 
 
 def _reciprocal(wi: Components, wo: Components, rotate_half_vector: bool) -> tuple[Array, ...]:
     """Inputs that are the same, to the last bit, where light and view are swapped.
 
     A swap leaves h, exchanges the cosines, and negates the horizontal part of d, which is that of
-    (wi - wo) / 2: floating-point sums commute, and differences are odd.
+    (wi - wo) / 2: floating-point sums commute, and differences are odd. Cosines are taken to be
+    :data:`_RIM` at least, lest networks gain energy where hardly any sample is.
     """
     xp = namespace(*wi, *wo)
     h = half_vector(wi, wo)
     half = (0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), 0.5 * (wi[2] - wo[2]))
     x, y, _ = to_half_frame(half, h)
-    highlight, light, view = _stretched(h, wi, wo)
+    light, view = (xp.log(xp.maximum(w[2], _RIM)) * (1.0 / 4.2) for w in (wi, wo))
     lower, upper = xp.minimum(light, view), xp.maximum(light, view)
     if rotate_half_vector:
-        return (isotropic(h)[0], highlight, lower, upper, xp.abs(x), xp.abs(y))
+        return (isotropic(h)[0], _highlight(h), lower, upper, xp.abs(x), xp.abs(y))
     # The angle of (x, y) doubled: the plane with opposite points made one.
     scale = 1.0 / xp.sqrt(xp.maximum(x * x + y * y, _TINY))
     doubled = (x * x - y * y) * scale, 2.0 * x * y * scale
-    return (h[0], h[1], highlight, lower, upper, *doubled)
+    return (h[0], h[1], _highlight(h), lower, upper, *doubled)
 
 
 def _projected(w: Components) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import aligned_zeros
-from nacre.neural.samples import BLOCK, Samples
+from nacre.neural.samples import BLOCK, LEAST_SLOPE, Samples
 from nacre.neural.simd import (
     DENSE_ROWS,
     LANES,
@@ -28,11 +28,13 @@ from nacre.neural.simd import (
     dense_gate,
     dense_linear,
     dense_relu,
+    dense_slope,
+    dense_squared_relu,
     outer,
     prefetch_block,
     sum_lanes,
 )
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.runtime.compilation import compiled, inner, inner_fast
 
 _OUTPUTS = 3
@@ -105,6 +107,8 @@ def _loss_gradient(x: Any, target: Any, weight: Any, offset: Any, gradient: Any,
         u = (e - one) * weight[s] if offset else e * weight[s]
         size = one + (abs(u) if weight[s] > one else u)
         g = (scale if u > target[s] else -scale) * weight[s] * e / size
+        if not offset and u < target[s]:
+            g = -scale * weight[s] * max(e, np.float32(LEAST_SLOPE)) / size
         gradient[s] = g
         total += g
     return total
@@ -149,15 +153,23 @@ def _prefetch(blocks: Any, order: Any, inputs: Any) -> None:
 
 
 @inner  # type: ignore[untyped-decorator]
-def _forward(panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any) -> None:
-    """Activations of a panel of samples."""
+def _forward(
+    panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, roots: Any,
+    squared: Any,
+) -> None:  # fmt: skip
+    """Activations of a panel of samples, and their roots where they are squares."""
     layers = widths.size - 1
     for layer in range(layers):
         rows, columns, start = widths[layer], widths[layer + 1], starts[layer]
         bias = start + rows * columns
         for t in range(0, columns, DENSE_ROWS):
             y = t * stride + panel
-            if layer < layers - 1:
+            if layer < layers - 1 and squared:
+                dense_squared_relu(
+                    x[layer], panel, stride, rows, weights, start + t, columns, 1, bias + t,
+                    x[layer + 1], roots[layer + 1], y,
+                )  # fmt: skip
+            elif layer < layers - 1:
                 dense_relu(
                     x[layer], panel, stride, rows, weights, start + t, columns, 1, bias + t,
                     x[layer + 1], y,
@@ -191,9 +203,12 @@ def _output_gradient(
 
 @inner  # type: ignore[untyped-decorator]
 def _backward(
-    panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, x: Any, g: Any, sums: Any
-) -> None:
-    """Gradients of all activations of a panel from those of the outputs in g[-1].
+    panel: Any, widths: Any, starts: Any, weights: Any, stride: Any, kept: Any, squared: Any,
+    g: Any, sums: Any,
+) -> None:  # fmt: skip
+    """Gradients of all sums of a panel from those of the outputs in g[-1].
+
+    Kept are the activations, or their roots where they are squares.
 
     Rows of `sums` are of the layers from the last to the first.
     """
@@ -201,10 +216,16 @@ def _backward(
     for layer in range(widths.size - 2, 0, -1):
         rows, columns, start = widths[layer], widths[layer + 1], starts[layer]
         for t in range(0, rows, DENSE_ROWS):
-            dense_gate(
-                g[layer + 1], panel, stride, columns, weights, start + t * columns, 1, columns,
-                x[layer], g[layer], t * stride + panel, sums, at + t * LANES,
-            )  # fmt: skip
+            if squared:
+                dense_slope(
+                    g[layer + 1], panel, stride, columns, weights, start + t * columns, 1, columns,
+                    kept[layer], g[layer], t * stride + panel, sums, at + t * LANES,
+                )  # fmt: skip
+            else:
+                dense_gate(
+                    g[layer + 1], panel, stride, columns, weights, start + t * columns, 1, columns,
+                    kept[layer], g[layer], t * stride + panel, sums, at + t * LANES,
+                )  # fmt: skip
         at += rows * LANES
 
 
@@ -226,12 +247,15 @@ def _weight_gradient(
 @compiled
 def _gradient(
     blocks: Any, order: Any, upcoming: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    offset: Any, rows: Any, targets: Any, factors: Any, sums: Any, parts: Any, places: Any,
+    squared: Any, offset: Any, rows: Any, targets: Any, factors: Any, sums: Any, parts: Any,
+    places: Any,
     gradient: Any,
 ) -> None:  # fmt: skip
     """Gradient of the mean loss of a mini-batch, while the upcoming one is fetched."""
     count = order.size * BLOCK
-    x, g = rows[0], rows[1]  # unpacked at once, Numba would not know that they are contiguous
+    # Unpacked at once, Numba would not know that they are contiguous.
+    x, g, roots = rows[0], rows[1], rows[2]
+    kept = roots if squared else x
     _gather(blocks, order, widths[0], stride, x[0], targets)
     scale = np.float32(1.0 / (_OUTPUTS * count))
     last = widths.size - 1
@@ -240,24 +264,25 @@ def _gradient(
     for panel in range(0, count, PANEL):
         first = panel // BLOCK
         _prefetch(blocks, upcoming[first : first + half], widths[0])
-        _forward(panel, widths, starts, weights, stride, x)
+        _forward(panel, widths, starts, weights, stride, x, roots, squared)
         _prefetch(blocks, upcoming[first + half : first + 2 * half], widths[0])
         _output_gradient(panel, count, stride, offset, x[last], targets, g[last], scale, sums)
-        _backward(panel, widths, starts, weights, stride, x, g, sums)
+        _backward(panel, widths, starts, weights, stride, kept, squared, g, sums)
     _weight_gradient(count, stride, rows.reshape(-1), factors, sums, parts, places, gradient)
 
 
 @compiled
 def _epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, mean: Any, square: Any,
-    widths: Any, starts: Any, weights: Any, stride: Any, offset: Any, rows: Any, targets: Any,
+    widths: Any, starts: Any, weights: Any, stride: Any, squared: Any, offset: Any, rows: Any,
+    targets: Any,
     factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
 ) -> None:  # fmt: skip
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]
         upcoming = order[(k + 1) * batch : (k + 2) * batch]
         _gradient(
-            blocks, part, upcoming, widths, starts, weights, stride, offset, rows, targets,
+            blocks, part, upcoming, widths, starts, weights, stride, squared, offset, rows, targets,
             factors, sums, parts, places, gradient,
         )  # fmt: skip
         step += 1
@@ -269,16 +294,17 @@ def _epoch(
 @compiled
 def _mean_loss(
     blocks: Any, order: Any, batch: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    offset: Any, x: Any, targets: Any,
+    squared: Any, offset: Any, rows: Any, targets: Any,
 ) -> Any:  # fmt: skip
     total = 0.0
+    x, roots = rows[0], rows[2]
     last = x[widths.size - 1]
     for k in range(0, order.size, batch):
         part = order[k : k + batch]
         count = part.size * BLOCK
         _gather(blocks, part, widths[0], stride, x[0], targets)
         for panel in range(0, count, PANEL):
-            _forward(panel, widths, starts, weights, stride, x)
+            _forward(panel, widths, starts, weights, stride, x, roots, squared)
         weight = targets[_OUTPUTS * stride : _OUTPUTS * stride + count]
         for channel in range(_OUTPUTS):
             values = slice(channel * stride, channel * stride + count)
@@ -325,11 +351,13 @@ def _round_up(n: int, multiple: int) -> int:
 class KernelTrainer:
     """Weights and optimizer state of one network on the CPU kernel.
 
-    Initial layers, of any widths, are copied; a step takes `batch` samples, a multiple of 16.
-    Reflectances are e^x - `offset` of the outputs x.
+    Initial layers, of any widths, are copied; a step takes `batch` samples, a multiple of 16. The
+    activation is ReLU or its square. Reflectances are e^x - `offset` of the outputs x.
     """
 
-    def __init__(self, layers: Sequence[Layer], batch: int, offset: float = 1.0) -> None:
+    def __init__(
+        self, layers: Sequence[Layer], batch: int, activation: str = RELU, offset: float = 1.0
+    ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
         self._batch = batch // BLOCK
@@ -344,10 +372,11 @@ class KernelTrainer:
         self._weights, self._mean, self._square, self._gradient = (
             aligned_zeros(sum(counts)) for _ in range(4)
         )
-        self._network = np.array(widths), starts, self._weights, stride, bool(offset)
+        form = activation == SQUARED_RELU, bool(offset)
+        self._network = np.array(widths), starts, self._weights, stride, *form
         for (weights, biases), layer in zip(self._views(self._weights), layers, strict=True):
             weights[:], biases[:] = layer.weights, layer.biases
-        shape = 2, len(widths), _round_up(max(widths), math.lcm(*OUTER_ROWS)) * stride
+        shape = 3, len(widths), _round_up(max(widths), math.lcm(*OUTER_ROWS)) * stride
         factors, places = _weight_tiles(widths, starts, shape, stride)
         bias_count = _round_up(sum(widths[1:]), LANES)
         rows, targets = aligned_zeros(shape), aligned_zeros(_TARGETS * stride)
@@ -391,6 +420,4 @@ class KernelTrainer:
 
     def _mean_loss(self, samples: Samples, order: npt.NDArray[np.int64]) -> float:
         rows, targets = self._scratch[:2]
-        return float(
-            _mean_loss(samples.blocks, order, self._batch, *self._network, rows[0], targets)
-        )
+        return float(_mean_loss(samples.blocks, order, self._batch, *self._network, rows, targets))

@@ -22,7 +22,7 @@ from nacre.neural.inputs import (
 )
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.direction_samples import loss_scale
-from nacre.numerics.mlp import Layer, widths
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, widths
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
@@ -31,6 +31,8 @@ HIDDEN = (21, 21)  # hidden layer sizes of the paper: 675 weights
 SINGLE, HALF = "single", "half"
 PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
 """How weights are stored, by name; computations are in single precision."""
+ACTIVATIONS = RELU, SQUARED_RELU
+"""What follows hidden layers: that of the paper, and a smooth one."""
 
 
 def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
@@ -40,7 +42,7 @@ def round_layers(layers: Sequence[Layer], precision: str) -> list[Layer]:
     return [Layer(*(np.clip(a, -largest, largest).astype(kind) for a in x)) for x in layers]
 
 
-def check_weights(layers: Sequence[Layer]) -> None:
+def check_weights(layers: Sequence[Layer], activation: str = RELU) -> None:
     """Raise ValueError for weights that are not finite, or whose sums could overflow float32."""
     bound = np.full(len(layers[0].weights), LARGEST_INPUT) if layers else np.ones(1)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -50,12 +52,14 @@ def check_weights(layers: Sequence[Layer]) -> None:
                 raise ValueError("weights are not finite")
             if len(bound) == len(weights):
                 bound = bound @ weights + biases
+                if activation == SQUARED_RELU and layer is not layers[-1]:
+                    bound = np.square(bound)
             if not bound.max() < _LARGEST_SUM:
                 raise ValueError("weights are so large that sums of them overflow")
 
 
 class NeuralBrdf(NetworkBrdf):
-    """An NBRDF: a pair of directions through ReLU layers to exp(x) - 1 per color channel.
+    """An NBRDF: a pair of directions through dense layers to exp(x) - 1 per color channel.
 
     Parameters
     ----------
@@ -71,6 +75,8 @@ class NeuralBrdf(NetworkBrdf):
         Name of the parametrization of the inputs; "paper" is (h, d).
     precision
         How a file stores the weights, one of :data:`PRECISIONS`, which must hold them exactly.
+    activation
+        What follows each layer but the last, one of :data:`ACTIVATIONS`.
     """
 
     isotropy_known = True
@@ -86,15 +92,18 @@ class NeuralBrdf(NetworkBrdf):
         metadata: Mapping[str, Any] | None = None,
         inputs: str = PAPER,
         precision: str = SINGLE,
+        activation: str = RELU,
     ) -> None:
         super().__init__(name=name, source=source, sampler=sampler)
         self.layers, self.isotropic = tuple(layers), isotropic
         self.metadata: Mapping[str, Any] = dict(metadata or {})
-        self.inputs, self.precision = inputs, precision
+        self.inputs, self.precision, self.activation = inputs, precision, activation
         self.physical = inputs == RECIPROCAL
         sizes = self.sizes
         if self.precision not in PRECISIONS:
             raise ValueError(f"unknown precision {self.precision!r}")
+        if self.activation not in ACTIVATIONS:
+            raise ValueError(f"unknown activation {self.activation!r}")
         rounded = round_layers(self.layers, self.precision)
         pairs = zip(chain(*self.layers), chain(*rounded), strict=True)
         if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
@@ -139,7 +148,8 @@ class NeuralBrdf(NetworkBrdf):
     def with_layers(self, layers: Sequence[Layer]) -> NeuralBrdf:
         """A network of other layers that is like this one in all else."""
         kept = "isotropic", "name", "source", "sampler", "metadata", "inputs", "precision"
-        return NeuralBrdf(layers, **{name: getattr(self, name) for name in kept})
+        settings = {name: getattr(self, name) for name in (*kept, "activation")}
+        return NeuralBrdf(layers, **settings)
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)
@@ -153,6 +163,7 @@ class NeuralBrdf(NetworkBrdf):
         source = self.metadata.get("source", {})
         facts = {
             "inputs": self.inputs,
+            "activation": self.activation,
             "layers": "-".join(map(str, self.sizes)),
             "weights": self.weight_count,
             "sampler": str(self.sampler),

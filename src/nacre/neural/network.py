@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.neural.inputs import network_inputs
-from nacre.numerics.mlp import Layer, forward
+from nacre.numerics.mlp import RELU, Layer, forward
 
 
 class NetworkBrdf(Brdf):
-    """A network: ReLU layers from a parametrization of the directions to f_r of every channel.
+    """A network: dense layers from a parametrization of the directions to f_r of every channel.
 
     Renderers may hold the weights in a buffer, so that one kernel serves all networks of the same
     :attr:`layers`' sizes.
@@ -22,6 +22,9 @@ class NetworkBrdf(Brdf):
     """Dense layers from the inputs to 3 outputs."""
     inputs: str
     """Name of the parametrization; see :func:`nacre.neural.inputs.network_inputs`."""
+
+    activation: str = RELU
+    """What follows each layer but the last: :data:`nacre.numerics.mlp.RELU` or `SQUARED_RELU`."""
 
     shared_layers: int = 0
     """How many of the first layers are the same in all materials of a family."""
@@ -33,4 +36,4 @@ class NetworkBrdf(Brdf):
     def eval_components(self, wi: Components, wo: Components) -> Components:
         """See :class:`nacre.brdf.Brdf`; weights enter a Dr.Jit kernel as literals."""
         inputs = network_inputs(wi, wo, self.isotropic, self.inputs)
-        return self.from_outputs(forward(inputs, self.layers))
+        return self.from_outputs(forward(inputs, self.layers, self.activation))

@@ -26,7 +26,7 @@ LIMIT = 0.95
 
 _POLAR, _AZIMUTHS = 48, 16  # views at which a projection is darkened
 _STEPS = 200
-_ORDER = 12  # of the integrals
+_ORDERS = 24, 12  # of the integrals at each: of isotropic and of other materials
 _RIM = 0.01  # cosine of the light below which tables, which divide by it, count less
 _LOWEST = 1e-20  # a cosine that is not 0
 _TARGET = 0.9999  # of the bound after the factor, so that rounding cannot lift it above 1
@@ -111,11 +111,11 @@ class Projection(Brdf):
     def _solved(self) -> Floats | None:
         """Factors by a damped fixed point of s(o) = min(1, limit / sum over i of A(o, i) s(i))."""
         theta, phi = views(_POLAR, 1 if self.isotropic else _AZIMUTHS)
-        count = theta.size
+        count, order = theta.size, _ORDERS[not self.isotropic]
         reflected = np.empty((count, count, 3))
         for view in range(count):
             one = theta.ravel()[view : view + 1], phi.ravel()[view : view + 1]
-            wi, weights = half_vector_rule(*one, _ORDER)
+            wi, weights = half_vector_rule(*one, order)
             f_r = self.eval(wi[0], join(from_spherical(*one))).astype(float)
             parts = _nodes(split(wi[0]), theta.shape[1])
             for c in range(3):

@@ -7,7 +7,7 @@ import numpy as np
 from nacre.geometry import cosine_hemisphere, join, split, uniform_rusinkiewicz
 from nacre.neural.inputs import network_inputs
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.numerics.mlp import Layer, dense
+from nacre.numerics.mlp import Layer, activate, dense
 
 _PAIRS = 1 << 16
 _MARGIN = 0.02  # part of its range by which a unit must stay below zero to count as never active
@@ -16,7 +16,7 @@ _MARGIN = 0.02  # part of its range by which a unit must stay below zero to coun
 def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
     """The same reflectance from fewer weights.
 
-    A hidden unit whose input to ReLU is negative, with a margin, at each of 2^16 pairs of
+    A hidden unit whose input to the activation is negative, with a margin, at each of 2^16 pairs of
     directions uniform in the Rusinkiewicz angles and as many that follow the cosine, is left out.
     Training leaves a few such units in most networks.
     """
@@ -38,5 +38,5 @@ def without_inactive_units(network: NeuralBrdf) -> NeuralBrdf:
         here, after = layers[index], layers[index + 1]
         layers[index] = Layer(here.weights[:, kept], here.biases[kept])
         layers[index + 1] = Layer(after.weights[kept], after.biases)
-        values = np.maximum(values, 0.0)
+        values = activate(values, network.activation)
     return network.with_layers(layers)

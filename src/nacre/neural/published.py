@@ -21,7 +21,7 @@ from nacre.io.npy import MAGIC, parse_npy
 from nacre.neural.hdf5_strings import count_strings
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import NeuralBrdf, check_weights
-from nacre.numerics.mlp import Layer
+from nacre.numerics.mlp import RELU, Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
@@ -63,7 +63,7 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
 
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
-    if network.inputs != PAPER:
+    if network.inputs != PAPER or network.activation != RELU:
         raise FormatError(f"{path}: holds networks of the paper's inputs only; fit with these")
     names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
     content = io.BytesIO()  # HDF5 does not survive a full disk

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.neural.inputs import PAPER, RECIPROCAL, STEREOGRAPHIC, input_count
-from nacre.neural.nbrdf import HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
+from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, STEREOGRAPHIC, input_count
+from nacre.neural.nbrdf import ACTIVATIONS, HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
 from nacre.neural.samples import BLOCK
+from nacre.numerics.mlp import RELU, SQUARED_RELU
 from nacre.sampling import DISTRIBUTIONS
 
 ENHANCED_GAIN = 32.0  # default gain of the loss with enhanced inputs
@@ -65,6 +66,10 @@ class Recipe:
     precision
         "single" or "half": how weights are stored. None for half with enhanced and reciprocal
         inputs, single with others and of a scan, whose clamp layer rounding would spoil.
+    activation
+        "relu" or "squared relu": what follows the hidden layers. None for squares with enhanced
+        inputs, the paper's ReLU with others and of a scan, whose clamp layer needs it. With squares
+        a physical fit may gain energy without bound where hardly any sample is.
     physical
         Fit a network that is reciprocal, positive, and reflects no more light than it gets; see
         :mod:`nacre.neural.physical`. Its inputs are "reciprocal", in place of `inputs`.
@@ -83,6 +88,7 @@ class Recipe:
     gain: float | None = None
     sampling: str = "mixed"
     precision: str | None = None
+    activation: str | None = None
     physical: bool = False
 
     def __post_init__(self) -> None:
@@ -92,7 +98,9 @@ class Recipe:
             raise ValueError(f"physical fits have reciprocal inputs, and no others: {self.inputs}")
         input_count(self.inputs, True)
         check_positive(self, "epochs", "samples", "hidden")
-        distributions, precisions = ", ".join(DISTRIBUTIONS), ", ".join(PRECISIONS)
+        distributions, precisions, activations = (
+            ", ".join(names) for names in (DISTRIBUTIONS, PRECISIONS, ACTIVATIONS)
+        )
         blocks = self.batch >= BLOCK and self.batch % BLOCK == 0
         for name, fits, rule in (
             ("gain", self.gain is None or 0 < self.gain <= 1e6, "lie between 0 and a million"),
@@ -101,6 +109,7 @@ class Recipe:
             ("held_out", 0 < self.held_out < 1, "lie between 0 and 1"),
             ("sampling", self.sampling in DISTRIBUTIONS, f"be one of {distributions}"),
             ("precision", self.stored_precision in PRECISIONS, f"be one of {precisions}"),
+            ("activation", self.hidden_activation in ACTIVATIONS, f"be one of {activations}"),
             ("seed", self.seed >= 0, "not be negative"),
             ("batch", blocks, f"be a positive multiple of {BLOCK}"),
         ):
@@ -142,6 +151,13 @@ class Recipe:
         if self.precision is not None:
             return self.precision
         return SINGLE if self.inputs in (PAPER, STEREOGRAPHIC) else HALF
+
+    @property
+    def hidden_activation(self) -> str:
+        """The activation, or its default."""
+        if self.activation is not None:
+            return self.activation
+        return SQUARED_RELU if self.inputs == ENHANCED else RELU
 
     def widths(self, inputs: int) -> tuple[int, ...]:
         """Widths of the hidden layers of a network of so many inputs; ValueError if `size` is too

@@ -11,7 +11,7 @@ Matrices of activations are stored feature by feature: row `r`, sample `s` of a 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import llvmlite.binding
@@ -149,7 +149,10 @@ def _products(
 
 
 def _dense(relu: bool) -> Any:
-    """Tile of a dense layer: y[t, s] = f(b[t] + sum_i w[i, t] x[i, s]) over a panel of samples."""
+    """Tile of a dense layer: y[t, s] = f(b[t] + sum_i w[i, t] x[i, s]) over a panel of samples.
+
+    f is the identity or max(x, 0).
+    """
 
     @intrinsic  # type: ignore[untyped-decorator]
     def tile(
@@ -182,6 +185,35 @@ dense_linear = _dense(False)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def dense_squared_relu(
+    _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
+    w_stride: Any, w_step: Any, b_offset: Any, y: Any, roots: Any, y_offset: Any,
+) -> Any:  # fmt: skip
+    """Tile of a dense layer before a squared ReLU.
+
+    roots[t, s] = max(b[t] + sum_i w[i, t] x[i, s], 0), laid out as y, which are their squares.
+    """
+    i = types.intp
+    signature = types.void(x, i, i, i, w, i, i, i, i, y, roots, i)
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        emit = _Emitter(context, builder, sig, arguments)
+        (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, _, _, y_at) = arguments
+        biases = [emit.splat(4, emit.at(b_at, (_i64(t), 1))) for t in range(DENSE_ROWS)]
+        tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, biases)
+        for t, vectors in enumerate(tile):
+            for v, accumulator in enumerate(vectors):
+                at = emit.at(y_at, (row, t), (_i64(v), LANES))
+                total = builder.load(accumulator)
+                root = emit.where_positive(total, total)
+                emit.store(root, 10, at)
+                emit.store(builder.fmul(root, root), 9, at)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def dense_gate(
     _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
     w_stride: Any, w_step: Any, activations: Any, y: Any, y_offset: Any, sums: Any,
@@ -192,8 +224,32 @@ def dense_gate(
     y[t, s] = sum_i w[i, t] x[i, s] where activations[t, s], laid out as y, are positive; else 0.
     The panel's part of the sum of row t is added to the vector at `sums_offset + t * LANES`.
     """
+    return _behind((x, activations, y, sums), _Emitter.where_positive)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def dense_slope(
+    _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
+    w_stride: Any, w_step: Any, roots: Any, y: Any, y_offset: Any, sums: Any, sums_offset: Any,
+) -> Any:  # fmt: skip
+    """The same behind the derivative of a squared ReLU: the sum times 2 roots[t, s]."""
+
+    def derivative(emit: _Emitter, root: Any, value: Any) -> Any:
+        return emit.builder.fmul(emit.builder.fadd(root, root), value)
+
+    return _behind((x, roots, y, sums), derivative)
+
+
+def _behind(
+    arrays: tuple[Any, Any, Any, Any], derivative: Callable[[_Emitter, Any, Any], Any]
+) -> Any:
+    """Signature and code of a tile of the backward pass, from the types of its arrays.
+
+    `derivative` takes what the forward pass kept, and the gradient after the activation.
+    """
     i = types.intp
-    signature = types.void(x, i, i, i, w, i, i, i, activations, y, i, sums, i)
+    x, kept, y, sums = arrays
+    signature = types.void(x, i, i, i, x, i, i, i, kept, y, i, sums, i)
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         emit = _Emitter(context, builder, sig, arguments)
@@ -205,7 +261,7 @@ def dense_gate(
             total = emit.load(11, total_at)
             for v, accumulator in enumerate(vectors):
                 at = emit.at(y_at, (row, t), (_i64(v), LANES))
-                value = emit.where_positive(emit.load(8, at), builder.load(accumulator))
+                value = derivative(emit, emit.load(8, at), builder.load(accumulator))
                 emit.store(value, 9, at)
                 total = builder.fadd(total, value)
             emit.store(total, 11, total_at)

@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
-from nacre.neural.samples import BLOCK, Samples
-from nacre.numerics.mlp import RELU, Layer, dense
+from nacre.neural.samples import BLOCK, LEAST_SLOPE, Samples
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, dense
 from nacre.runtime.device import open_device
 
 torch: Any = require("torch", "torch")
@@ -64,8 +64,8 @@ class TorchTrainer:
     "cuda:1".
 
     Initial layers of each network are copied; a step takes `batch` samples of each material, a
-    multiple of 16. Reflectances are e^x - `offset` of the outputs x. Raises NacreError if PyTorch
-    has no such device here.
+    multiple of 16. The activation is ReLU or its square. Reflectances are e^x - `offset` of the
+    outputs x. Raises NacreError if PyTorch has no such device here.
     """
 
     def __init__(
@@ -74,11 +74,13 @@ class TorchTrainer:
         batch: int,
         device: str,
         materials: int = 1,
+        activation: str = RELU,
         offset: float = 1.0,
     ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
-        self._batch, self._materials, self._offset = batch // BLOCK, materials, offset
+        self._batch, self._materials = batch // BLOCK, materials
+        self._activation, self._offset = activation, offset
         self._device = open_device(device)
 
         def stacked(array: Vector) -> Tensor:
@@ -114,8 +116,7 @@ class TorchTrainer:
         if order.shape[-1] > self._batch:
             raise ValueError(f"{order.shape[-1]} blocks are more than one batch of {self._batch}")
         blocks = self._gather(samples, torch.from_numpy(order).to(self._device))
-        losses = _losses(blocks, self._weights, self._biases, self._offset)
-        losses /= OUTPUTS * blocks.shape[1]
+        losses = self._losses(blocks, self._weights, self._biases) / (OUTPUTS * blocks.shape[1])
         return np.asarray(losses.cpu()), self._layers(*self._gradient(blocks))
 
     def epoch(
@@ -141,8 +142,7 @@ class TorchTrainer:
             one = slice(index, index + 1)
             weights, biases = ([p[one] for p in ps] for ps in (self._weights, self._biases))
             parts = (part.view(1, -1, part.shape[-1]) for part in blocks.split(_LOSS_BLOCKS))
-            summed = [_losses(rows, weights, biases, self._offset) for rows in parts]
-            total = torch.cat(summed).sum()
+            total = torch.cat([self._losses(rows, weights, biases) for rows in parts]).sum()
             losses.append(total / (OUTPUTS * BLOCK * len(blocks)))
         return np.asarray(torch.stack(losses).cpu())
 
@@ -190,12 +190,13 @@ class TorchTrainer:
 
     def _gradient(self, rows: Tensor) -> tuple[list[Tensor], list[Tensor]]:
         """Gradients of the mean losses; by hand, which takes two thirds of autograd's time."""
-        activations = _forward(rows, self._weights, self._biases)
+        activations = self._forward(rows, self._weights, self._biases)
         weight = rows[..., -1:]
         e, weighted = _weighted(activations.pop(), weight, self._offset)
         # The logarithm of the loss rises, so that it is not needed here.
         side = (weighted - rows[..., -OUTPUTS - 1 : -1]).sign()
-        g = side * (weight / (OUTPUTS * rows.shape[1])) * e / _argument(weighted, weight)
+        slope = e if self._offset else e.clamp(min=LEAST_SLOPE).where(side < 0.0, e)
+        g = side * (weight / (OUTPUTS * rows.shape[1])) * slope / _argument(weighted, weight)
         weights: list[Tensor] = []
         biases: list[Tensor] = []
         for layer in reversed(range(len(activations))):
@@ -203,27 +204,26 @@ class TorchTrainer:
             weights.insert(0, torch.bmm(x.mT, g))
             biases.insert(0, g.sum(1))
             if layer:
-                g = _gate(torch.bmm(g, self._weights[layer].mT), x, 0.0)
+                g = torch.bmm(g, self._weights[layer].mT)
+                g = g * (2.0 * x.sqrt()) if self._activation == SQUARED_RELU else _gate(g, x, 0.0)
         return weights, biases
 
+    def _forward(
+        self, rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]
+    ) -> list[Tensor]:
+        """Inputs of every layer, and the outputs, each of shape (materials, samples, width)."""
+        activations = [rows[..., : weights[0].shape[1]]]
+        for index, layer in enumerate(zip(weights, biases, strict=True), 1):
+            activation = self._activation if index < len(weights) else None
+            activations.append(dense(activations[-1], layer, activation))
+        return activations
 
-def _forward(rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> list[Tensor]:
-    """Inputs of every layer, and the outputs, each of shape (materials, samples, width)."""
-    activations = [rows[..., : weights[0].shape[1]]]
-    for index, layer in enumerate(zip(weights, biases, strict=True), 1):
-        activation = RELU if index < len(weights) else None
-        activations.append(dense(activations[-1], layer, activation))
-    return activations
-
-
-def _losses(
-    rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor], offset: float
-) -> Tensor:
-    """Sums of |log(1 + (e^x - offset) weight) - log(1 + target)|, shape (materials,)."""
-    weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
-    _, weighted = _weighted(_forward(rows, weights, biases)[-1], weight, offset)
-    logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
-    return (logarithm - target.log1p()).abs().sum((1, 2))
+    def _losses(self, rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> Tensor:
+        """Sums of |log(1 + (e^x - offset) weight) - log(1 + target)|, shape (materials,)."""
+        weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
+        _, weighted = _weighted(self._forward(rows, weights, biases)[-1], weight, self._offset)
+        logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
+        return (logarithm - target.log1p()).abs().sum((1, 2))
 
 
 def _weighted(outputs: Tensor, weight: Tensor, offset: float) -> tuple[Tensor, Tensor]:

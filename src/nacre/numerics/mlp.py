@@ -18,6 +18,7 @@ import numpy.typing as npt
 from nacre.array import Array, Floats, namespace
 
 RELU, TANH = "relu", "tanh"
+SQUARED_RELU = "squared relu"  # max(x, 0)^2: smooth, for one more multiplication
 SILU = "silu"  # x / (1 + exp(-x)), also known as swish
 SILU_BY_TANH = "silu by tanh"  # the same as x / 2 (1 + tanh(x / 2)), whose last bits differ
 
@@ -86,8 +87,8 @@ def forward(values: Any, layers: Sequence[AnyLayer], activation: str = RELU) -> 
     layers
         The last one is linear.
     activation
-        What follows each of the others: :data:`RELU`, :data:`TANH`, :data:`SILU` or
-        :data:`SILU_BY_TANH`.
+        What follows each of the others: :data:`RELU`, :data:`SQUARED_RELU`, :data:`TANH`,
+        :data:`SILU` or :data:`SILU_BY_TANH`.
 
     Returns
     -------
@@ -111,6 +112,11 @@ def dense(values: Any, layer: AnyLayer, activation: str | None = None) -> Any:
     return result if activation is None else functions[activation](result)
 
 
+def activate(values: Any, activation: str) -> Any:
+    """What an activation of :func:`forward` makes of the values before it."""
+    return _library(values)[1][activation](values)
+
+
 _Functions: TypeAlias = dict[str, Callable[[Any], Any]]
 
 
@@ -119,10 +125,10 @@ def _library(values: Any) -> tuple[Callable[[Any, Any, Any], Any], _Functions]:
     if isinstance(values, np.ndarray):
         return _rows, _NUMPY
     if isinstance(values, list | tuple):
-        return _components, {RELU: _relu_components}
+        return _components, _COMPONENTS
     if type(values).__module__.partition(".")[0] == "torch":
         return _tensors, _TORCH
-    return _cooperative, {RELU: _relu_cooperative, SILU: _silu_cooperative}
+    return _cooperative, _COOPERATIVE
 
 
 def _rows(values: Floats, weights: Floats, biases: Floats) -> Floats:
@@ -140,6 +146,7 @@ def _silu_by_tanh(x: Floats) -> Floats:
 
 _NUMPY: _Functions = {
     RELU: lambda x: np.maximum(x, 0.0),
+    SQUARED_RELU: lambda x: np.maximum(x, 0.0) * x,
     TANH: np.tanh,
     SILU: silu,
     SILU_BY_TANH: _silu_by_tanh,
@@ -153,6 +160,14 @@ def _components(values: Sequence[Array], weights: Any, biases: Any) -> list[Arra
 def _relu_components(values: Sequence[Array]) -> list[Array]:
     xp = namespace(*values)
     return [xp.maximum(v, 0.0) for v in values]
+
+
+def _squared_relu_components(values: Sequence[Array]) -> list[Array]:
+    xp = namespace(*values)
+    return [xp.maximum(v, 0.0) * v for v in values]
+
+
+_COMPONENTS: _Functions = {RELU: _relu_components, SQUARED_RELU: _squared_relu_components}
 
 
 def _tensors(values: Any, weights: Any, biases: Any) -> Any:
@@ -169,7 +184,12 @@ def _silu_tensor(values: Any) -> Any:
     return torch.nn.functional.silu(values)
 
 
-_TORCH: _Functions = {RELU: lambda x: x.relu_(), TANH: lambda x: x.tanh(), SILU: _silu_tensor}
+_TORCH: _Functions = {
+    RELU: lambda x: x.relu_(),
+    SQUARED_RELU: lambda x: x.relu() * x,
+    TANH: lambda x: x.tanh(),
+    SILU: _silu_tensor,
+}
 
 
 def _cooperative(values: Any, weights: Any, biases: Any) -> Any:
@@ -184,9 +204,20 @@ def _relu_cooperative(values: Any) -> Any:
     return drjit.maximum(values, 0.0)
 
 
+def _squared_relu_cooperative(values: Any) -> Any:
+    return _relu_cooperative(values) * values
+
+
 def _silu_cooperative(values: Any) -> Any:
     """By way of tanh: these vectors have no other function of an exponential."""
     import drjit
 
     half = values * 0.5
     return drjit.fma(half, drjit.tanh(half), half)
+
+
+_COOPERATIVE: _Functions = {
+    RELU: _relu_cooperative,
+    SQUARED_RELU: _squared_relu_cooperative,
+    SILU: _silu_cooperative,
+}

@@ -13,7 +13,7 @@ from nacre.array import Components
 from nacre.errors import require
 from nacre.neural.inputs import network_inputs
 from nacre.neural.network import NetworkBrdf
-from nacre.numerics.mlp import RELU, Layer, dense, forward
+from nacre.numerics.mlp import Layer, dense, forward
 
 WEIGHTS = "auto", "literals", "cooperative"
 """How weights enter a kernel; see :func:`nacre.render.bsdf`."""
@@ -80,11 +80,11 @@ class BufferedNetwork:
         network = self._network
         values: Any = network_inputs(wi, wo, network.isotropic, network.inputs)
         for layer in self._literals:
-            values = dense(values, layer, RELU)
+            values = dense(values, layer, network.activation)
         values = self._nn.CoopVec(*values)
         if self._half:
             values = self._nn.cast(values, self._mi.Float16)
-        outputs = forward(values, self._bound(weights))
+        outputs = forward(values, self._bound(weights), network.activation)
         return network.from_outputs([self._mi.Float(v) for v in outputs])
 
     def layers(self, weights: Any) -> list[Layer]:
