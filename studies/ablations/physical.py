@@ -54,7 +54,7 @@ def main() -> None:
     study = Study(__doc__, __file__)
     study.add_argument("--set", choices=["cost", "properties"], default="cost")
     study.add_argument("--preset", default="standard", help="of the fits whose cost is measured")
-    study.add_argument("--isotropic", action="store_true", help="leave out the anisotropic ones")
+    study.add_argument("--materials", choices=["isotropic", "anisotropic", "all"], default="all")
     options = study.options()
     if options.set == "properties":
         _properties(study)
@@ -66,10 +66,13 @@ def _cost(study: Study, options: argparse.Namespace) -> None:
     environment, errors, facts = museum(), [], []
     recipe = nacre.Recipe.preset(options.preset, inputs="enhanced", seed=options.seed)
     physical = replace(recipe, inputs="paper", physical=True)
-    made = {} if options.isotropic else ANISOTROPIC
-    materials: list[tuple[str, Brdf]] = [(path.stem, nacre.load(path)) for path in rgl_tables()]
+    materials: list[tuple[str, Brdf]] = []
+    if options.materials != "anisotropic":
+        materials += [(path.stem, nacre.load(path)) for path in rgl_tables()]
+    if options.materials != "isotropic":
+        materials += ANISOTROPIC.items()
     sums = []
-    for name, truth in study.few([*materials, *made.items()]):
+    for name, truth in study.few(materials):
         nacre.fit(truth, replace(recipe, epochs=1, samples=4000))  # compiles the kernel
         projected = Projection(truth)
         start = time.perf_counter()
