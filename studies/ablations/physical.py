@@ -9,8 +9,8 @@ Errors: PSNR of the sphere protocol, 128 x 128, under the environment and the di
 
 Facts of the same fits: largest albedo of the table up to 85 degrees, by random points; bound of the
 physical network's albedo, and the factor that it was scaled by; reciprocity error of the table and
-of the network; noise of a picture by a network's own sampler (relative standard deviation of one
-sample), and seconds of a fit, of enhanced and of physical ones.
+of the network; second moment of a network's own sampler relative to the squared albedo, which is
+about 1 where nothing varies, and seconds of a fit, of enhanced and of physical ones.
 
 Materials are the RGL tables and two anisotropic ones; `--set properties` makes draft fits of twenty
 materials (tables, published networks, made ones) and ends with an error if one of them is not
@@ -28,7 +28,7 @@ from dataclasses import replace
 import numpy as np
 
 import nacre
-from nacre.brdf import Brdf, Sampler
+from nacre.brdf import Brdf
 from nacre.geometry import join, split, uniform_hemisphere
 from nacre.metrics.physics import albedo, reciprocity_error
 from nacre.neural.physical import Projection
@@ -98,8 +98,8 @@ def _cost(study: Study, options: argparse.Namespace) -> None:
                 f"{kept['factor']:.4f}",
                 f"{float(reciprocity_error(truth).value):.3f}",
                 f"{float(reciprocity_error(fitted).value):g}",
-                f"{_noise(plain):.3f}",
-                f"{_noise(fitted):.3f}",
+                f"{_moment(plain):.3f}",
+                f"{_moment(fitted):.3f}",
                 f"{middle - start:.1f}",
                 f"{end - middle:.1f}",
             )
@@ -122,8 +122,8 @@ def _cost(study: Study, options: argparse.Namespace) -> None:
         "factor",
         "reciprocity error of the table",
         "of the network",
-        "noise, enhanced",
-        "noise, physical",
+        "second moment of the sampler, enhanced",
+        "physical",
         "seconds, enhanced",
         "seconds, physical",
     )
@@ -160,13 +160,11 @@ def _twenty() -> Iterator[tuple[str, Brdf]]:
     yield from (MADE | ANISOTROPIC).items()
 
 
-def _noise(brdf: Brdf) -> float:
-    """Relative standard deviation of one sample of f cos by a reflectance's own sampler."""
+def _moment(brdf: Brdf) -> float:
+    """Second moment of f cos / p of a reflectance's own sampler, about 1 where nothing varies."""
     moment, sampler = second_moment(brdf, 1), brdf.sampler
-    assert isinstance(sampler, Sampler)
     density = sampler.pdf_components(split(moment.wi), split(moment.wo))
-    second = float((moment.weights / np.maximum(density, 1e-30)).sum())
-    return max(second - 1.0, 0.0) ** 0.5
+    return float((moment.weights / np.maximum(density, 1e-30)).sum())
 
 
 if __name__ == "__main__":
