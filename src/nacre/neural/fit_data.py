@@ -59,9 +59,9 @@ class FitData:
         """Bytes of the samples."""
         return self.training.blocks.nbytes + self.held_out.blocks.nbytes
 
-    def initial_layers(self) -> list[Layer]:
-        """Where training begins."""
-        return initial_layers(self.recipe.hidden, self.recipe.seed, self.training.inputs)
+    def initial_layers(self, start: int = 0) -> list[Layer]:
+        """Where training begins; each start has weights of its own."""
+        return initial_layers(self.recipe.hidden, self.recipe.seed, self.training.inputs, start)
 
     def finish(self, layers: Sequence[Layer], quality: Mapping[str, float]) -> NeuralBrdf:
         """The network of trained layers; NacreError if its losses are not finite."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from nacre.brdf import Brdf
 from nacre.neural.fit_data import FitData, prepare
@@ -12,6 +13,8 @@ from nacre.neural.recipe import Recipe
 from nacre.neural.training import train
 from nacre.runtime.parallel import thread_map
 from nacre.runtime.progress import Progress, silent
+
+_TRIAL = 20  # one in so many epochs chooses among the starts
 
 
 def fit(
@@ -62,19 +65,19 @@ def fit(
         if isinstance(network, Exception):
             raise network
         return network
-    from nacre.neural.kernel import KernelTrainer
+    from nacre.neural.replicas import ReplicaTrainer
 
     report = progress or silent
     material = prepare(brdf, recipe or Recipe(), report)
-    trainer = KernelTrainer(
-        material.initial_layers(),
-        material.recipe.batch,
-        material.recipe.hidden_activation,
-        material.recipe.offset,
-    )
-    quality = train(trainer, material.training, material.held_out, material.recipe, progress)
+    settings = material.recipe
+    starts = [material.initial_layers(start) for start in range(settings.starts)]
+    trial = settings.epochs // _TRIAL
+    how = settings.batch, settings.hidden_activation, trial, material.held_out
+    with ReplicaTrainer(starts, *how, settings.offset) as trainer:
+        quality = train(trainer, material.training, material.held_out, settings, progress)
+        layers = trainer.layers()
     report("sampling lobes", 0, 1, "")
-    network = material.finish(trainer.layers(), quality)
+    network = material.finish(layers, quality)
     report("sampling lobes", 1, 1, "")
     return network
 
@@ -88,9 +91,9 @@ def fit_many(
 ) -> Iterator[tuple[int, NeuralBrdf | Exception]]:
     """Fit an NBRDF to each of many reflectances, those of one kind together on a PyTorch device.
 
-    Networks of the same widths with as many samples train as one batch; the rest is as :func:`fit`
-    has it, and so are the networks, up to rounding. A material that cannot be fitted costs itself
-    only.
+    Networks of the same widths with as many samples train as one batch, each from one start and
+    without replicas; the rest is as :func:`fit` has it. A material that cannot be fitted costs
+    itself only.
 
     Parameters
     ----------
@@ -120,7 +123,7 @@ def fit_many(
     from nacre.neural.torch import stack_bytes
 
     room = stack_bytes(device)
-    return _fit_many(brdfs, recipe or Recipe(), device, room, progress)
+    return _fit_many(brdfs, replace(recipe or Recipe(), starts=1), device, room, progress)
 
 
 def _fit_many(

@@ -360,7 +360,7 @@ class KernelTrainer:
     ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
-        self._batch = batch // BLOCK
+        self._batch, self._activation, self._offset = batch // BLOCK, activation, offset
         self._shapes = [layer.weights.shape for layer in layers]
         # Widths are padded to whole tiles by weights that are, and stay, zero.
         sizes = [self._shapes[0][0], *(shape[1] for shape in self._shapes)]
@@ -395,6 +395,26 @@ class KernelTrainer:
             matrix = flat[start:middle].reshape(padded)
             views.append((matrix[:rows, :columns], flat[middle : middle + columns]))
         return views
+
+    def copy(self) -> KernelTrainer:
+        """A trainer in the same state, with memory of its own."""
+        made = KernelTrainer(self.layers(), self._batch * BLOCK, self._activation, self._offset)
+        for own, other in zip(made._state, self._state, strict=True):
+            own[:] = other
+        made._step = self._step
+        return made
+
+    @staticmethod
+    def average(trainers: Sequence[KernelTrainer]) -> None:
+        """Give trainers of one network the mean of their weights and moments."""
+        for arrays in zip(*(trainer._state for trainer in trainers), strict=True):
+            arrays[0][:] = np.mean(arrays, axis=0)
+            for array in arrays[1:]:
+                array[:] = arrays[0]
+
+    @property
+    def _state(self) -> tuple[Vector, Vector, Vector]:
+        return self._weights, self._mean, self._square
 
     def layers(self) -> list[Layer]:
         """Copies of the current layers."""

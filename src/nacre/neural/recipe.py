@@ -46,6 +46,10 @@ class Recipe:
         How many of those are drawn where `samples` is None.
     batch
         Samples an optimizer step, a multiple of 16; a scan takes half as many.
+    starts
+        Networks from different random weights that are trained at first, for a twentieth of the
+        epochs each; the one with the smallest held-out loss goes on. With fewer than 20 epochs, and
+        in stacks on a PyTorch device, there is one.
     learning_rate
         Peak of the schedule: linear warm-up over 2 % of the steps, then a cosine to zero;
         half of it for a scan.
@@ -81,6 +85,7 @@ class Recipe:
     samples: int | None = None
     sample_share: float = 1.0
     batch: int = 512
+    starts: int = 4
     learning_rate: float = 1e-2
     held_out: float = 0.2
     seed: int = 0
@@ -97,7 +102,7 @@ class Recipe:
         if self.physical != (self.inputs == RECIPROCAL):
             raise ValueError(f"physical fits have reciprocal inputs, and no others: {self.inputs}")
         input_count(self.inputs, True)
-        check_positive(self, "epochs", "samples", "hidden")
+        check_positive(self, "epochs", "starts", "samples", "hidden")
         distributions, precisions, activations = (
             ", ".join(names) for names in (DISTRIBUTIONS, PRECISIONS, ACTIVATIONS)
         )

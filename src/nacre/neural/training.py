@@ -91,9 +91,14 @@ def schedule(steps: int, peak: float) -> npt.NDArray[np.float32]:
     return rate.astype(np.float32)
 
 
-def initial_layers(hidden: Sequence[int], seed: int, inputs: int = 6) -> list[Layer]:
-    """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases."""
-    random = np.random.default_rng((seed, 2))
+def initial_layers(
+    hidden: Sequence[int], seed: int, inputs: int = 6, start: int = 0
+) -> list[Layer]:
+    """Normal weights of variance 2 / inputs (He et al. 2015) and zero biases.
+
+    Starts of the same seed have different ones.
+    """
+    random = np.random.default_rng((seed, 2, start) if start else (seed, 2))
     return [
         Layer(
             random.normal(0.0, math.sqrt(2.0 / rows), (rows, columns)).astype(np.float32),
