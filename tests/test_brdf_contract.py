@@ -20,7 +20,15 @@ from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
-from nacre.neural.inputs import ENHANCED, PAPER, SPINNING, STEREOGRAPHIC, has_axes, input_count
+from nacre.neural.inputs import (
+    ENHANCED,
+    PAPER,
+    RECIPROCAL,
+    SPINNING,
+    STEREOGRAPHIC,
+    has_axes,
+    input_count,
+)
 from nacre.numerics.mlp import RELU, SQUARED_RELU
 from nacre.runtime.pairs import compiled
 from nacre.sampling import BlinnPhongMixture, UniformSampler, check_isotropic, fit_lobes
@@ -87,6 +95,8 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "isotropic network of enhanced inputs": lambda _: network(True, ENHANCED),
     "anisotropic network of enhanced inputs": lambda _: network(False, ENHANCED),
     "network of spinning inputs": lambda _: network(False, SPINNING),
+    "physical network": lambda _: network(True, RECIPROCAL),
+    "anisotropic physical network": lambda _: network(False, RECIPROCAL),
     "network of stereographic inputs": lambda _: network(False, STEREOGRAPHIC),
     "PCA code": lambda _: code(),
     "code of a neural basis": lambda _: random_basis().decode(np.linspace(-1.0, 1.0, 6)),

@@ -132,6 +132,9 @@ class Brdf(Described):
     """Whether :attr:`isotropic` follows from the format or the formula, so that nobody tests it;
     see :func:`nacre.sampling.check_isotropic`."""
 
+    physical: bool = False
+    """Whether f_r is positive, and the same where light and view are swapped, by construction."""
+
     wavelengths: Floats | None = None
     """Bands in nm, increasing, where spectra are known: see :meth:`eval_spectral`; else None."""
 

@@ -119,10 +119,17 @@ def half_difference(wi: Components, wo: Components) -> tuple[Components, Compone
     free, phi_h = 0.
     """
     h = half_vector(wi, wo)
+    return h, to_half_frame(wi, h)
+
+
+def to_half_frame(w: Components, h: Components) -> Components:
+    """`w` rotated by -phi_h about z, then by -theta_h about y, which takes the unit vector h to
+    the pole. Exactly odd in `w`: rounding is the same for -w.
+    """
     cos_phi, sin_phi, sin_theta = azimuth(h)
-    x = cos_phi * wi[0] + sin_phi * wi[1]
-    y = cos_phi * wi[1] - sin_phi * wi[0]
-    return h, (h[2] * x - sin_theta * wi[2], y, sin_theta * x + h[2] * wi[2])
+    x = cos_phi * w[0] + sin_phi * w[1]
+    y = cos_phi * w[1] - sin_phi * w[0]
+    return h[2] * x - sin_theta * w[2], y, sin_theta * x + h[2] * w[2]
 
 
 def carried_to_pole(w: Components, h: Components) -> Components:

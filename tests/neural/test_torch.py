@@ -42,6 +42,20 @@ def rates(blocks=BLOCKS):
     return schedule(-(-16 * blocks // BATCH), 1e-3)
 
 
+def test_stacks_of_positive_reflectances_have_the_losses_and_gradients_of_the_kernel():
+    samples, layers = different(2), random_layers(SHAPES[0])
+    stack, order = SampleStack(samples, "cpu"), np.arange(32)
+    trainer = TorchTrainer(layers, BATCH, "cpu", 2, offset=0.0)
+    losses, gradients = trainer.gradient(stack, np.array([order, order]))
+    for m, part in enumerate(samples):
+        kernel = KernelTrainer(layers, BATCH, offset=0.0)
+        loss, expected = kernel.gradient(part, order)
+        assert losses[m] == pytest.approx(loss, rel=1e-6)
+        assert trainer.loss(stack)[m] == pytest.approx(kernel.loss(part), rel=1e-6)
+        error = np.abs(flat(gradients[m]) - flat(expected)).max()
+        assert error < 1e-5 * np.abs(flat(expected)).max()
+
+
 @pytest.mark.parametrize("sizes", SHAPES)
 @pytest.mark.parametrize("count", [32, 30, 1])
 @pytest.mark.parametrize("activation", ACTIVATIONS)

@@ -47,7 +47,7 @@ def flat(layers):
     return np.concatenate([p.ravel() for y in layers for p in (y.weights, y.biases)])
 
 
-def autograd(layers, samples, order, activation=RELU):
+def autograd(layers, samples, order, activation=RELU, offset=1.0):
     """Loss and gradient in float64 PyTorch, written without the package's code."""
     count = samples.inputs
     rows = samples.blocks.reshape(-1, count + 4, BLOCK)[order].transpose(0, 2, 1)
@@ -63,7 +63,7 @@ def autograd(layers, samples, order, activation=RELU):
             x = x.clamp(min=0) ** (2 if activation == SQUARED_RELU else 1)
         x = x @ parameters[k] + parameters[k + 1]
     weight = rows[:, -1:]
-    u = torch.expm1(x) * weight
+    u = (torch.exp(x) - offset) * weight
     below = (u < 0) & (weight > 1)
     logarithm = torch.where(below, -torch.log1p(u.abs()), torch.log1p(u.where(~below, 0 * u)))
     loss = (logarithm - torch.log1p(rows[:, -4:-1])).abs().mean()
@@ -131,6 +131,27 @@ def test_kernel_gradient_on_other_processors(kind, processor, tmp_path):
     result = np.load(found)
     assert float(result["loss"]) == pytest.approx(expected_loss, rel=1e-6)
     assert np.abs(result["gradient"] - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_positive_reflectances_that_fell_to_nothing_rise_again():
+    samples = random_samples(4096, heaviest=32.0)
+    *hidden, last = random_layers(SHAPES[0])
+    trainer = KernelTrainer([*hidden, Layer(last.weights, last.biases - 30.0)], 512, offset=0.0)
+    before = trainer.loss(samples)
+    for _ in range(60):
+        trainer.epoch(samples, np.arange(samples.block_count), np.full(8, 0.1, np.float32))
+    assert trainer.loss(samples) < 0.6 * before
+
+
+@pytest.mark.parametrize("heaviest", [1.0, 100.0])
+def test_positive_reflectances_have_the_gradient_of_autograd(heaviest):
+    layers, samples = random_layers(SHAPES[0]), random_samples(512, heaviest=heaviest)
+    layers[-1] = Layer(0.5 * layers[-1].weights, layers[-1].biases)  # e^x above LEAST_SLOPE
+    order = np.arange(32)
+    expected_loss, expected = autograd(layers, samples, order, offset=0.0)
+    loss, gradient = KernelTrainer(layers, 512, offset=0.0).gradient(samples, order)
+    assert loss == pytest.approx(expected_loss, rel=1e-6)
+    assert np.abs(flat(gradient) - expected).max() < 1e-5 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("heaviest", [1.0, 100.0])

@@ -49,6 +49,9 @@ def reflectance(name: str) -> Brdf:
         return network(4, **ENHANCED)
     if name == "turned":
         return network(5, **TURNED)
+    if name in RECIPROCAL:
+        squared = {"inputs": "reciprocal", "activation": "squared relu"}
+        return network(6, isotropic=name == "reciprocal", **squared)
     if name.startswith("random"):
         return network(int(name[len("random") :]))
     if name.endswith("tabulated"):
@@ -57,11 +60,13 @@ def reflectance(name: str) -> Brdf:
     return nacre.load(require_data(folder, f"{name.removesuffix(' measured')}_rgb.{ending}"))
 
 
+RECIPROCAL = "reciprocal", "anisotropic reciprocal"
 NAMES = (
     "constant",
     "anisotropic",
     "enhanced",
     "turned",
+    *RECIPROCAL,
     "random1",
     *PUBLISHED,
     "satin_rosaline measured",
@@ -259,7 +264,28 @@ def test11_gradients_are_finite_differences(rgb: Any, integrator: str) -> None:
         assert gradient[index] == pytest.approx((high - low) / (2 * step), rel=0.03)
 
 
-@pytest.mark.parametrize("options", [{}, ENHANCED, TURNED])
+@pytest.mark.parametrize("name", RECIPROCAL)
+@pytest.mark.parametrize("weights", ["literals", "cooperative"])
+def test_physical_networks_are_reciprocal_within_rounding(
+    rgb: Any, directions: Pairs, name: str, weights: str
+) -> None:
+    wi, wo = directions
+    bsdf = nacre.render.bsdf(reflectance(name), weights=weights)
+    there, back = (
+        np.array(
+            bsdf.eval(
+                rgb.BSDFContext(), interaction(rgb, b), rgb.Vector3f(np.ascontiguousarray(a.T))
+            )
+        ).T
+        / a[:, 2:]
+        for a, b in ((wi, wo), (wo, wi))
+    )
+    above = (wi[:, 2] > 1e-3) & (wo[:, 2] > 1e-3)
+    assert above.sum() > 100
+    np.testing.assert_allclose(there[above], back[above], rtol=2e-6)
+
+
+@pytest.mark.parametrize("options", [{}, ENHANCED, TURNED, {"inputs": "reciprocal"}])
 @pytest.mark.parametrize(("precision", "tolerance"), [("single", 1e-4), ("half", 2e-2)])
 def test12_cooperative_weights_change_without_recompiling(
     rgb: Any, directions: Pairs, precision: str, tolerance: float, options: Any

@@ -37,6 +37,9 @@ from nacre.errors import FormatError
     "Inputs of the network. enhanced: stretched angles, closer at half the size. paper: half and "
     "difference vectors, which the authors' tools read. stereographic: light and view, as in "
     "networks for textures, for comparison; highlights blur.",
+    option("--physical", applies="network", is_flag=True),
+    "Fit a network that is reciprocal, positive, and reflects no more light than it gets. It has "
+    "inputs of its own, as close as enhanced ones.",
     option("--hidden", options.integers("21,21", most=1024), applies="network", default="21,21"),
     "Widths of the hidden layers.",
     option("--max-bytes", IntRange(64, 1 << 20), applies="network", metavar="BYTES"),

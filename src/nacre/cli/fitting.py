@@ -21,7 +21,7 @@ from nacre.workflows.watcher import Watcher
 if TYPE_CHECKING:
     from nacre.workflows import Executor, FittedFile, Fitting, Record
 
-_RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling")
+_RECIPE = ("inputs", "hidden", "precision", "samples", "seed", "gain", "sampling", "physical")
 _SHOWN = 5
 """Files that are named of a list that may be long."""
 
@@ -117,6 +117,8 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
         return AnalyticFitting(MODELS[name], settings, **given)
     if chosen["max_bytes"] is not None and options.is_given("hidden"):
         raise click.UsageError("--max-bytes and --hidden exclude one another")
+    if chosen["physical"] and options.is_given("inputs"):
+        raise click.UsageError("--physical has inputs of its own; leave out --inputs")
     settings = {name: chosen[name] for name in _RECIPE}
     if chosen["epochs"] is not None:
         settings["epochs"] = chosen["epochs"]

@@ -11,6 +11,8 @@ from nacre.brdf import Brdf
 from nacre.metrics.draws import Proposal, draw_pairs
 from nacre.metrics.physics import Estimate, albedo, anisotropy, known_fraction, reciprocity_error
 from nacre.runtime.parallel import one_blas_thread
+from nacre.sampling.energy import VIEWS as CERTIFIED_VIEWS
+from nacre.sampling.energy import certify
 
 VIEWS = tuple(range(0, 90, 5))
 """Polar angles in degrees of the views that albedos are taken at."""
@@ -56,7 +58,9 @@ def physical_facts(brdf: Brdf) -> dict[str, Any]:
         facts: dict[str, Any] = {
             "unknown pairs": 1.0 - known_fraction(brdf),
             "f cos range": [_number(values.min()), _number(values.max())] if values.size else None,
+            "negative values": "none, by construction" if brdf.physical else "count as 0",
             **_energy(brdf, proposal),
+            "reciprocity": "by construction" if brdf.physical else "found by integration",
             "reciprocity error": _number(reciprocity.value),
             "reciprocity standard error": _number(reciprocity.error),
             "anisotropy": 0.0,
@@ -94,6 +98,11 @@ def _energy(brdf: Brdf, proposal: Proposal) -> dict[str, Any]:
     ]
     facts["albedo standard error"] = _number(flat.error.max())
     facts["energy"] = f"exceeds 1: {', '.join(over)}" if over else "nowhere above 1"
+    if brdf.physical and (bound := certify(brdf).bound) <= 1.0:
+        most = f"at most {bound:.4f}, from {CERTIFIED_VIEWS} views and the change between them"
+        facts["energy"] = f"nowhere above 1, certified: {most}"
+    else:
+        facts["energy"] += ", found by integration"
     return facts
 
 

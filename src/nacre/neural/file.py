@@ -17,7 +17,14 @@ from nacre.io.tensors import (
     looks_like_tensors,
     to_bytes,
 )
-from nacre.neural.inputs import ENHANCED, PAPER, SPINNING, STEREOGRAPHIC, has_axes
+from nacre.neural.inputs import (
+    ENHANCED,
+    PAPER,
+    RECIPROCAL,
+    SPINNING,
+    STEREOGRAPHIC,
+    has_axes,
+)
 from nacre.neural.nbrdf import PRECISIONS, NeuralBrdf, check_weights
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.sampling import describe_sampler, make_sampler
@@ -38,6 +45,8 @@ _PARAMETRISATIONS = {
     (ENHANCED, False): "enhanced half vectors along x and y, light carried to the pole",
     (SPINNING, False): "enhanced rusinkiewicz vectors",
     (STEREOGRAPHIC, False): "stereographic light and view",
+    (RECIPROCAL, True): "reciprocal rusinkiewicz vectors, phi_h = 0",
+    (RECIPROCAL, False): "reciprocal rusinkiewicz vectors",
 }
 """What the file says of a network's inputs and whether it is isotropic."""
 
@@ -62,7 +71,7 @@ def encode(network: NeuralBrdf) -> bytes:
         "model": "nbrdf",
         "sizes": list(network.sizes),
         "parametrisation": _PARAMETRISATIONS[network.inputs, network.isotropic],
-        "output": "exp(x) - 1, clamped at 0",
+        "output": _output(network.inputs),
         "color_space": "linear Rec. 709",
         "name": network.name,
         "sampler": sampler,
@@ -72,6 +81,11 @@ def encode(network: NeuralBrdf) -> bytes:
     numbered = numbered_tensors(network.layers)
     tensors = {k: v.astype(PRECISIONS[network.precision]) for k, v in numbered.items()}
     return to_bytes(_KEY, header, tensors, _LIMIT)
+
+
+def _output(inputs: str) -> str:
+    """What the file says of how outputs x become f_r."""
+    return "exp(x)" if inputs == RECIPROCAL else "exp(x) - 1, clamped at 0"
 
 
 def numbered_tensors(layers: Sequence[Layer], prefix: str = "") -> Tensors:

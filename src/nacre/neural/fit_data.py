@@ -11,6 +11,7 @@ from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.neural.inputs import PAPER, input_count, rotates_half_vector
 from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
+from nacre.neural.physical import Projection, limited
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (
@@ -92,18 +93,30 @@ class FitData:
         if self.source:
             metadata["source"] = dict(self.source)
         with one_blas_thread():
-            return network.replaced(sampler=fit_lobes(network), metadata=metadata)
+            network = network.replaced(metadata=metadata)
+            if recipe.physical:
+                network = limited(network)
+            return network.replaced(sampler=fit_lobes(network))
 
 
 def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     """Settle what a recipe leaves open, and draw the samples.
 
-    Raises NacreError if hardly any sample is valid, a scan has too few, or `brdf` is not isotropic
-    as it says, and TypeError if it is no reflectance.
+    Raises NacreError if hardly any sample is valid, a scan has too few or is to be physical, or
+    `brdf` is not isotropic as it says, and TypeError if it is no reflectance.
     """
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)
     scan = brdf.scattered()
+    if recipe.physical:
+        if scan is not None:
+            raise NacreError(
+                f"{brdf.name or 'scan'}: is known at scattered samples only; fit a network to it "
+                "as it is, and a physical one to that network"
+            )
+        progress("projecting", 0, 1, "")
+        brdf = Projection(brdf)
+        progress("projecting", 1, 1, "")
     if scan is not None:
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
         # Rounded weights would not clamp a scan exactly.

@@ -74,7 +74,7 @@ def fit(
     starts = [material.initial_layers(start) for start in range(settings.starts)]
     trial = settings.epochs // _TRIAL
     how = settings.batch, settings.hidden_activation, trial, material.held_out
-    with ReplicaTrainer(starts, *how) as trainer:
+    with ReplicaTrainer(starts, *how, settings.offset) as trainer:
         quality = train(trainer, material.training, material.held_out, settings, progress)
         layers = trainer.layers()
     report("sampling lobes", 0, 1, "")
@@ -159,9 +159,8 @@ def _fit_stack(
     recipe = materials[0].recipe
     with memory_errors(device):
         first = materials[0].initial_layers()
-        trainer = TorchTrainer(
-            first, recipe.batch, device, len(materials), recipe.hidden_activation
-        )
+        form = recipe.hidden_activation, recipe.offset
+        trainer = TorchTrainer(first, recipe.batch, device, len(materials), *form)
         training = SampleStack([material.training for material in materials], device)
         held_out = SampleStack([material.held_out for material in materials], device)
         losses = train(trainer, training, held_out, recipe, progress)

@@ -11,12 +11,14 @@ from nacre.geometry import (
     isotropic,
     rotate,
     stereographic,
+    to_half_frame,
 )
 
 PAPER, ENHANCED, STEREOGRAPHIC = "paper", "enhanced", "stereographic"
 SPINNING = "spinning"
 """What enhanced inputs of anisotropic networks were: files of theirs are evaluated as before."""
-INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC, SPINNING)
+RECIPROCAL = "reciprocal"
+INPUTS = (PAPER, ENHANCED, STEREOGRAPHIC, SPINNING, RECIPROCAL)
 """Names of the parametrizations of a network's inputs."""
 
 LARGEST_INPUT = 1.01  # bound of the magnitude of every input
@@ -24,6 +26,8 @@ LARGEST_INPUT = 1.01  # bound of the magnitude of every input
 _HIGHLIGHT = 1e-4  # added to sin^2 theta_h before its logarithm: below .6 degrees all look alike
 _AXIS = 1e-3  # the same of the square of each horizontal part of h
 _HORIZON = 0.01  # added to cosines before their logarithm
+_RIM = 0.015  # cosine below which all directions to the horizon look alike to physical networks
+_TINY = 1e-30
 
 
 def input_count(inputs: str, rotate_half_vector: bool) -> int:
@@ -32,7 +36,7 @@ def input_count(inputs: str, rotate_half_vector: bool) -> int:
         raise NacreError(f"unknown inputs {inputs!r}, expected one of {', '.join(INPUTS)}")
     if inputs == STEREOGRAPHIC:
         return 4
-    if inputs == SPINNING:
+    if inputs == SPINNING or (inputs == RECIPROCAL and not rotate_half_vector):
         return 7
     return 6 if inputs == PAPER or rotate_half_vector else 8
 
@@ -64,6 +68,7 @@ def network_inputs(
     "spinning" is what it was before: one logarithm, and Rusinkiewicz's d. "stereographic" is the
     projections of both directions, of light and view as they are, as networks for textures see them
     (Rainer, Jakob, Ghosh and Weyrich 2019, "Neural BTF Compression and Interpolation").
+    "reciprocal" is like "enhanced" but for what a swap of light and view changes.
 
     `rotate_half_vector` takes h to phi_h = 0, as isotropic networks see it; it is nothing to
     stereographic and spinning inputs. `angle` is the azimuth, in radians from +x toward +y, of the
@@ -71,13 +76,15 @@ def network_inputs(
     """
     if inputs == STEREOGRAPHIC:
         return *_projected(wi), *_projected(wo)
+    if inputs == RECIPROCAL:
+        return _reciprocal(wi, wo, rotate_half_vector)
     if has_axes(inputs, rotate_half_vector):
         return _along_axes(wi, wo, angle)
     h, d = half_difference(wi, wo)
     if inputs == PAPER:
         return (*(isotropic(h) if rotate_half_vector else h), *d)
     xp = namespace(*wi, *wo)
-    highlight = xp.log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
+    highlight = _highlight(h)
     if inputs == SPINNING:
         return (h[0], h[1], highlight, _grazing(wi), _grazing(wo), d[0], d[1])
     return (isotropic(h)[0], highlight, _grazing(wi), _grazing(wo), d[0], xp.abs(d[1]))
@@ -102,6 +109,32 @@ def _along_axes(wi: Components, wo: Components, angle: Array | float) -> tuple[A
 def _grazing(w: Components) -> Array:
     """What opens up angles near the horizon."""
     return namespace(*w).log(namespace(*w).maximum(w[2], 0.0) + _HORIZON) * (1.0 / 4.6)
+
+
+def _highlight(h: Components) -> Array:
+    """Logarithm of the angle of h from the normal."""
+    return namespace(*h).log(h[0] * h[0] + h[1] * h[1] + _HIGHLIGHT) * (1.0 / 9.2)
+
+
+def _reciprocal(wi: Components, wo: Components, rotate_half_vector: bool) -> tuple[Array, ...]:
+    """Inputs that are the same, to the last bit, where light and view are swapped.
+
+    A swap leaves h, exchanges the cosines, and negates the horizontal part of d, which is that of
+    (wi - wo) / 2: floating-point sums commute, and differences are odd. Cosines are taken to be
+    :data:`_RIM` at least, lest networks gain energy where hardly any sample is.
+    """
+    xp = namespace(*wi, *wo)
+    h = half_vector(wi, wo)
+    half = (0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), 0.5 * (wi[2] - wo[2]))
+    x, y, _ = to_half_frame(half, h)
+    light, view = (xp.log(xp.maximum(w[2], _RIM)) * (1.0 / 4.2) for w in (wi, wo))
+    lower, upper = xp.minimum(light, view), xp.maximum(light, view)
+    if rotate_half_vector:
+        return (isotropic(h)[0], _highlight(h), lower, upper, xp.abs(x), xp.abs(y))
+    # The angle of (x, y) doubled: the plane with opposite points made one.
+    scale = 1.0 / xp.sqrt(xp.maximum(x * x + y * y, _TINY))
+    doubled = (x * x - y * y) * scale, 2.0 * x * y * scale
+    return (h[0], h[1], _highlight(h), lower, upper, *doubled)
 
 
 def _projected(w: Components) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import aligned_zeros
-from nacre.neural.samples import BLOCK, Samples
+from nacre.neural.samples import BLOCK, LEAST_SLOPE, Samples
 from nacre.neural.simd import (
     DENSE_ROWS,
     LANES,
@@ -80,8 +80,8 @@ def _log(x: Any) -> Any:
 
 
 @inner_fast  # type: ignore[untyped-decorator]
-def _loss(x: Any, target: Any, weight: Any) -> Any:
-    """Sum of |log(1 + (e^x - 1) weight) - log(1 + target)|.
+def _loss(x: Any, target: Any, weight: Any, offset: Any) -> Any:
+    """Sum of |log(1 + (e^x - offset) weight) - log(1 + target)|; the offset is 1 or 0.
 
     With a weight above 1, 1 + u can be negative: there the logarithm goes on below u = 0 as it does
     above, as -log(1 - u).
@@ -89,7 +89,8 @@ def _loss(x: Any, target: Any, weight: Any) -> Any:
     total = np.float32(0.0)
     one = np.float32(1.0)
     for s in range(x.size):
-        u = (_exp(x[s]) - one) * weight[s]
+        e = _exp(x[s])
+        u = (e - one) * weight[s] if offset else e * weight[s]
         below = weight[s] > one and u < np.float32(0.0)
         aim = one + target[s]
         total += abs(_log(one / ((one - u) * aim) if below else (one + u) / aim))
@@ -97,15 +98,17 @@ def _loss(x: Any, target: Any, weight: Any) -> Any:
 
 
 @inner_fast  # type: ignore[untyped-decorator]
-def _loss_gradient(x: Any, target: Any, weight: Any, gradient: Any, scale: Any) -> Any:
+def _loss_gradient(x: Any, target: Any, weight: Any, offset: Any, gradient: Any, scale: Any) -> Any:
     """Gradient of :func:`_loss` times `scale`, which needs no logarithm; returns its sum."""
     total = np.float32(0.0)
     one = np.float32(1.0)
     for s in range(x.size):
         e = _exp(x[s])
-        u = (e - one) * weight[s]
+        u = (e - one) * weight[s] if offset else e * weight[s]
         size = one + (abs(u) if weight[s] > one else u)
         g = (scale if u > target[s] else -scale) * weight[s] * e / size
+        if not offset and u < target[s]:
+            g = -scale * weight[s] * max(e, np.float32(LEAST_SLOPE)) / size
         gradient[s] = g
         total += g
     return total
@@ -180,8 +183,9 @@ def _forward(
 
 @inner  # type: ignore[untyped-decorator]
 def _output_gradient(
-    panel: Any, count: Any, stride: Any, x: Any, targets: Any, g: Any, scale: Any, sums: Any
-) -> None:
+    panel: Any, count: Any, stride: Any, offset: Any, x: Any, targets: Any, g: Any, scale: Any,
+    sums: Any,
+) -> None:  # fmt: skip
     """Gradient of the outputs of a panel; its sums go to the first lanes of rows of `sums`.
 
     Samples of the panel after the last of `count` get zeros: what follows adds up whole panels.
@@ -191,7 +195,9 @@ def _output_gradient(
     for channel in range(_OUTPUTS):
         row = channel * stride
         part = slice(row + panel, row + end)
-        sums[channel * LANES] += _loss_gradient(x[part], targets[part], weight, g[part], scale)
+        sums[channel * LANES] += _loss_gradient(
+            x[part], targets[part], weight, offset, g[part], scale
+        )
         g[row + end : row + panel + PANEL] = np.float32(0.0)
 
 
@@ -241,7 +247,8 @@ def _weight_gradient(
 @compiled
 def _gradient(
     blocks: Any, order: Any, upcoming: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    squared: Any, rows: Any, targets: Any, factors: Any, sums: Any, parts: Any, places: Any,
+    squared: Any, offset: Any, rows: Any, targets: Any, factors: Any, sums: Any, parts: Any,
+    places: Any,
     gradient: Any,
 ) -> None:  # fmt: skip
     """Gradient of the mean loss of a mini-batch, while the upcoming one is fetched."""
@@ -259,7 +266,7 @@ def _gradient(
         _prefetch(blocks, upcoming[first : first + half], widths[0])
         _forward(panel, widths, starts, weights, stride, x, roots, squared)
         _prefetch(blocks, upcoming[first + half : first + 2 * half], widths[0])
-        _output_gradient(panel, count, stride, x[last], targets, g[last], scale, sums)
+        _output_gradient(panel, count, stride, offset, x[last], targets, g[last], scale, sums)
         _backward(panel, widths, starts, weights, stride, kept, squared, g, sums)
     _weight_gradient(count, stride, rows.reshape(-1), factors, sums, parts, places, gradient)
 
@@ -267,14 +274,15 @@ def _gradient(
 @compiled
 def _epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, mean: Any, square: Any,
-    widths: Any, starts: Any, weights: Any, stride: Any, squared: Any, rows: Any, targets: Any,
+    widths: Any, starts: Any, weights: Any, stride: Any, squared: Any, offset: Any, rows: Any,
+    targets: Any,
     factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
 ) -> None:  # fmt: skip
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]
         upcoming = order[(k + 1) * batch : (k + 2) * batch]
         _gradient(
-            blocks, part, upcoming, widths, starts, weights, stride, squared, rows, targets,
+            blocks, part, upcoming, widths, starts, weights, stride, squared, offset, rows, targets,
             factors, sums, parts, places, gradient,
         )  # fmt: skip
         step += 1
@@ -286,7 +294,7 @@ def _epoch(
 @compiled
 def _mean_loss(
     blocks: Any, order: Any, batch: Any, widths: Any, starts: Any, weights: Any, stride: Any,
-    squared: Any, rows: Any, targets: Any,
+    squared: Any, offset: Any, rows: Any, targets: Any,
 ) -> Any:  # fmt: skip
     total = 0.0
     x, roots = rows[0], rows[2]
@@ -300,7 +308,7 @@ def _mean_loss(
         weight = targets[_OUTPUTS * stride : _OUTPUTS * stride + count]
         for channel in range(_OUTPUTS):
             values = slice(channel * stride, channel * stride + count)
-            total += _loss(last[values], targets[values], weight)
+            total += _loss(last[values], targets[values], weight, offset)
     return total / (order.size * BLOCK * _OUTPUTS)
 
 
@@ -344,13 +352,15 @@ class KernelTrainer:
     """Weights and optimizer state of one network on the CPU kernel.
 
     Initial layers, of any widths, are copied; a step takes `batch` samples, a multiple of 16. The
-    activation is ReLU or its square.
+    activation is ReLU or its square. Reflectances are e^x - `offset` of the outputs x.
     """
 
-    def __init__(self, layers: Sequence[Layer], batch: int, activation: str = RELU) -> None:
+    def __init__(
+        self, layers: Sequence[Layer], batch: int, activation: str = RELU, offset: float = 1.0
+    ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
-        self._batch, self._activation = batch // BLOCK, activation
+        self._batch, self._activation, self._offset = batch // BLOCK, activation, offset
         self._shapes = [layer.weights.shape for layer in layers]
         # Widths are padded to whole tiles by weights that are, and stay, zero.
         sizes = [self._shapes[0][0], *(shape[1] for shape in self._shapes)]
@@ -362,7 +372,8 @@ class KernelTrainer:
         self._weights, self._mean, self._square, self._gradient = (
             aligned_zeros(sum(counts)) for _ in range(4)
         )
-        self._network = np.array(widths), starts, self._weights, stride, activation == SQUARED_RELU
+        form = activation == SQUARED_RELU, bool(offset)
+        self._network = np.array(widths), starts, self._weights, stride, *form
         for (weights, biases), layer in zip(self._views(self._weights), layers, strict=True):
             weights[:], biases[:] = layer.weights, layer.biases
         shape = 3, len(widths), _round_up(max(widths), math.lcm(*OUTER_ROWS)) * stride
@@ -387,7 +398,7 @@ class KernelTrainer:
 
     def copy(self) -> KernelTrainer:
         """A trainer in the same state, with memory of its own."""
-        made = KernelTrainer(self.layers(), self._batch * BLOCK, self._activation)
+        made = KernelTrainer(self.layers(), self._batch * BLOCK, self._activation, self._offset)
         for own, other in zip(made._state, self._state, strict=True):
             own[:] = other
         made._step = self._step

@@ -17,6 +17,7 @@ from nacre.brdf import Sampler
 from nacre.neural.inputs import (
     LARGEST_INPUT,
     PAPER,
+    RECIPROCAL,
     has_axes,
     input_count,
     rotates_half_vector,
@@ -27,6 +28,7 @@ from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, widths
 
 OUTPUTS = 3
 _LARGEST_SUM = 1e37
+_LARGEST_EXPONENT = 80.0  # e^x of it is finite in float32
 HIDDEN = (21, 21)  # hidden layer sizes of the paper: 675 weights
 SINGLE, HALF = "single", "half"
 PRECISIONS: dict[str, np.dtype[Any]] = {SINGLE: np.dtype(np.float32), HALF: np.dtype(np.float16)}
@@ -103,6 +105,7 @@ class NeuralBrdf(NetworkBrdf):
         self.metadata: Mapping[str, Any] = dict(metadata or {})
         self.inputs, self.precision = inputs, precision
         self.activation, self.angle = activation, angle
+        self.physical = inputs == RECIPROCAL
         sizes = self.sizes
         if self.precision not in PRECISIONS:
             raise ValueError(f"unknown precision {self.precision!r}")
@@ -168,6 +171,9 @@ class NeuralBrdf(NetworkBrdf):
 
     def from_outputs(self, values: Sequence[Array]) -> Components:
         xp = namespace(*values)
+        if self.physical:
+            red, green, blue = (xp.exp(xp.minimum(v, _LARGEST_EXPONENT)) for v in values)
+            return red, green, blue
         red, green, blue = (xp.exp(v) - 1.0 for v in values)
         return red, green, blue
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nacre.neural.inputs import ENHANCED, input_count
+from nacre.neural.inputs import ENHANCED, RECIPROCAL, input_count
 from nacre.neural.nbrdf import ACTIVATIONS, HALF, HIDDEN, OUTPUTS, PRECISIONS, SINGLE
 from nacre.neural.samples import BLOCK
 from nacre.numerics.mlp import RELU, SQUARED_RELU
@@ -69,11 +69,15 @@ class Recipe:
         How training directions are distributed, one of :data:`nacre.sampling.DISTRIBUTIONS`; the
         paper's is "rusinkiewicz". A scan has its own.
     precision
-        "single" or "half": how weights are stored. None for half with enhanced inputs, single with
-        others and of a scan, whose clamp layer rounding would spoil.
+        "single" or "half": how weights are stored. None for half with enhanced and reciprocal
+        inputs, single with others and of a scan, whose clamp layer rounding would spoil.
     activation
         "relu" or "squared relu": what follows the hidden layers. None for squares with enhanced
-        inputs, the paper's ReLU with others and of a scan, whose clamp layer needs it.
+        inputs, the paper's ReLU with others and of a scan, whose clamp layer needs it. With squares
+        a physical fit may gain energy without bound where hardly any sample is.
+    physical
+        Fit a network that is reciprocal, positive, and reflects no more light than it gets; see
+        :mod:`nacre.neural.physical`. Its inputs are "reciprocal", in place of `inputs`.
     """
 
     hidden: tuple[int, ...] = HIDDEN
@@ -91,9 +95,12 @@ class Recipe:
     sampling: str = "mixed"
     precision: str | None = None
     activation: str | None = None
+    physical: bool = False
 
     def __post_init__(self) -> None:
         inputs = input_count(self.chosen_inputs, True)
+        if self.physical != (self.chosen_inputs == RECIPROCAL):
+            raise ValueError(f"physical fits have reciprocal inputs, and no others: {self.inputs}")
         check_positive(self, "epochs", "starts", "samples", "hidden")
         distributions, precisions, activations = (
             ", ".join(names) for names in (DISTRIBUTIONS, PRECISIONS, ACTIVATIONS)
@@ -133,21 +140,28 @@ class Recipe:
     @property
     def chosen_inputs(self) -> str:
         """The inputs, or their default of any material but a scan."""
-        return ENHANCED if self.inputs is None else self.inputs
+        if self.inputs is not None:
+            return self.inputs
+        return RECIPROCAL if self.physical else ENHANCED
+
+    @property
+    def offset(self) -> float:
+        """What is subtracted from e^x of the outputs x: 0 where f_r is to be positive."""
+        return 0.0 if self.physical else 1.0
 
     @property
     def loss_gain(self) -> float:
         """The gain, or its default."""
         if self.gain is not None:
             return self.gain
-        return ENHANCED_GAIN if self.chosen_inputs == ENHANCED else 1.0
+        return ENHANCED_GAIN if self.chosen_inputs in (ENHANCED, RECIPROCAL) else 1.0
 
     @property
     def stored_precision(self) -> str:
         """The precision, or its default."""
         if self.precision is not None:
             return self.precision
-        return HALF if self.chosen_inputs == ENHANCED else SINGLE
+        return HALF if self.chosen_inputs in (ENHANCED, RECIPROCAL) else SINGLE
 
     @property
     def hidden_activation(self) -> str:

@@ -39,6 +39,8 @@ class ReplicaTrainer:
         Epochs after which one start is left; none are needed for a single one.
     held_out
         What starts are judged by.
+    offset
+        See :class:`nacre.neural.kernel.KernelTrainer`.
     """
 
     def __init__(
@@ -48,8 +50,9 @@ class ReplicaTrainer:
         activation: str = RELU,
         trial: int = 0,
         held_out: Samples | None = None,
+        offset: float = 1.0,
     ) -> None:
-        self._starts = [KernelTrainer(layers, batch, activation) for layers in starts]
+        self._starts = [KernelTrainer(layers, batch, activation, offset) for layers in starts]
         self._replicas: list[KernelTrainer] = []
         self._trial, self._held_out = trial, held_out
         self._batch = batch // BLOCK

@@ -26,6 +26,10 @@ from nacre.sampling import draw_samples
 
 BLOCK = 16  # samples that stay together when the order of training is shuffled
 
+LEAST_SLOPE = 1e-3
+"""What e^x counts as at least in the gradient by x where f_r is e^x and too low: one that fell far
+must be able to rise again."""
+
 _CHUNK = 1 << 15
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 _LARGEST = np.float32(1e30)  # of f cos: products in the loss must not overflow

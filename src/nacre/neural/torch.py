@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
-from nacre.neural.samples import BLOCK, Samples
+from nacre.neural.samples import BLOCK, LEAST_SLOPE, Samples
 from nacre.neural.torch_module import NetworkModule, module
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, dense
 from nacre.runtime.device import open_device
@@ -67,8 +67,8 @@ class TorchTrainer:
     "cuda:1".
 
     Initial layers of each network are copied; a step takes `batch` samples of each material, a
-    multiple of 16. The activation is ReLU or its square. Raises NacreError if PyTorch has no such
-    device here.
+    multiple of 16. The activation is ReLU or its square. Reflectances are e^x - `offset` of the
+    outputs x. Raises NacreError if PyTorch has no such device here.
     """
 
     def __init__(
@@ -78,11 +78,12 @@ class TorchTrainer:
         device: str,
         materials: int = 1,
         activation: str = RELU,
+        offset: float = 1.0,
     ) -> None:
         if batch < BLOCK or batch % BLOCK:
             raise ValueError(f"batch must be a positive multiple of {BLOCK}, got {batch}")
         self._batch, self._materials = batch // BLOCK, materials
-        self._activation = activation
+        self._activation, self._offset = activation, offset
         self._device = open_device(device)
 
         def stacked(array: Vector) -> Tensor:
@@ -194,10 +195,11 @@ class TorchTrainer:
         """Gradients of the mean losses; by hand, which takes two thirds of autograd's time."""
         activations = self._forward(rows, self._weights, self._biases)
         weight = rows[..., -1:]
-        e, weighted = _weighted(activations.pop(), weight)
+        e, weighted = _weighted(activations.pop(), weight, self._offset)
         # The logarithm of the loss rises, so that it is not needed here.
         side = (weighted - rows[..., -OUTPUTS - 1 : -1]).sign()
-        g = side * (weight / (OUTPUTS * rows.shape[1])) * e / _argument(weighted, weight)
+        slope = e if self._offset else e.clamp(min=LEAST_SLOPE).where(side < 0.0, e)
+        g = side * (weight / (OUTPUTS * rows.shape[1])) * slope / _argument(weighted, weight)
         weights: list[Tensor] = []
         biases: list[Tensor] = []
         for layer in reversed(range(len(activations))):
@@ -220,17 +222,17 @@ class TorchTrainer:
         return activations
 
     def _losses(self, rows: Tensor, weights: Sequence[Tensor], biases: Sequence[Tensor]) -> Tensor:
-        """Sums of |log(1 + (e^x - 1) weight) - log(1 + target)|, shape (materials,)."""
+        """Sums of |log(1 + (e^x - offset) weight) - log(1 + target)|, shape (materials,)."""
         weight, target = rows[..., -1:], rows[..., -OUTPUTS - 1 : -1]
-        _, weighted = _weighted(self._forward(rows, weights, biases)[-1], weight)
+        _, weighted = _weighted(self._forward(rows, weights, biases)[-1], weight, self._offset)
         logarithm = torch.copysign(_argument(weighted, weight).log(), weighted)
         return (logarithm - target.log1p()).abs().sum((1, 2))
 
 
-def _weighted(outputs: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:
-    """e^x and (e^x - 1) weight of outputs x."""
+def _weighted(outputs: Tensor, weight: Tensor, offset: float) -> tuple[Tensor, Tensor]:
+    """e^x and (e^x - offset) weight of outputs x."""
     e = outputs.clamp_(max=_LARGEST).exp_()
-    return e, (e - 1.0) * weight
+    return e, (e - offset) * weight
 
 
 def _argument(weighted: Tensor, weight: Tensor) -> Tensor:
