@@ -21,6 +21,7 @@ import numpy.typing as npt
 from nacre.array import Array, Components, Vectors, namespace
 
 _TINY = 1e-30
+_OPPOSITE = 1e-6  # of 1 + h_z
 _POLE = 2.0**-49  # sine below which a direction is the pole: its square is still a normal float32
 
 
@@ -133,12 +134,15 @@ def to_half_frame(w: Components, h: Components) -> Components:
 
 
 def carried_to_pole(w: Components, h: Components) -> Components:
-    """`w` under the smallest rotation that takes the unit vector h to the pole, h_z > -1.
+    """`w` under the smallest rotation that takes the unit vector h to the pole.
+
+    It is not one where h is within 0.1 degrees of the opposite pole, but finite.
 
     Of the light this is Rusinkiewicz's d turned by phi_h about z: unlike d, it is smooth where h is
     the normal, so that what depends on azimuths need not be learned anew for each.
     """
-    along = w[2] + (h[0] * w[0] + h[1] * w[1]) / (1.0 + h[2])
+    divisor = namespace(*h).maximum(1.0 + h[2], _OPPOSITE)
+    along = w[2] + (h[0] * w[0] + h[1] * w[1]) / divisor
     return w[0] - h[0] * along, w[1] - h[1] * along, dot(w, h)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import nacre
 from nacre.neural import Layer, NeuralBrdf
-from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, input_count
+from nacre.neural.inputs import ENHANCED, PAPER, STEREOGRAPHIC, has_axes, input_count
 from nacre.numerics.mlp import RELU, SQUARED_RELU
 from nacre.sampling import fit_lobes
 from tests.reflectances import Glossy
@@ -33,7 +33,9 @@ def network(kind, seed=0, hidden=(12, 9), **options):
         Layer(random.normal(0, 0.5, (a, b)), random.normal(0.1, 0.1, b))
         for a, b in itertools.pairwise(sizes)
     ]
-    options = {"activation": SQUARED_RELU if inputs == ENHANCED else RELU} | options
+    angle = 0.2 * (seed + 1) if has_axes(inputs, isotropic) else 0.0
+    activation = SQUARED_RELU if inputs == ENHANCED else RELU
+    options = {"activation": activation, "angle": angle} | options
     return NeuralBrdf(layers, isotropic=isotropic, inputs=inputs, **options)
 
 
@@ -68,6 +70,9 @@ def written_out(made, wi, wo):
         matrices = torch.stack(rows[axis], -1).reshape(-1, 3, 3)
         return torch.einsum("nij,nj->ni", matrices, w)
 
+    if made.networks[0].angle:
+        angle = torch.full_like(wi[:, 0], -made.networks[0].angle)
+        wi, wo = turned(wi, "z", angle), turned(wo, "z", angle)
     h = torch.nn.functional.normalize(wi + wo, dim=-1)
     theta, phi = angles(h)
     d = turned(turned(wi, "z", -phi), "y", -theta)
@@ -75,16 +80,13 @@ def written_out(made, wi, wo):
     if made.inputs == PAPER:
         inputs = [*seen.T, *d.T]
     elif made.inputs == ENHANCED:
-        first = [seen[:, 0]] if made.isotropic else [seen[:, 0], seen[:, 1]]
-        stretched = torch.log(theta.sin() ** 2 + 1e-4) / 9.2
         grazing = [torch.log(angles(w)[0].cos() + 0.01) / 4.6 for w in (wi, wo)]
-        inputs = [
-            *first,
-            stretched,
-            *grazing,
-            d[:, 0],
-            d[:, 1].abs() if made.isotropic else d[:, 1],
-        ]
+        if made.isotropic:
+            stretched = torch.log(theta.sin() ** 2 + 1e-4) / 9.2
+            inputs = [seen[:, 0], stretched, *grazing, d[:, 0], d[:, 1].abs()]
+        else:
+            along, across = torch.log(h[:, :2] ** 2 + 1e-3).T / 6.91
+            inputs = [*h[:, :2].T, along, across, *grazing, *turned(d, "z", phi)[:, :2].T]
     else:
         discs = (
             (angles(w)[0] / 2).tan() * f(angles(w)[1])

@@ -135,7 +135,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
     def _values(self, wi: Tensor, wo: Tensor, layers: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
         """f_r of shape (materials, n, 3) for directions of shape (materials or 1, n, 3)."""
         light, view = (w.movedim(-1, 0).contiguous().unbind() for w in (wi, wo))
-        inputs = network_inputs(light, view, self.isotropic, self.inputs)
+        inputs = network_inputs(light, view, self.isotropic, self.inputs, self._angle(wi))
         rows = [x if isinstance(x, torch.Tensor) else torch.full_like(light[0], x) for x in inputs]
         # One row a unit: with a row a pair, products of layers this small take half as long again.
         values = torch.stack(rows, 1).expand(len(layers[0][0]), -1, -1)
@@ -145,6 +145,13 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         values = torch.baddbmm(biases[..., None], weights.mT, values).clamp(max=_LARGEST)
         rgb = self.networks[0].from_outputs(values.unbind(1))
         return join(above_horizon(rgb, light, view))
+
+    def _angle(self, like: Tensor) -> Tensor | float:
+        """Azimuth of the axes: of all materials, or where it differs of shape (materials, 1)."""
+        angles = [network.angle for network in self.networks]
+        if len(set(angles)) == 1:
+            return angles[0]
+        return torch.tensor(angles, dtype=like.dtype, device=like.device)[:, None]
 
 
 def module(brdf: NeuralBrdf | Sequence[NeuralBrdf]) -> NetworkModule:
