@@ -138,7 +138,7 @@ class NetworkModule(torch.nn.Module):  # type: ignore[misc]
         inputs = network_inputs(light, view, self.isotropic, self.inputs, self._angle(wi))
         rows = [x if isinstance(x, torch.Tensor) else torch.full_like(light[0], x) for x in inputs]
         # One row a unit: with a row a pair, products of layers this small take half as long again.
-        values = torch.stack(rows, 1).expand(len(layers[0][0]), -1, -1)
+        values = torch.stack(torch.broadcast_tensors(*rows), 1).expand(len(layers[0][0]), -1, -1)
         *hidden, (weights, biases) = layers
         for w, b in hidden:
             values = activate(torch.baddbmm(b[..., None], w.mT, values), self.activation)
