@@ -71,10 +71,13 @@ def bsdfs(materials: list[str], cooperative: bool) -> dict[str, Any]:
         found[f"{material}, measured"] = {"type": "measured", "filename": str(table)}
         found[f"{material}, nbrdf"] = nacre.render.bsdf(network)
         truth = nacre.load(table)
-        for inputs in ("paper", "enhanced"):
-            fitted = nacre.fit(truth, nacre.Recipe(inputs=inputs, epochs=5))
-            fitted = fitted.replaced(sampler=LOBES)
-            found[f"{material}, nbrdf of {inputs} inputs"] = nacre.render.bsdf(fitted)
+        for name, recipe in (
+            ("paper inputs", nacre.Recipe(inputs="paper", epochs=5)),
+            ("enhanced inputs", nacre.Recipe(epochs=5)),
+            ("enhanced inputs and ReLU", nacre.Recipe(activation="relu", epochs=5)),
+        ):
+            fitted = nacre.fit(truth, recipe).replaced(sampler=LOBES)
+            found[f"{material}, nbrdf of {name}"] = nacre.render.bsdf(fitted)
         if cooperative:
             found[f"{material}, nbrdf cooperative"] = nacre.render.bsdf(
                 network, weights="cooperative"

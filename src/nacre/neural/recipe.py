@@ -19,7 +19,7 @@ ENHANCED_GAIN = 32.0  # default gain of the loss with enhanced inputs
 PRESETS: Mapping[str, Mapping[str, Any]] = {
     "draft": {"sample_share": 0.125, "learning_rate": 2e-2},
     "standard": {},
-    "best": {"epochs": 500},
+    "best": {"epochs": 1000},
 }
 """Settings of a :class:`Recipe` by how long a fit may take: about .5 s, 3 s and 15 s a material."""
 
