@@ -186,7 +186,7 @@ def test_a_fit_comes_close_to_a_material_that_is_physical():
     truth = Glossy(0.2, 0.1, 0.2)
     recipe = Recipe(samples=80_000, epochs=12, inputs=ENHANCED, activation=RELU)
     plain = fit(truth, recipe)
-    made = fit(truth, dataclasses.replace(recipe, inputs="paper", physical=True))
+    made = fit(truth, dataclasses.replace(recipe, inputs=None, physical=True))
     wi, wo = pairs()
     expected = np.log1p(32.0 * truth.eval(wi, wo) * wi[:, 2:])
     errors = [
@@ -225,7 +225,7 @@ def test_what_has_no_physical_fit_is_refused():
     ("options", "words"),
     [
         (["--inputs", "paper"], "leave out --inputs"),
-        (["-o", "x.h5"], "paper's inputs only"),
+        (["-o", "x.h5"], "paper's inputs and activation only"),
         (["--model", "ggx"], "--physical is for"),
     ],
 )

@@ -261,6 +261,8 @@ def _bound(statement: ast.stmt) -> Iterator[str]:
         for node in (node for target in targets for node in ast.walk(target)):
             if isinstance(node, ast.Name):
                 yield node.id
+            elif isinstance(node, ast.Subscript | ast.Attribute):
+                yield ""  # it may change what another module has, as an entry in a registry does
     else:
         for inner in ast.iter_child_nodes(statement):
             if isinstance(inner, ast.stmt):

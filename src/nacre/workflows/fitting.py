@@ -140,7 +140,7 @@ class NetworkFitting(Fitting):
     ending: str = ".safetensors"
 
     def __post_init__(self) -> None:
-        if self._keras and self.recipe.inputs is None:
+        if self._keras and self.recipe.inputs is None and not self.recipe.physical:
             object.__setattr__(self, "recipe", replace(self.recipe, inputs=PAPER))
 
     @property
@@ -165,7 +165,7 @@ class NetworkFitting(Fitting):
     def check(self) -> None:
         """See :class:`Fitting`; raises also where PyTorch has no such device, or is not there."""
         super().check()
-        found = self.recipe.inputs, self.recipe.hidden_activation
+        found = self.recipe.chosen_inputs, self.recipe.hidden_activation
         if self._keras and found != (PAPER, RELU):
             raise NacreError(f"*{self.ending}: {PAPER_ONLY}")
         if self.device is not None:
