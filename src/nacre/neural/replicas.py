@@ -16,7 +16,7 @@ from nacre.runtime.parallel import core_count, thread_map
 
 REPLICAS = 2
 """However many cores there are, so that the same seed gives the same network on all machines."""
-_STEPS = 25  # between two averages: often enough to lose nothing, and rarely enough to cost little
+_STEPS = 50  # between two averages: often enough to lose nothing, and rarely enough to cost little
 
 
 class ReplicaTrainer:

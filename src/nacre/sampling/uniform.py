@@ -9,7 +9,13 @@ import numpy as np
 from nacre.array import Array, Components
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
-from nacre.geometry import cosine_hemisphere, join, uniform_hemisphere, uniform_rusinkiewicz
+from nacre.geometry import (
+    cosine_hemisphere,
+    join,
+    split,
+    uniform_hemisphere,
+    uniform_rusinkiewicz,
+)
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import thread_map
 from nacre.sampling.fit import fit_blinn_phong
@@ -28,12 +34,12 @@ def _hemisphere(brdf: Brdf) -> Directions:
 
 def _seen(brdf: Brdf) -> Directions:
     """Views as the pixels of a picture of a sphere have them, under an even sky or a highlight."""
-    own = brdf.sampler
-    sampler = own if own.adapted else fit_blinn_phong(brdf)
+    sampled = brdf if brdf.sampler.adapted else brdf.replaced(sampler=fit_blinn_phong(brdf))
 
     def directions(u: Array) -> tuple[Components, Components]:
         wo = cosine_hemisphere(u[0], u[1])
-        reflected, density = sampler.sample_components(wo, (u[2], u[3], u[4]))
+        drawn, density = sampled.sample(join(wo), u[2:5].T)
+        reflected = split(drawn)
         even = uniform_hemisphere(u[2], u[3])
         sky = (u[5] < 0.5) | (density <= 0.0)
         wi = tuple(np.where(sky, a, b) for a, b in zip(even, reflected, strict=True))
