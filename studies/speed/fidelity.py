@@ -13,7 +13,8 @@ map and a directional light. Three sets of recipes:
 
 Seconds are medians of whole fits, one material at a time on all cores: drawing the samples,
 training, and the lobes for importance sampling. `--pictures` writes a sheet of each fit. With
-`--outside` the materials are published networks in place of the tables, whose materials are others.
+`--truth` the materials are others than those of the tables: published networks, or analytic models
+with published parameters.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import statistics
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -69,6 +71,10 @@ OUTSIDE = (
     *(("rgl", f"{name}_rgb") for name in ("satin_purple", "vch_silk_blue", "ilm_solo_m_68")),
 )
 """Published networks of materials that are not among the tables."""
+PARAMETERS = (
+    *("alum-bronze", "blue-metallic-paint", "cherry-235", "gold-metallic-paint", "pink-fabric"),
+    "specular-black-phenolic",
+)
 STEREOGRAPHIC = {
     "nbrdf": _PAPER,
     "stereographic": replace(_PAPER, hidden=(22, 22), inputs="stereographic", samples=SAMPLES),
@@ -93,23 +99,36 @@ SETS = {
 }
 
 
-def measured() -> Iterator[tuple[str, Brdf, Brdf]]:
+_Truths: TypeAlias = Iterator[tuple[str, Brdf, Brdf | None]]
+
+
+def tables() -> _Truths:
     """Name, table and published network of every RGL table."""
     for path in rgl_tables():
         yield path.stem, nacre.load(path), nacre.load(data("pretrained", "rgl", f"{path.stem}.h5"))
 
 
-def outside() -> Iterator[tuple[str, Brdf, None]]:
-    """Name and published network of :data:`OUTSIDE`, which is the truth here."""
+def networks() -> _Truths:
+    """Name and published network of :data:`OUTSIDE`."""
     for folder, name in OUTSIDE:
         yield name, nacre.load(data("pretrained", folder, f"{name}.h5")), None
+
+
+def parameters() -> _Truths:
+    """SGD and ABC with published parameters, of some MERL materials."""
+    for file in ("bagher_sgd.fit", "low_lowsmooth_E2.fit"):
+        for name in PARAMETERS:
+            yield f"{name} {file}", nacre.load(data("merl-fits", file), name), None
+
+
+TRUTHS = {"tables": tables, "networks": networks, "parameters": parameters}
 
 
 def main() -> None:
     """Print a Markdown table: means over materials and seeds, and the worst material's PSNR."""
     study = Study(__doc__, __file__)
     study.add_argument("--set", choices=SETS, default="methods", help="recipes that are compared")
-    study.add_argument("--outside", action="store_true", help="published networks as the truth")
+    study.add_argument("--truth", choices=TRUTHS, default="tables", help="what is fitted")
     study.add_argument("--seeds", type=int, default=3, help="fits of each material")
     study.add_argument("--pictures", action="store_true", help="write a sheet of each fit")
     options = study.options()
@@ -117,7 +136,7 @@ def main() -> None:
     environment, recipes = museum(), SETS[options.set]
     errors: dict[str, list[list[list[float]]]] = {name: [] for name in ("published", *recipes)}
     seconds: dict[str, list[float]] = {name: [] for name in recipes}
-    for material, truth, published in study.few(list(outside() if options.outside else measured())):
+    for material, truth, published in study.few(list(TRUTHS[options.truth]())):
         nacre.fit(truth, nacre.Recipe(epochs=1, samples=4000))  # compiles the kernel
         if published is not None:
             errors["published"].append([picture_errors(truth, published, environment)])
@@ -141,7 +160,7 @@ def main() -> None:
         taken = f"{statistics.median(seconds[name]):.2f}" if name in seconds else ""
         rows.append((name, *cells, taken))
     head = "mean of all; worst PSNR", *PICTURE_ERRORS, "seconds a fit"
-    study.table(head, rows, f"{options.set} outside" if options.outside else options.set)
+    study.table(head, rows, f"{options.set} {options.truth}")
 
 
 if __name__ == "__main__":

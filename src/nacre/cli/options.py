@@ -286,7 +286,7 @@ preset_option = _shared(
     "--preset",
     ["draft", "standard", "best"],
     default="standard",
-    help="Length of the fit: about 0.5, 3 or 15 seconds on two cores.",
+    help="Length of the fit: about 0.3, 1.5 or 12 seconds on two cores.",
 )
 basis_option = _shared(
     "--basis basis_name",
