@@ -20,6 +20,11 @@ from tests.scans import AWKWARD, Gloss, awkward, everywhere, median_error, scan
 QUICK = Recipe(epochs=10)
 
 
+def test_squares_that_no_layer_could_clamp_are_refused():
+    with pytest.raises(NacreError, match="have ReLUs"):
+        fit(scan(Gloss(), 400), Recipe(epochs=1, activation="squared relu"))
+
+
 def test_a_network_fitted_to_a_scan_resembles_what_was_scanned():
     brdf = scan(Gloss())
     network = fit(brdf, QUICK)

@@ -23,7 +23,7 @@ from nacre.neural.scattered import (
 )
 from nacre.neural.training import initial_layers
 from nacre.numerics.direction_samples import Scattered
-from nacre.numerics.mlp import RELU, Layer
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import check_isotropic, fit_lobes
@@ -102,8 +102,8 @@ class FitData:
 def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     """Settle what a recipe leaves open, and draw the samples.
 
-    Raises NacreError if hardly any sample is valid, a scan has too few or is to be physical, or
-    `brdf` is not isotropic as it says, and TypeError if it is no reflectance.
+    Raises NacreError if hardly any sample is valid, a scan has too few, is to be physical or of
+    squared ReLUs, or `brdf` is not isotropic as it says, and TypeError if it is no reflectance.
     """
     expect_brdf(brdf, "a fit")
     check_isotropic(brdf)
@@ -118,6 +118,11 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
         brdf = Projection(brdf)
         progress("projecting", 1, 1, "")
     if scan is not None:
+        if recipe.activation == SQUARED_RELU:
+            raise NacreError(
+                f"{brdf.name or 'scan'}: networks of scans have ReLUs, of which a last layer clamps "
+                "them; leave the activation open"
+            )
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
         # Rounded weights would not clamp a scan exactly.
         recipe = replace(
