@@ -120,7 +120,7 @@ def prepare(brdf: Brdf, recipe: Recipe, progress: Progress) -> FitData:
     if scan is not None:
         if recipe.activation == SQUARED_RELU:
             raise NacreError(
-                f"{brdf.name or 'scan'}: networks of scans have ReLUs, of which a last layer clamps "
+                f"{brdf.name or 'scan'}: networks of scans have ReLUs, the last of which clamp "
                 "them; leave the activation open"
             )
         half = max(BLOCK, recipe.batch // (2 * BLOCK) * BLOCK)
