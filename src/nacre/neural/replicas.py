@@ -36,9 +36,9 @@ class ReplicaTrainer:
     activation
         ReLU or its square.
     trial
-        Epochs after which one start is left; none are needed for a single one.
+        Epochs after which one start is left; 0 for the first start alone.
     held_out
-        What starts are judged by.
+        What starts are judged by; the samples of training where None.
     offset
         See :class:`nacre.neural.kernel.KernelTrainer`.
     """
@@ -52,8 +52,9 @@ class ReplicaTrainer:
         held_out: Samples | None = None,
         offset: float = 1.0,
     ) -> None:
-        self._starts = [KernelTrainer(layers, batch, activation, offset) for layers in starts]
-        self._replicas: list[KernelTrainer] = []
+        chosen = starts if trial else starts[:1]
+        trainers = [KernelTrainer(layers, batch, activation, offset) for layers in chosen]
+        self._trainers = trainers if trial else _replicas(trainers[0])
         self._trial, self._held_out = trial, held_out
         self._batch = batch // BLOCK
         self._worker = ThreadPoolExecutor(1) if core_count() > 1 else None
@@ -71,25 +72,24 @@ class ReplicaTrainer:
             self._worker.shutdown()
 
     def layers(self) -> list[Layer]:
-        """Copies of the current layers."""
-        return self._best().layers()
+        """Copies of the current layers; before one start is chosen, of the first."""
+        return self._trainers[0].layers()
 
     def loss(self, samples: Samples) -> float:
-        """Mean loss over all samples."""
-        return self._best().loss(samples)
+        """Mean loss over all samples; before one start is chosen, of the first."""
+        return self._trainers[0].loss(samples)
 
     def epoch(
         self, samples: Samples, order: npt.NDArray[np.int64], rates: npt.NDArray[np.float32]
     ) -> None:
         """One pass over the blocks in an order; there is a learning rate for each batch of it."""
         if self._trial:
-            for _ in thread_map(lambda start: start.epoch(samples, order, rates), self._starts):
+            for _ in thread_map(lambda start: start.epoch(samples, order, rates), self._trainers):
                 pass
             self._trial -= 1
+            if not self._trial:
+                self._trainers = _replicas(self._best(self._held_out or samples))
             return
-        if not self._replicas:
-            best = self._best()
-            self._replicas = [best, *(best.copy() for _ in range(REPLICAS - 1))]
         steps = -(-len(rates) // REPLICAS)
         for first in range(0, steps, _STEPS):
 
@@ -98,20 +98,15 @@ class ReplicaTrainer:
                 blocks = part[first * self._batch :][: _STEPS * self._batch]
                 count = -(-len(blocks) // self._batch)
                 own = np.float32(REPLICAS) * rates[REPLICAS * first :: REPLICAS][:count]
-                self._replicas[k].epoch(samples, blocks, own)
+                self._trainers[k].epoch(samples, blocks, own)
 
             self._together(advance)
-            KernelTrainer.average(self._replicas)
+            KernelTrainer.average(self._trainers)
 
-    def _best(self) -> KernelTrainer:
-        """The replicas, which are equal; or the best start."""
-        if self._replicas:
-            return self._replicas[0]
-        if len(self._starts) == 1 or self._held_out is None:
-            return self._starts[0]
-        held_out = self._held_out
-        losses = np.array(list(thread_map(lambda start: start.loss(held_out), self._starts)))
-        return self._starts[int(np.where(np.isnan(losses), np.inf, losses).argmin())]
+    def _best(self, samples: Samples) -> KernelTrainer:
+        """The start with the smallest loss."""
+        losses = np.array(list(thread_map(lambda start: start.loss(samples), self._trainers)))
+        return self._trainers[int(np.where(np.isnan(losses), np.inf, losses).argmin())]
 
     def _together(self, advance: Callable[[int], None]) -> None:
         """Call a function for each replica, on two cores where there are some."""
@@ -123,3 +118,8 @@ class ReplicaTrainer:
         advance(0)
         for other in others:
             other.result()
+
+
+def _replicas(trainer: KernelTrainer) -> list[KernelTrainer]:
+    """A trainer and copies of it."""
+    return [trainer, *(trainer.copy() for _ in range(REPLICAS - 1))]
