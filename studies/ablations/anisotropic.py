@@ -150,12 +150,14 @@ def main() -> None:
     study.add_argument("--methods", nargs="*", choices=METHODS, default=list(METHODS))
     study.add_argument("--only", help="materials whose name has this in it")
     study.add_argument("--seeds", type=int, default=3, help="fits of each material")
-    study.add_argument("--share", type=float, default=1.0, help="of the samples that a fit draws")
+    study.add_argument(
+        "--fraction", type=float, default=1.0, help="of the samples that a fit draws"
+    )
     study.add_argument("--pictures", action="store_true", help="write a sheet of each first fit")
     options = study.options()
     prevent_oversubscription()
     environment = museum()
-    share, seeds = (0.1, 1) if options.quick else (options.share, options.seeds)
+    fraction, seeds = (0.1, 1) if options.quick else (options.fraction, options.seeds)
     found: dict[str, dict[str, Floats]] = {name: {} for name in options.methods}
     seconds: dict[str, list[float]] = {name: [] for name in options.methods}
     for name, truth in itertools.chain(virtual(), tabulated()):
@@ -165,7 +167,7 @@ def main() -> None:
             errors = []
             for seed in range(options.seed, options.seed + seeds):
                 start = time.perf_counter()
-                fit = nacre.fit(truth, replace(METHODS[method], seed=seed, sample_share=share))
+                fit = nacre.fit(truth, replace(METHODS[method], seed=seed, sample_share=fraction))
                 seconds[method].append(time.perf_counter() - start)
                 errors.append(picture_errors(truth, fit, environment))
                 if options.pictures and seed == options.seed:

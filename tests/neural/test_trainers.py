@@ -146,7 +146,7 @@ def test_positive_reflectances_that_fell_to_nothing_rise_again():
 @pytest.mark.parametrize("heaviest", [1.0, 100.0])
 def test_positive_reflectances_have_the_gradient_of_autograd(heaviest):
     layers, samples = random_layers(SHAPES[0]), random_samples(512, heaviest=heaviest)
-    layers[-1] = Layer(0.5 * layers[-1].weights, layers[-1].biases)  # e^x above LEAST_SLOPE
+    layers[-1] = Layer(0.5 * layers[-1].weights, layers[-1].biases)  # e^x above MIN_SLOPE
     order = np.arange(32)
     expected_loss, expected = autograd(layers, samples, order, offset=0.0)
     loss, gradient = KernelTrainer(layers, 512, offset=0.0).gradient(samples, order)

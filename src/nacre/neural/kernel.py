@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.array import aligned_zeros
-from nacre.neural.samples import BLOCK, LEAST_SLOPE, Samples
+from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
 from nacre.neural.simd import (
     DENSE_ROWS,
     LANES,
@@ -108,7 +108,7 @@ def _loss_gradient(x: Any, target: Any, weight: Any, offset: Any, gradient: Any,
         size = one + (abs(u) if weight[s] > one else u)
         g = (scale if u > target[s] else -scale) * weight[s] * e / size
         if not offset and u < target[s]:
-            g = -scale * weight[s] * max(e, np.float32(LEAST_SLOPE)) / size
+            g = -scale * weight[s] * max(e, np.float32(MIN_SLOPE)) / size
         gradient[s] = g
         total += g
     return total
@@ -248,8 +248,7 @@ def _weight_gradient(
 def _gradient(
     blocks: Any, order: Any, upcoming: Any, widths: Any, starts: Any, weights: Any, stride: Any,
     squared: Any, offset: Any, rows: Any, targets: Any, factors: Any, sums: Any, parts: Any,
-    places: Any,
-    gradient: Any,
+    places: Any, gradient: Any,
 ) -> None:  # fmt: skip
     """Gradient of the mean loss of a mini-batch, while the upcoming one is fetched."""
     count = order.size * BLOCK
@@ -275,8 +274,7 @@ def _gradient(
 def _epoch(
     blocks: Any, order: Any, batch: Any, rates: Any, step: Any, mean: Any, square: Any,
     widths: Any, starts: Any, weights: Any, stride: Any, squared: Any, offset: Any, rows: Any,
-    targets: Any,
-    factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
+    targets: Any, factors: Any, sums: Any, parts: Any, places: Any, gradient: Any,
 ) -> None:  # fmt: skip
     for k in range(rates.size):
         part = order[k * batch : (k + 1) * batch]

@@ -26,7 +26,7 @@ from nacre.sampling import draw_samples
 
 BLOCK = 16  # samples that stay together when the order of training is shuffled
 
-LEAST_SLOPE = 1e-3
+MIN_SLOPE = 1e-3
 """What e^x counts as at least in the gradient by x where f_r is e^x and too low: one that fell far
 must be able to rise again."""
 

@@ -148,40 +148,22 @@ def _products(
     return tile
 
 
-def _dense(relu: bool) -> Any:
-    """Tile of a dense layer: y[t, s] = f(b[t] + sum_i w[i, t] x[i, s]) over a panel of samples.
-
-    f is the identity or max(x, 0).
-    """
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def tile(
-        _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
-        w_stride: Any, w_step: Any, b_offset: Any, y: Any, y_offset: Any,
-    ) -> Any:  # fmt: skip
-        i = types.intp
-        signature = types.void(x, i, i, i, w, i, i, i, i, y, i)
-
-        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            emit = _Emitter(context, builder, sig, arguments)
-            (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, _, y_at) = arguments
-            biases = [emit.splat(4, emit.at(b_at, (_i64(t), 1))) for t in range(DENSE_ROWS)]
-            tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, biases)
-            for t, vectors in enumerate(tile):
-                for v, accumulator in enumerate(vectors):
-                    total = builder.load(accumulator)
-                    if relu:
-                        total = emit.where_positive(total, total)
-                    emit.store(total, 9, emit.at(y_at, (row, t), (_i64(v), LANES)))
-            return context.get_dummy_value()
-
-        return signature, generate
-
-    return tile
+@intrinsic  # type: ignore[untyped-decorator]
+def dense_linear(
+    _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
+    w_stride: Any, w_step: Any, b_offset: Any, y: Any, y_offset: Any,
+) -> Any:  # fmt: skip
+    """Tile of a dense layer: y[t, s] = b[t] + sum_i w[i, t] x[i, s] over a panel of samples."""
+    return _before((x, w, y), lambda _, total: (total,))
 
 
-dense_relu = _dense(True)
-dense_linear = _dense(False)
+@intrinsic  # type: ignore[untyped-decorator]
+def dense_relu(
+    _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
+    w_stride: Any, w_step: Any, b_offset: Any, y: Any, y_offset: Any,
+) -> Any:  # fmt: skip
+    """The same before a ReLU: y[t, s] is 0 where the sum is negative."""
+    return _before((x, w, y), lambda emit, total: (emit.where_positive(total, total),))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -189,25 +171,34 @@ def dense_squared_relu(
     _context: Any, x: Any, x_offset: Any, stride: Any, count: Any, w: Any, w_offset: Any,
     w_stride: Any, w_step: Any, b_offset: Any, y: Any, roots: Any, y_offset: Any,
 ) -> Any:  # fmt: skip
-    """Tile of a dense layer before a squared ReLU.
+    """The same before a squared ReLU: of what a ReLU gives, y has the squares, `roots` itself."""
 
-    roots[t, s] = max(b[t] + sum_i w[i, t] x[i, s], 0), laid out as y, which are their squares.
+    def values(emit: _Emitter, total: Any) -> tuple[Any, Any]:
+        root = emit.where_positive(total, total)
+        return emit.builder.fmul(root, root), root
+
+    return _before((x, w, y, roots), values)
+
+
+def _before(arrays: tuple[Any, ...], values: Callable[[_Emitter, Any], tuple[Any, ...]]) -> Any:
+    """Signature and code of a tile of the forward pass, from the types of its arrays.
+
+    `values` makes of a vector of sums what goes to each array after the weights, laid out alike.
     """
     i = types.intp
-    signature = types.void(x, i, i, i, w, i, i, i, i, y, roots, i)
+    x, w, *targets = arrays
+    signature = types.void(x, i, i, i, w, i, i, i, i, *targets, i)
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         emit = _Emitter(context, builder, sig, arguments)
-        (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, _, _, y_at) = arguments
+        (_, x_at, row, inputs, _, w_at, w_row, w_column, b_at, *_, y_at) = arguments
         biases = [emit.splat(4, emit.at(b_at, (_i64(t), 1))) for t in range(DENSE_ROWS)]
         tile = _products(emit, x_at, row, inputs, w_at, w_row, w_column, biases)
         for t, vectors in enumerate(tile):
             for v, accumulator in enumerate(vectors):
                 at = emit.at(y_at, (row, t), (_i64(v), LANES))
-                total = builder.load(accumulator)
-                root = emit.where_positive(total, total)
-                emit.store(root, 10, at)
-                emit.store(builder.fmul(root, root), 9, at)
+                for array, value in enumerate(values(emit, builder.load(accumulator)), 9):
+                    emit.store(value, array, at)
         return context.get_dummy_value()
 
     return signature, generate

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from nacre.errors import require
 from nacre.neural.nbrdf import OUTPUTS
-from nacre.neural.samples import BLOCK, LEAST_SLOPE, Samples
+from nacre.neural.samples import BLOCK, MIN_SLOPE, Samples
 from nacre.neural.torch_module import NetworkModule, module
 from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer, dense
 from nacre.runtime.device import open_device
@@ -198,7 +198,7 @@ class TorchTrainer:
         e, weighted = _weighted(activations.pop(), weight, self._offset)
         # The logarithm of the loss rises, so that it is not needed here.
         side = (weighted - rows[..., -OUTPUTS - 1 : -1]).sign()
-        slope = e if self._offset else e.clamp(min=LEAST_SLOPE).where(side < 0.0, e)
+        slope = e if self._offset else e.clamp(min=MIN_SLOPE).where(side < 0.0, e)
         g = side * (weight / (OUTPUTS * rows.shape[1])) * slope / _argument(weighted, weight)
         weights: list[Tensor] = []
         biases: list[Tensor] = []

@@ -22,7 +22,7 @@ FLOAT, INDEX, MASK = "float", "index", "mask"
 Operation: TypeAlias = tuple[Any, ...]
 """Kind of the value, name, then values by number, and what else the name needs."""
 
-_MOST = 10_000  # operations: they compile in about a second
+_MAX_OPERATIONS = 10_000  # of a formula: they compile in about a second
 _NUMBERS = "number", "datum", "literal", "whole"
 _LARGEST_INDEX = float(1 << 30)
 
@@ -59,7 +59,7 @@ class Trace:
         values = (x.number if isinstance(x, Traced) else x for x in arguments)
         operation = (kind, name, *values)
         number = self._known.setdefault(operation, len(self.operations))
-        if number == _MOST:
+        if number == _MAX_OPERATIONS:
             raise UntraceableError("so long a formula would take too long to compile")
         if number == len(self.operations):
             self.operations.append(operation)
