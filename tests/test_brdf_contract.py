@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import nacre
-from nacre.brdf import Brdf, CosineSampler, _clamped, _density, _drawn, _validity
+from nacre.brdf import Brdf, CosineSampler, _validity, eval_formula, pdf_formula, sample_formula
 from nacre.errors import NacreError
 from nacre.latent import PcaBasis, PcaRecipe
 from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
@@ -372,17 +372,19 @@ def test_compiled_code_gives_what_numpy_gives(brdf):
     wi, wo = awkward_pairs()
     u = np.random.default_rng(3).random(wi.shape, np.float32)
     if brdf.traceable:
-        (found,), (expected,) = (f(_clamped, brdf, wi, wo) for f in (compiled_alone, in_numpy))
+        (found,), (expected,) = (f(eval_formula, brdf, wi, wo) for f in (compiled_alone, in_numpy))
         rounding = np.abs(expected - brdf.eval(wi.astype(np.float64), wo.astype(np.float64)))
         limit = 5e-4 * expected + 1e-3 + 4.0 * rounding
         np.testing.assert_array_less(np.abs(found - expected), limit)
         assert np.array_equal(brdf.eval(wi, wo), found)
         (found,), (expected,) = (f(_validity, brdf, wi, wo) for f in (compiled_alone, in_numpy))
         assert (found == expected).mean() > 0.998  # but where rounding chooses the cell
-    (found,), (expected,) = (f(_density, brdf.sampler, wi, wo) for f in (compiled_alone, in_numpy))
+    (found,), (expected,) = (
+        f(pdf_formula, brdf.sampler, wi, wo) for f in (compiled_alone, in_numpy)
+    )
     np.testing.assert_array_less(np.abs(found - expected), 5e-4 * expected + 1e-5)
     (drawn, density), (directions, expected) = (
-        f(_drawn, brdf.sampler, wo, u) for f in (compiled_alone, in_numpy)
+        f(sample_formula, brdf.sampler, wo, u) for f in (compiled_alone, in_numpy)
     )
     above = wo[:, 2] > 0.01  # nearer to the horizon float32 does not resolve what a facet sees
     np.testing.assert_allclose(drawn[above], directions[above], atol=2e-4)
@@ -391,7 +393,7 @@ def test_compiled_code_gives_what_numpy_gives(brdf):
 
 
 def compiled_alone(formula, owner, a, b):
-    names = ("wo", "u") if formula is _drawn else ("wi", "wo")
+    names = ("wo", "u") if formula is sample_formula else ("wi", "wo")
     found = compiled(owner, formula, **dict(zip(names, (a, b), strict=True)))
     assert found is not None, "not compiled"
     return found

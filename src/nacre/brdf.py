@@ -242,7 +242,7 @@ class Brdf(Described):
         if namespace(wi, wo).differentiable:
             tensor: Colors = self._eval_tensors(wi, wo)
             return tensor
-        found = compiled(self, _clamped, wi=wi, wo=wo) if self.traceable else None
+        found = compiled(self, eval_formula, wi=wi, wo=wo) if self.traceable else None
         if found is not None:
             return found[0]
         wi, wo = checked(wi=wi, wo=wo)
@@ -346,7 +346,7 @@ class Brdf(Described):
         ValueError
             If a direction is not of unit length, or a number of `u` is not in [0, 1).
         """
-        found = compiled(self.sampler, _drawn, wo=wo, u=u)
+        found = compiled(self.sampler, sample_formula, wo=wo, u=u)
         if found is not None:
             return found[0], found[1]
         wo, u = checked(wo=wo, u=u)
@@ -359,7 +359,7 @@ class Brdf(Described):
 
         Raises ValueError as :meth:`eval` does.
         """
-        found = compiled(self.sampler, _density, wi=wi, wo=wo)
+        found = compiled(self.sampler, pdf_formula, wi=wi, wo=wo)
         if found is not None:
             return found[0]
         wi, wo = checked(wi=wi, wo=wo)
@@ -388,7 +388,8 @@ def above_horizon(rgb: Components, wi: Components, wo: Components) -> Components
 # What is compiled: the values of `eval`, `valid`, `sample` and `pdf` on components.
 
 
-def _clamped(brdf: Brdf, wi: Components, wo: Components) -> tuple[Components]:
+def eval_formula(brdf: Brdf, wi: Components, wo: Components) -> tuple[Components]:
+    """f_r as :meth:`Brdf.eval` has it."""
     return (above_horizon(brdf.eval_components(wi, wo), wi, wo),)
 
 
@@ -397,12 +398,14 @@ def _validity(brdf: Brdf, wi: Components, wo: Components) -> tuple[Array]:
     return (_where_visible(one, wi, wo),)
 
 
-def _drawn(sampler: Sampler, wo: Components, u: Components) -> tuple[Components, Array]:
+def sample_formula(sampler: Sampler, wo: Components, u: Components) -> tuple[Components, Array]:
+    """Directions and densities as :meth:`Brdf.sample` has them."""
     wi, pdf = sampler.sample_components(wo, u)
     return wi, _where_visible(pdf, wi, wo)
 
 
-def _density(sampler: Sampler, wi: Components, wo: Components) -> tuple[Array]:
+def pdf_formula(sampler: Sampler, wi: Components, wo: Components) -> tuple[Array]:
+    """Densities as :meth:`Brdf.pdf` has them."""
     return (_where_visible(sampler.pdf_components(wi, wo), wi, wo),)
 
 

@@ -8,7 +8,7 @@ Values are those of a trace (:mod:`nacre.runtime.trace`): vectors of numbers in 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 _EXP = (1.9875691500e-4, 1.3981999507e-3, 8.3334519073e-3, 4.1665795894e-2, 1.6666665459e-1,
@@ -163,3 +163,9 @@ def _absolute(x: Any) -> Any:
 
 def _sqrt(x: Any) -> Any:
     return x.trace.add("float", "sqrt", x)
+
+
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "exp": exp, "log": log, "sin": sin, "cos": cos, "arcsin": arcsin, "arctan2": arctan2,
+}  # fmt: skip
+"""By the names of :class:`nacre.array.Namespace`."""

@@ -79,7 +79,7 @@ def _function(owner: Frozen, formula: Formula, names: tuple[str, ...]) -> Vector
 def _made(owner: Frozen, formula: Formula, names: tuple[str, ...]) -> VectorFunction | None:
     def with_faults(a: Components, b: Components) -> tuple[Any, Array]:
         good = [_is_good(name, values) for name, values in zip(names, (a, b), strict=True)]
-        a, b = (_inside(name, values) for name, values in zip(names, (a, b), strict=True))
+        a, b = (inside(name, values) for name, values in zip(names, (a, b), strict=True))
         return formula(as_data(owner), a, b), ~(good[0] & good[1])
 
     left = available_memory()
@@ -102,8 +102,8 @@ def _is_good(name: str, values: Components) -> Array:
     return (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0) & (z >= 0.0) & (z <= 1.0)
 
 
-def _inside(name: str, values: Components) -> Components:
-    """As :func:`checked` returns them."""
+def inside(name: str, values: Components) -> Components:
+    """Directions, or random numbers "u", as :func:`checked` returns them."""
     if name != "u":
         return values
     u, v, w = (namespace(x).minimum(x, _BELOW_ONE) for x in values)

@@ -7,7 +7,7 @@ differ in their numbers only share compiled code.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,8 +22,12 @@ FLOAT, INDEX, MASK = "float", "index", "mask"
 Operation: TypeAlias = tuple[Any, ...]
 """Kind of the value, name, then values by number, and what else the name needs."""
 
+Formulas: TypeAlias = Mapping[str, Callable[..., Any]]
+"""What elementary functions are made of, by their names in :class:`nacre.array.Namespace`."""
+
 _MAX_OPERATIONS = 10_000  # of a formula: they compile in about a second
 _NUMBERS = "number", "datum", "literal", "whole"
+_LEAVES = "input", *_NUMBERS
 _LARGEST_INDEX = float(1 << 30)
 
 
@@ -33,6 +37,12 @@ class UntraceableError(TypeError):
 
 class Trace:
     """The operations of a formula so far.
+
+    Parameters
+    ----------
+    expanded
+        What exponentials, logarithms and circular functions are made of; those that are missing
+        are operations themselves.
 
     Attributes
     ----------
@@ -44,7 +54,8 @@ class Trace:
         Flat arrays that it gathers from, and weights of layers.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, expanded: Formulas = elementary.FUNCTIONS) -> None:
+        self.expanded = expanded
         self.operations: list[Operation] = []
         self.numbers: list[float] = []
         self.tables: list[Weights] = []
@@ -234,6 +245,32 @@ def arithmetic(name: str, a: Traced, b: Traced) -> Traced:
     return trace.add(a.kind, name, a, b)
 
 
+def sources(operation: Operation) -> Sequence[int]:
+    """Numbers of the values that an operation takes."""
+    _, name, *arguments = operation
+    if name == "dense":
+        return list(arguments[3])
+    if name == "take":
+        return arguments[1:]
+    if name == "output":
+        return arguments[:1]
+    return [] if name in _LEAVES else arguments
+
+
+def needed(
+    operations: Sequence[Operation] | Mapping[int, Operation], results: Iterable[int]
+) -> list[int]:
+    """Numbers of the values that results come from, in order."""
+    seen: set[int] = set()
+    left = list(results)
+    while left:
+        number = left.pop()
+        if number not in seen:
+            seen.add(number)
+            left.extend(sources(operations[number]))
+    return sorted(seen)
+
+
 class _Tracing(Namespace):
     """The functions of formulas; of plain numbers they are plain numbers."""
 
@@ -241,7 +278,7 @@ class _Tracing(Namespace):
         for name in ("sqrt", "floor", "abs"):
             setattr(self, name, _function(name, _operation(name)))
         for name in ("exp", "log", "sin", "cos", "arcsin", "arctan2"):
-            setattr(self, name, _function(name, getattr(elementary, name)))
+            setattr(self, name, _function(name, _elementary(name)))
         for name in ("minimum", "maximum"):
             setattr(self, name, _extremum(name))
         self.where, self.to_index = _where, _to_index
@@ -278,6 +315,15 @@ def _function(name: str, traced: Callable[..., Traced]) -> Callable[..., Any]:
 
 def _operation(name: str) -> Callable[[Traced], Traced]:
     return lambda x: x.trace.add(FLOAT, name, x)
+
+
+def _elementary(name: str) -> Callable[..., Traced]:
+    def call(*values: Traced) -> Traced:
+        trace = values[0].trace
+        formula = trace.expanded.get(name)
+        return formula(*values) if formula else trace.add(FLOAT, name, *values)
+
+    return call
 
 
 def _extremum(name: str) -> Callable[[Any, Any], Any]:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import llvmlite.binding as llvm
 from llvmlite import ir
 
-from nacre.runtime.trace import FLOAT, INDEX, MASK, Operation
+from nacre.runtime.trace import FLOAT, INDEX, MASK, Operation, needed
 
 _f32, _i32, _i64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
 _table = _f32.as_pointer()
@@ -93,6 +93,7 @@ class _Loop:
         self.tables: dict[int, Any] = {}
 
     def emit(self) -> None:
+        program = self.program
         panels, *inputs, _numbers, tables, outputs = self.function.args
         self.table_list = tables
         entry, body = self.entry, self.body
@@ -101,14 +102,15 @@ class _Loop:
         faults.add_incoming(ir.Constant(_KINDS[MASK], [0] * LANES), entry.block)
         first = body.mul(panel, _i64(3 * LANES))
         self.inputs = [x for pointer in inputs for x in self._split(pointer, first)]
-        for number in self._needed():
-            self.values[number] = self._operation(*self.program.operations[number])
+        results = [program.fault, *itertools.chain(*program.outputs)]
+        for number in needed(program.operations, results):
+            self.values[number] = self._operation(*program.operations[number])
         body = self.body
-        for index, numbers in enumerate(self.program.outputs):
+        for index, numbers in enumerate(program.outputs):
             pointer = entry.load(entry.gep(outputs, [_i64(index)]))
             at = body.mul(panel, _i64(len(numbers) * LANES))
             self._join(pointer, at, [self.values[number] for number in numbers])
-        faults.add_incoming(body.or_(faults, self.values[self.program.fault]), body.block)
+        faults.add_incoming(body.or_(faults, self.values[program.fault]), body.block)
         panel.add_incoming(following := body.add(panel, _i64(1)), body.block)
         done = self.function.append_basic_block("done")
         body.cbranch(body.icmp_signed("<", following, panels), panel.parent, done)
@@ -116,17 +118,6 @@ class _Loop:
         end = ir.IRBuilder(done)
         bits = end.bitcast(faults.incomings[1][0], ir.IntType(LANES))
         end.ret(end.zext(end.icmp_unsigned("!=", bits, ir.IntType(LANES)(0)), _i32))
-
-    def _needed(self) -> list[int]:
-        """Numbers of the values that results come from, in order."""
-        seen: set[int] = set()
-        left = [self.program.fault, *(x for output in self.program.outputs for x in output)]
-        while left:
-            number = left.pop()
-            if number not in seen:
-                seen.add(number)
-                left.extend(_sources(self.program.operations[number]))
-        return sorted(seen)
 
     # Memory
 
@@ -294,15 +285,3 @@ _INTRINSICS = {"fma": "fma", "sqrt": "sqrt", "floor": "floor", "abs": "fabs"}
 
 def _lanes(places: Sequence[int]) -> Any:
     return ir.Constant(ir.VectorType(_i32, len(places)), list(places))
-
-
-def _sources(operation: Operation) -> Sequence[int]:
-    """Numbers of the values that an operation takes."""
-    _, name, *arguments = operation
-    if name == "dense":
-        return list(arguments[3])
-    if name == "take":
-        return arguments[1:]
-    if name == "output":
-        return arguments[:1]
-    return [] if name in ("input", "number", "datum", "literal", "whole") else arguments
