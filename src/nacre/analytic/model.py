@@ -239,6 +239,7 @@ class AnalyticBrdf(LobeSampledBrdf):
         facts = {
             "fitted to": source.get("file"),
             "fitted to sha256": source.get("sha256"),
+            "terms of the source": source.get("terms"),
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
         }
         return super().describe() | values | {k: v for k, v in facts.items() if v is not None}

@@ -16,6 +16,7 @@ from nacre.download.transfer import Progress, Transfer, TransferError, without_c
 from nacre.errors import NacreError
 from nacre.formats import load
 from nacre.io.files import PathLike, digest, write_encoded
+from nacre.io.source import TERMS
 from nacre.runtime.lock import exclusive
 
 
@@ -131,7 +132,7 @@ def _recorded(record: Path) -> str | None:
 
 def _accept(database: Database, folder: Path, agree: Callable[[str], bool]) -> None:
     """Ask about the terms of use unless they were accepted for this folder, and keep them there."""
-    kept = folder / f"{database.name}-TERMS.txt"
+    kept = folder / f"{database.name}{TERMS}"
     if kept.is_file() and kept.read_text(encoding="utf-8", errors="replace") == database.terms:
         return
     if not agree(database.terms):

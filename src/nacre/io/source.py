@@ -6,15 +6,20 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from nacre.io.files import PathLike, digest, identity
+from nacre.io.files import PathLike, digest, identity, read_bytes
+
+TERMS = "-TERMS.txt"
+"""How names of files end that hold the terms of use of all files beside them."""
+
+_MAX_TERMS = 1 << 14  # bytes
 
 
 class Source(Mapping[str, str]):
-    """Name and SHA-256 of a file that was read: the keys "file" and "sha256".
+    """Where a file is from: its name, its SHA-256, its terms of use: "file", "sha256" and "terms".
 
     The file is hashed when the hash is first asked for, since that takes as long as to read it. If
     it has changed or gone by then there is no such key, for its hash would be that of other data.
-    A folder has none either.
+    A folder has none either. Terms are those that `nacre download` left in the folder, if any.
 
     Parameters
     ----------
@@ -33,15 +38,19 @@ class Source(Mapping[str, str]):
             return self._name
         if key == "sha256" and self._hashed() and self._sha256:
             return self._sha256
+        if key == "terms" and (terms := self._terms()):
+            return terms
         raise KeyError(key)
 
     def __iter__(self) -> Iterator[str]:
         yield "file"
         if self._hashed():
             yield "sha256"
+        if self._terms():
+            yield "terms"
 
     def __len__(self) -> int:
-        return 2 if self._hashed() else 1
+        return sum(1 for _ in self)
 
     def __repr__(self) -> str:
         return f"Source({self._name!r})"
@@ -54,3 +63,11 @@ class Source(Mapping[str, str]):
                 if self._state == identity(self._path):
                     self._sha256 = found
         return self._sha256 is not None
+
+    def _terms(self) -> str:
+        """Terms of use that lie beside the file, on one line; empty where there are none."""
+        for path in sorted(self._path.parent.glob(f"*{TERMS}")):
+            with suppress(ValueError):
+                text = read_bytes(path, _MAX_TERMS).decode("utf-8", "replace")
+                return " ".join(text.split())
+        return ""

@@ -188,6 +188,7 @@ class NeuralBrdf(NetworkBrdf):
             "sampler": str(self.sampler),
             "fitted to": source.get("file"),
             "fitted to sha256": source.get("sha256"),
+            "terms of the source": source.get("terms"),
             "loss": self._loss_scale() if self.loss_text() else None,
             **self.metadata.get("quality", {}),
             **{f"fit {key}": value for key, value in self.metadata.get("fit", {}).items()},
