@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from nacre.numerics.mlp import RELU, Layer
 from nacre.sampling import fit_lobes
 
 _LIMIT = 1 << 26
+KERAS_VERSION = "2.2.4"  # that of the published files
 _LAYERS, _WEIGHTS = "layer_names", "weight_names"  # attributes that list names
 _NPY_NAME = re.compile(r"(?P<stem>.+)_(?:fc|b)\d+")
 PAPER_ONLY = (
@@ -64,27 +66,35 @@ def save_h5(network: NeuralBrdf, path: PathLike) -> None:
     Raises FormatError if `network` is not an isotropic neural material or the path cannot be
     written.
     """
-    import h5py
-
     if not (isinstance(network, NeuralBrdf) and network.isotropic):
         raise FormatError(f"{path}: holds isotropic neural materials only; fit the material first")
     if network.inputs != PAPER or network.activation != RELU:
         raise FormatError(f"{path}: {PAPER_ONLY}")
-    names = [f"dense_{index}" for index in range(1, len(network.layers) + 1)]
+    content = keras_bytes(network.layers)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def keras_bytes(layers: Sequence[Layer], description: str = "") -> bytes:
+    """Layers as Keras saves the weights of a sequential network, with an attribute of text."""
+    import h5py
+
+    names = [f"dense_{index}" for index in range(1, len(layers) + 1)]
     content = io.BytesIO()  # HDF5 does not survive a full disk
     with h5py.File(content, "w") as file:
-        file.attrs[_LAYERS] = [name.encode() for name in [*names, "lambda_1"]]
+        file.attrs[_LAYERS] = np.array([*names, "lambda_1"], "S")  # Keras 2 decodes their bytes
         file.attrs["backend"] = b"tensorflow"
-        file.attrs["keras_version"] = b"2.2.4"
-        for name, layer in zip(names, network.layers, strict=True):
+        file.attrs["keras_version"] = KERAS_VERSION.encode()
+        if description:
+            file.attrs["description"] = description.encode()
+        for name, layer in zip(names, layers, strict=True):
             parts = {f"{name}/kernel:0": layer.weights, f"{name}/bias:0": layer.biases}
             group = file.create_group(name)
-            group.attrs[_WEIGHTS] = [part.encode() for part in parts]
+            group.attrs[_WEIGHTS] = np.array([*parts], "S")
             for part, values in parts.items():
                 group.create_dataset(part, data=values)
         file.create_group("lambda_1").attrs[_WEIGHTS] = np.zeros(0)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(content.getvalue())
+    return content.getvalue()
 
 
 def load_npy(path: PathLike) -> NeuralBrdf:
