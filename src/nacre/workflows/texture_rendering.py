@@ -45,7 +45,7 @@ class TextureView:
         How an encoded texture is decoded, texels interpolated, codes filtered.
     height_field, depth
         Gray image for parallax, and the widths of the texture from black to white; as
-        :func:`nacre.render.textures.height_file.full_depth` has it where None.
+        :func:`nacre.textures.height_file.full_depth` has it where None.
     """
 
     shape: str = "cylinder"
@@ -195,10 +195,10 @@ def texture_pictures(btf: Btf, view: TextureView, report: Progress = silent) -> 
         If the texture cannot be rendered so.
     """
     from nacre.render.preview import render_scene
-    from nacre.render.textures.height_file import full_depth
     from nacre.render.textures.moving_light import PATHS, light_path, render_moving
     from nacre.render.textures.plugins import texture_bsdf
     from nacre.render.textures.scene import describe_texture_scene, pixel_angle, texture_scale
+    from nacre.textures.height_file import full_depth
 
     size = view.size, view.size
     options: dict[str, Any] = {"interpolation": view.interpolation}

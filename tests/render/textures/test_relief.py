@@ -11,11 +11,11 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.measured.textures.directions import from_degrees
-from nacre.render.textures.height_file import full_depth, read_heights, write_heights
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.relief import Relief
 from nacre.textures.capture import capture
 from nacre.textures.capture.recipe import find
+from nacre.textures.height_file import full_depth, read_heights, write_heights
 
 from .made import factors_at, hemisphere, picture
 

@@ -145,7 +145,7 @@ def test_fig5_renders_what_can_be_decoded_at_hits(small, tmp_path):
 
 
 def test_fig5_sees_height_fields(small, tmp_path):
-    from nacre.render.textures.height_file import write_heights
+    from nacre.textures.height_file import write_heights
 
     def picture():
         return small.rendering(small.unseen[0], None, View(size=24, height_field=heights)).picture

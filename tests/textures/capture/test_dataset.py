@@ -139,7 +139,7 @@ def test_the_command_writes_a_texture_and_a_picture(tmp_path: Path) -> None:
 
 def test_the_command_writes_the_heights_that_texels_lie_on(tmp_path: Path) -> None:
     pytest.importorskip("mitsuba", reason="needs the extra 'render'")
-    from nacre.render.textures.height_file import read_heights
+    from nacre.textures.height_file import read_heights
 
     lists = tmp_path / "list.csv"
     lists.write_text("theta,phi\n0,0\n70,90\n")

@@ -99,8 +99,8 @@ def _one(
     from nacre.figures.texture_views import capture_sheet
     from nacre.formats import save, target
     from nacre.render.preview import check_image_path, write_image
-    from nacre.render.textures.height_file import check_height_map, write_heights
     from nacre.textures.capture.recipe import find
+    from nacre.textures.height_file import check_height_map, write_heights
 
     if picture:
         check_image_path(picture)

@@ -4,26 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from nacre.array import Components, Floats
+from nacre.array import Components
 from nacre.errors import require
 from nacre.render.textures.texels import Records, jitters
-
-
-def node_directions(resolution: int) -> Floats:
-    """The directions of one side of the grid, shape (resolution^2, 3).
-
-    A hemisphere is an equal-area disk (Lambert's azimuthal projection) in a square; nodes outside
-    the disk have the direction of the horizon that is nearest to them.
-    """
-    axis = np.linspace(-1.0, 1.0, resolution)
-    y, x = (part.ravel() for part in np.meshgrid(axis, axis, indexing="ij"))
-    radius = np.hypot(x, y)
-    inside = np.minimum(radius, 1.0)
-    scale = np.sqrt(2.0 - np.square(inside)) * inside / np.maximum(radius, 1e-12)
-    directions = np.stack([x * scale, y * scale, 1.0 - np.square(inside)], axis=-1)
-    return directions.astype(np.float32)
+from nacre.textures.factors import grid_place
 
 
 class AngleGrid:
@@ -42,7 +26,7 @@ class AngleGrid:
         mi, dr = self._mi, require("drjit", "render")
         size = self._resolution
         # The least significant axis is the view's x.
-        places = [*self._place(wo), *self._place(wi)]
+        places = [*grid_place(wo, size), *grid_place(wi, size)]
         strides = [size**k for k in range(4)]
         if self._stochastic:
             shifts = jitters(mi, (wi[0], wi[1], wo[0], wo[1]), 4)
@@ -66,10 +50,3 @@ class AngleGrid:
         zeros = [mi.Float(0.0)] * records.numbers
         _, total = dr.while_loop((mi.UInt32(0), zeros), lambda corner, _: corner < 16, add)
         return list(total)
-
-    def _place(self, w: Components) -> tuple[Any, Any]:
-        """Coordinates of a direction in steps of the grid; the horizon's for those below it."""
-        dr = require("drjit", "render")
-        most = self._resolution - 1.0
-        scale = dr.rsqrt(1.0 + dr.maximum(w[2], 0.0))
-        return tuple(dr.clip((v * scale + 1.0) * (0.5 * most), 0.0, most) for v in w[:2])

@@ -13,11 +13,11 @@ from nacre.geometry import stereographic
 from nacre.numerics.mlp import SILU, Layer, dense, forward
 from nacre.render.network import pack_layers
 from nacre.render.textures.angle_grid import AngleGrid
-from nacre.render.textures.factors import CHROMAS, LUMAS, Factors
 from nacre.render.textures.texels import Corners, Records
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.colors import join_components
 from nacre.textures.codecs.basis.networks import direction_components, wide_features
+from nacre.textures.factors import CHROMAS, LUMAS, Factors
 
 Weighed: TypeAlias = "list[tuple[list[Any], Any]]"
 """Weights of functions, of each texel around a hit, and its weight."""

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import KDTree
 
 from nacre.array import Components, Floats, aligned_zeros
 from nacre.btf import Btf
 from nacre.errors import NacreError, require
 from nacre.render.textures.hemisphere import Hemisphere
 from nacre.render.textures.texels import AlignedBuffer, Corners
+from nacre.sampling.tilted import PARAMETERS
+from nacre.textures.lobes import coarse_texels, even_directions, fitted_lobes, lobe_views
 
 _BLOCK = 1 << 26
 _MOST = 1 << 32  # values that 32 bits can number
 _DIGITS = 5  # to which directions are the same
+_POINTS = 1 << 14  # points of the hemisphere that tell what solid angle a light stands for
 
 
 class MeasuredDecoder:
@@ -95,3 +100,20 @@ class Sides:
                 "(nacre fit) and render that"
             )
         return cls(lights, views, order)
+
+
+def table_lobes(btf: Btf, sides: Sides) -> Floats:
+    """Lobes of a texture of measurements and its directions, as
+    :func:`nacre.textures.lobes.latent_lobes` has them of an encoded one.
+    """
+    lights, views = sides.lights, sides.views
+    chosen = np.unique(KDTree(views).query(lobe_views())[1])
+    pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()
+    nearest = KDTree(lights).query(even_directions(_POINTS, 0.0))[1]
+    counts = np.bincount(nearest, minlength=len(lights))
+    areas = np.tile(counts * (2.0 * math.pi / _POINTS), len(chosen)).astype(np.float32)
+    rows, columns = coarse_texels(btf.height, btf.width)
+    index = np.arange(btf.texel_count).reshape(btf.height, btf.width)[rows, columns]
+    flat, wi, wo = index.ravel(), btf.wi[pairs], btf.wo[pairs]
+    found = fitted_lobes(len(flat), lambda part: btf.texels(flat[part])[:, pairs], wi, wo, areas)
+    return found.reshape(*index.shape, PARAMETERS)

@@ -15,17 +15,17 @@ from nacre.errors import NacreError, require
 from nacre.render.bsdf_base import base_class, choice, material_path, number, resolved
 from nacre.render.engine import mitsuba
 from nacre.render.textures.decoders import HIT_DECODERS, HitDecoder, TableDecoder
-from nacre.render.textures.factors import CHROMAS, LUMAS, factor
-from nacre.render.textures.height_file import read_heights
-from nacre.render.textures.lobes import latent_lobes, table_lobes
-from nacre.render.textures.measured import MeasuredDecoder, Sides
+from nacre.render.textures.measured import MeasuredDecoder, Sides, table_lobes
 from nacre.render.textures.placement import Placement, footprint
 from nacre.render.textures.relief import Relief
 from nacre.render.textures.texels import INTERPOLATIONS, Records, TexelGrid, record_bytes
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling.tilted import TiltedMixture
+from nacre.textures.factors import CHROMAS, LUMAS, factor
+from nacre.textures.height_file import read_heights
 from nacre.textures.latent_file import load_latent_map
 from nacre.textures.latent_map import LatentMap
+from nacre.textures.lobes import latent_lobes
 from nacre.textures.mipmap import LatentPyramid, level_shapes
 
 DECODERS = "table", "network"
@@ -64,7 +64,7 @@ def texture_bsdf(texture: LatentMap | Btf, progress: Progress = silent, **option
         and of `neuralbtf`:
 
         - `decoder`: "table", functions of the texture's own on a grid of directions
-          (:mod:`nacre.render.textures.factors`), or "network", the codec's own networks at every
+          (:mod:`nacre.textures.factors`), or "network", the codec's own networks at every
           hit.
         - `resolution`: of that grid, :data:`RESOLUTION` unless given.
         - `coefficients`: of the default codec's networks, in memory for each "texture", or found

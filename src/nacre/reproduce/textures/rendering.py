@@ -13,11 +13,11 @@ import numpy.typing as npt
 from nacre.btf import Btf
 from nacre.io.files import digest
 from nacre.render.preview import render_scene
-from nacre.render.textures.height_file import full_depth
 from nacre.render.textures.plugins import texture_bsdf
 from nacre.render.textures.scene import describe_texture_scene, texture_scale
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import TexelCodec
+from nacre.textures.height_file import full_depth
 from nacre.textures.latent_map import LatentMap
 from nacre.workflows.encoding import encode
 

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nacre.array import Floats
+from nacre.array import Array, Components, Floats, namespace
 from nacre.geometry import cosine_hemisphere, join, normalize, reflect
 from nacre.numerics.pca import leading_directions
-from nacre.render.textures.angle_grid import node_directions
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.basis.colors import split_reflectance
 from nacre.textures.codecs.codec import on_all_cores
@@ -100,6 +99,34 @@ def factor(
         functions[nodes, LUMAS:] = (chroma_solve @ chroma.reshape(-1, chroma.shape[2])).T
         progress("functions", nodes.stop, len(functions), "")
     return Factors(weights, functions, resolution)
+
+
+def node_directions(resolution: int) -> Floats:
+    """The directions of one side of the grid, shape (resolution^2, 3).
+
+    A hemisphere is an equal-area disk (Lambert's azimuthal projection) in a square; nodes outside
+    the disk have the direction of the horizon that is nearest to them.
+    """
+    axis = np.linspace(-1.0, 1.0, resolution)
+    y, x = (part.ravel() for part in np.meshgrid(axis, axis, indexing="ij"))
+    radius = np.hypot(x, y)
+    inside = np.minimum(radius, 1.0)
+    scale = np.sqrt(2.0 - np.square(inside)) * inside / np.maximum(radius, 1e-12)
+    directions = np.stack([x * scale, y * scale, 1.0 - np.square(inside)], axis=-1)
+    return directions.astype(np.float32)
+
+
+def grid_place(w: Components, resolution: int) -> tuple[Array, Array]:
+    """Coordinates of a direction, in steps of the grid, along both axes of :func:`node_directions`.
+
+    Components are of any array library; directions below the horizon are where the horizon is.
+    """
+    xp, most = namespace(*w), resolution - 1.0
+    scale = 1.0 / xp.sqrt(1.0 + xp.maximum(w[2], 0.0))
+    x, y = (
+        xp.minimum(xp.maximum((v * scale + 1.0) * (0.5 * most), 0.0), most) for v in (w[0], w[1])
+    )
+    return x, y
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:

@@ -6,13 +6,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from nacre.array import Floats
-from nacre.btf import Btf
 from nacre.color import luminance
 from nacre.geometry import join, split, uniform_hemisphere
-from nacre.render.textures.measured import Sides
 from nacre.sampling.tilted import PARAMETERS, fit_tilted
 from nacre.textures.codecs.codec import on_all_cores
 from nacre.textures.latent_map import LatentMap
@@ -21,40 +18,23 @@ _LIGHTS, _VIEWS = 160, 12
 _TEXELS = 2048  # texels that have lobes of their own; larger maps share those of a coarser one
 _BLOCK = 256
 _LOWEST = 0.17  # cosine of the steepest of the views
-_POINTS = 1 << 14  # points of the hemisphere that tell what solid angle a light stands for
 
 
 def latent_lobes(latent: LatentMap) -> Floats:
     """Parameters of :class:`nacre.sampling.tilted.TiltedMixture` for an encoded texture, shape
     (height, width, 4): of every k-th row and column of the map, k = 1 where it is small.
     """
-    lights, views = _even(_LIGHTS, 0.0), _even(_VIEWS, _LOWEST)
+    lights, views = even_directions(_LIGHTS, 0.0), lobe_views()
     wi, wo = np.tile(lights, (_VIEWS, 1)), np.repeat(views, _LIGHTS, 0)
     decode = on_all_cores(latent.codec, latent.codec.decoder(wi, wo))
-    codes = latent.codes[_coarse(*latent.codes.shape[:2])]
+    codes = latent.codes[coarse_texels(*latent.codes.shape[:2])]
     flat = codes.reshape(-1, codes.shape[2]).astype(np.float32)
     areas = np.full(len(wi), 2.0 * math.pi / _LIGHTS, np.float32)
-    found = _fitted(len(flat), lambda part: decode(flat[part]), wi, wo, areas)
+    found = fitted_lobes(len(flat), lambda part: decode(flat[part]), wi, wo, areas)
     return found.reshape(*codes.shape[:2], PARAMETERS)
 
 
-def table_lobes(btf: Btf, sides: Sides) -> Floats:
-    """The same for a texture of measurements and its directions."""
-    lights, views = sides.lights, sides.views
-    wanted = _even(_VIEWS, _LOWEST)
-    chosen = np.unique(KDTree(views).query(wanted)[1])
-    pairs = sides.order.reshape(len(views), len(lights))[chosen].ravel()
-    nearest = KDTree(lights).query(_even(_POINTS, 0.0))[1]
-    counts = np.bincount(nearest, minlength=len(lights))
-    areas = np.tile(counts * (2.0 * math.pi / _POINTS), len(chosen)).astype(np.float32)
-    rows, columns = _coarse(btf.height, btf.width)
-    index = np.arange(btf.texel_count).reshape(btf.height, btf.width)[rows, columns]
-    flat, wi, wo = index.ravel(), btf.wi[pairs], btf.wo[pairs]
-    found = _fitted(len(flat), lambda part: btf.texels(flat[part])[:, pairs], wi, wo, areas)
-    return found.reshape(*index.shape, PARAMETERS)
-
-
-def _fitted(
+def fitted_lobes(
     count: int, values: Callable[[slice], Floats], wi: Floats, wo: Floats, areas: Floats
 ) -> Floats:
     """Parameters of texels, shape (count, 4), by the luminance of their values (t, n, 3)."""
@@ -66,13 +46,18 @@ def _fitted(
     return found
 
 
-def _coarse(height: int, width: int) -> tuple[slice, slice]:
+def lobe_views() -> Floats:
+    """Views that lobes are fitted at, shape (n, 3)."""
+    return even_directions(_VIEWS, _LOWEST)
+
+
+def coarse_texels(height: int, width: int) -> tuple[slice, slice]:
     """Rows and columns of a map that keep about as many texels as have lobes."""
     step = max(1, math.ceil(math.sqrt(height * width / _TEXELS)))
     return slice(None, None, step), slice(None, None, step)
 
 
-def _even(count: int, lowest: float) -> Floats:
+def even_directions(count: int, lowest: float) -> Floats:
     """Evenly spread directions above a cosine: a lattice of the golden ratio, shape (count, 3)."""
     index = np.arange(count) + 0.5
     rotations = np.modf(index * 0.5 * (math.sqrt(5.0) - 1.0))[0]
