@@ -8,7 +8,10 @@ from typing import ClassVar
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
+from nacre.errors import NacreError
 from nacre.registry import Registry
+
+TABLES, WIDE, TEXTURES = "tables", "wide networks", "textures"
 
 
 class Target(abc.ABC):
@@ -16,17 +19,62 @@ class Target(abc.ABC):
 
     title: ClassVar[str]
     """What the target is, in a line of a list."""
+    holds: ClassVar[frozenset[str]] = frozenset()
+    """What it holds beside small networks and formulas: of :data:`TABLES`, :data:`WIDE` and
+    :data:`TEXTURES`."""
 
     @abc.abstractmethod
-    def files(self, material: Brdf | Btf) -> Mapping[str, bytes]:
+    def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """The content of the files that the material becomes, by name.
+
+        Parameters
+        ----------
+        name
+            Identifier of the material (see :func:`nacre.export.identifier`), which names of files
+            and of what they define begin with.
 
         Raises
         ------
         NacreError
-            If the target cannot hold the material; the message says why.
+            If the target cannot hold the material; the message says why, and what can.
         """
 
+    def reflectance(self, material: Brdf | Btf) -> Brdf:
+        """A material that has to be a reflectance in RGB; NacreError where it is another."""
+        name = material.name or "this material"
+        if not isinstance(material, Brdf):
+            raise NacreError(f"{name}: is a texture, and this holds reflectances{other(TEXTURES)}")
+        if material.wavelengths is not None:
+            raise NacreError(
+                f"{name}: is spectral, and all targets hold RGB: nacre fit makes a network of its "
+                "colors"
+            )
+        return material
 
-TARGETS: Registry[type[Target]] = Registry("nacre.targets", "export target", {}, base=Target)
+
+TARGETS: Registry[type[Target]] = Registry(
+    "nacre.targets",
+    "export target",
+    {
+        "c": "nacre.export.c:C",
+        "glsl": "nacre.export.glsl:Glsl",
+        "slang": "nacre.export.slang:Slang",
+        "wgsl": "nacre.export.wgsl:Wgsl",
+        "three": "nacre.export.three:Three",
+        "brdf": "nacre.export.brdf_explorer:BrdfExplorer",
+        "onnx": "nacre.export.onnx:Onnx",
+        "pytorch": "nacre.export.pytorch:PyTorch",
+        "npy": "nacre.export.published:Npy",
+        "h5": "nacre.export.published:H5",
+        "osl": "nacre.export.osl:Osl",
+        "materialx": "nacre.export.materialx:MaterialX",
+    },
+    base=Target,
+)
 """Targets by the name that users give; packages add theirs by an entry point of `nacre.targets`."""
+
+
+def other(what: str) -> str:
+    """How an error of a target that does not hold something ends, with those that do."""
+    names = [name for name, target in TARGETS.members() if what in target.holds]
+    return f"; export it --to {', '.join(names[:-1])} or {names[-1]}" if names else ""

@@ -1,0 +1,78 @@
+"""Exports as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from nacre.brdf import Brdf
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.export.target import TARGETS, Target
+from nacre.export.text import identifier
+from nacre.export.textures import HeightField
+from nacre.export.textures.target import TextureTarget
+from nacre.io.files import PathLike, check_writable, write_encoded
+
+
+def export(
+    material: Brdf | Btf,
+    target: str,
+    output: PathLike = "",
+    *,
+    name: str = "",
+    heights: HeightField | None = None,
+) -> list[Path]:
+    """Write a material as code or data of another tool.
+
+    Parameters
+    ----------
+    target
+        One of :data:`nacre.export.TARGETS`.
+    output
+        File to write, or a folder: where it ends with a slash, where it is one, and where there are
+        several files. By default files lie in the working folder.
+    name
+        What names in the output begin with, once it is made an :func:`identifier`; that of the
+        material where empty.
+    heights
+        Of an encoded texture, for parallax.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    NacreError
+        If there is no such target, it cannot hold the material, or a file cannot be written.
+    """
+    named = identifier(name or material.name)
+    try:
+        contents = _target(target, heights).files(material, named)
+    except NacreError as error:
+        raise NacreError(f"{target}: {error}") from error
+    return _written(contents, output)
+
+
+def _target(name: str, heights: HeightField | None) -> Target:
+    kind = TARGETS.find(name)
+    if heights is None:
+        return kind()
+    if not issubclass(kind, TextureTarget):
+        raise NacreError("takes no height field, and no textures")
+    return kind(heights)
+
+
+def _written(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:
+    folder = Path(output)
+    into = str(output).endswith("/") or folder.is_dir() or len(contents) > 1
+    paths = [folder / name for name in contents] if into else [folder]
+    for path in paths:
+        if into:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        check_writable(path)
+    for path, content in zip(paths, contents.values(), strict=True):
+        write_encoded(path, bytes, content)
+    return paths

@@ -1,0 +1,138 @@
+"""A material as a program on numbers, which every target writes down in its own language."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from nacre.array import Components, Weights
+from nacre.brdf import Brdf, eval_formula, pdf_formula, sample_formula
+from nacre.errors import NacreError
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.neural.prune import without_inactive_units
+from nacre.runtime.pairs import inside
+from nacre.runtime.trace import FLOAT, Formulas, Operation, Trace, needed
+
+NATIVE: Formulas = {}
+"""Languages with elementary functions that are exact need none of others."""
+
+PAIR = {"wi": 3, "wo": 3}
+"""Parameters of functions of a pair of directions, and how many numbers each has."""
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of a material, without branches and loops.
+
+    Parameters
+    ----------
+    name
+        "eval", "sample" or "pdf".
+    parameters
+        How many numbers each parameter has, by name and in order.
+    operations
+        What computes each value, by its number and in order; see :mod:`nacre.runtime.trace`.
+    results
+        Values that each result has, by name and in order.
+    numbers, tables
+        Those of the trace.
+    """
+
+    name: str
+    parameters: Mapping[str, int]
+    operations: Mapping[int, Operation]
+    results: Mapping[str, Sequence[int]]
+    numbers: Sequence[float]
+    tables: Sequence[Weights]
+
+    def parameter(self, index: int) -> tuple[str, int]:
+        """Which parameter an input is of, and which of its numbers it is."""
+        for name, count in self.parameters.items():
+            if index < count:
+                return name, index
+            index -= count
+        raise IndexError("there are fewer inputs")
+
+    def number(self, value: int) -> float | None:
+        """The number that a value always is, if it is one."""
+        _, name, *arguments = self.operations[value]
+        if name == "number":
+            return self.numbers[arguments[0]]
+        return float(arguments[0]) if name in ("literal", "whole") else None
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        formula: Callable[..., Sequence[Any]],
+        parameters: Mapping[str, int],
+        results: Sequence[str],
+        *,
+        expanded: Formulas = NATIVE,
+    ) -> Function:
+        """The function that a formula computes.
+
+        Parameters
+        ----------
+        formula
+            From a tuple of components for each parameter to a result each: a value, or a tuple.
+        expanded
+            What exponentials, logarithms and circular functions are made of; see
+            :class:`nacre.runtime.trace.Trace`.
+
+        Raises
+        ------
+        TypeError, AttributeError, ValueError
+            If it is not made of the functions of :class:`nacre.array.Namespace` alone.
+        """
+        trace, count = Trace(expanded=expanded), itertools.count()
+        given = (tuple(trace.input(next(count)) for _ in range(n)) for n in parameters.values())
+        found: dict[str, Sequence[int]] = {}
+        for result, output in zip(results, formula(*given), strict=True):
+            parts = output if isinstance(output, tuple) else (output,)
+            found[result] = tuple(trace.as_value(part, FLOAT).number for part in parts)
+        order = needed(trace.operations, itertools.chain(*found.values()))
+        operations = {number: trace.operations[number] for number in order}
+        return cls(name, parameters, operations, found, trace.numbers, trace.tables)
+
+
+def program(brdf: Brdf, *, expanded: Formulas = NATIVE) -> dict[str, Function]:
+    """What :meth:`nacre.Brdf.eval`, `sample` and `pdf` compute, by these names.
+
+    Units of a network that never act are left out.
+
+    Parameters
+    ----------
+    brdf
+        A reflectance made of formulas.
+    expanded
+        What exponentials, logarithms and circular functions are made of; see
+        :class:`nacre.runtime.trace.Trace`.
+
+    Raises
+    ------
+    NacreError
+        If it is not made of formulas.
+    """
+    if isinstance(brdf, NeuralBrdf):
+        brdf = without_inactive_units(brdf)
+    sampler = brdf.sampler
+
+    def drawn(wo: Components, u: Components) -> Sequence[Any]:
+        return sample_formula(sampler, wo, inside("u", u))
+
+    formulas: dict[str, tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]] = {
+        "eval": (lambda wi, wo: eval_formula(brdf, wi, wo), PAIR, ("rgb",)),
+        "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
+        "pdf": (lambda wi, wo: pdf_formula(sampler, wi, wo), PAIR, ("pdf",)),
+    }
+    try:
+        return {
+            name: Function.of(name, *formula, expanded=expanded)
+            for name, formula in formulas.items()
+        }
+    except (TypeError, AttributeError, ValueError) as error:
+        what = f"{brdf.name or 'this material'} ({type(brdf).__name__})"
+        raise NacreError(f"{what} is no formula: nacre fit makes a network of it") from error

@@ -1,0 +1,45 @@
+"""Targets that take encoded textures besides reflectances."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Mapping
+
+from nacre.brdf import Brdf
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.export.target import TEXTURES, Target
+from nacre.export.textures.atlas import TextureAtlas
+from nacre.export.textures.heights import HeightField
+
+
+class TextureTarget(Target):
+    """A target that holds encoded textures, by their :class:`TextureAtlas`.
+
+    Parameters
+    ----------
+    heights
+        Of a texture, for parallax.
+    """
+
+    holds = frozenset({TEXTURES})
+
+    def __init__(self, heights: HeightField | None = None) -> None:
+        self.heights = heights
+
+    def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
+        """See :class:`nacre.export.Target`."""
+        if isinstance(material, Btf):
+            atlas = TextureAtlas.of(material, heights=self.heights)
+            return self.texture_files(material, atlas, name)
+        if self.heights is not None:
+            raise NacreError(f"{material.name}: is no texture, and takes no height field")
+        return self.reflectance_files(self.reflectance(material), name)
+
+    @abc.abstractmethod
+    def reflectance_files(self, brdf: Brdf, name: str) -> Mapping[str, bytes]:
+        """Files of a reflectance, as :meth:`files` gives them."""
+
+    @abc.abstractmethod
+    def texture_files(self, texture: Btf, atlas: TextureAtlas, name: str) -> Mapping[str, bytes]:
+        """Files of a texture, as :meth:`files` gives them."""
