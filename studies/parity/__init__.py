@@ -1,0 +1,1 @@
+"""Exported materials, run in the language that they were written in and compared with NumPy."""

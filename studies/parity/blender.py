@@ -1,0 +1,79 @@
+"""OSL shaders in Cycles, by a Python of its own that has Blender (`bpy`)."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from nacre.array import Weights
+
+VARIABLE = "NACRE_BLENDER_PYTHON"
+"""Environment variable with the path of a Python that can import `bpy`."""
+
+_SCRIPT = Path(__file__).with_name("cycles_script.py")
+
+
+def missing() -> str | None:
+    """What has to be set before shaders run."""
+    path = os.environ.get(VARIABLE)
+    if not path:
+        return f"Blender's bpy (make parity-blender; {VARIABLE})"
+    return None if Path(path).exists() else f"{path} of {VARIABLE}"
+
+
+def shade(shader: str, a: Weights, b: Weights) -> tuple[Weights, float]:
+    """What an OSL shader computes of pairs of vectors.
+
+    Parameters
+    ----------
+    shader
+        In OSL, with the inputs `vector a, vector b`. Colors that are not finite come back as 0.
+    a, b
+        Float32 of shape (n, 3).
+
+    Returns
+    -------
+    Its outputs, float32 of shape (outputs, n, 3), and the seconds that rendering the first took
+
+    Raises
+    ------
+    RuntimeError
+        If it does not compile; with the words of the compiler.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        given = Path(folder, "pairs.npy")
+        np.save(given, np.stack([a, b]).astype(np.float32))
+        colors, printed = _run(Path(folder), "pairs", shader, given)
+    seconds = [line.split()[1] for line in printed.splitlines() if line.startswith("seconds ")]
+    return colors, float(seconds[-1])
+
+
+def sphere(shader: str, size: int, samples: int) -> Weights:
+    """A sphere that emits the radiance of the shader `NAME_lit` of an export.
+
+    Linear RGB, float32 of shape (size, size, 3), in the light and view of
+    :mod:`nacre.render.sphere`. RuntimeError as for :func:`shade`.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        return _run(Path(folder), "sphere", shader, size, samples)[0]
+
+
+def _run(folder: Path, task: str, shader: str, *arguments: object) -> tuple[Weights, str]:
+    """The array that Blender writes, and what it prints."""
+    source, out = folder / "shader.osl", folder / "out.npy"
+    source.write_text(shader)
+    words = [_SCRIPT, task, source, *arguments, out]
+    done = subprocess.run(
+        [os.environ[VARIABLE], *map(str, words)],
+        capture_output=True,
+        text=True,
+        env={key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
+        cwd=folder,
+    )
+    if done.returncode or not out.exists():
+        raise RuntimeError(f"Cycles: {done.stdout}{done.stderr}")
+    return np.load(out), done.stdout

@@ -1,0 +1,1 @@
+"""Runners of exported textures, one module each."""
