@@ -2,12 +2,12 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz docs setup clean
+.PHONY: demo test lint bench fuzz docs parity-blender setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
 
-test: lint  ## Formatting, lint, types, layers, doctests and tests.
+test: lint tools  ## Formatting, lint, types, layers, doctests and tests.
 	$(RUN) -m pytest -n auto -q
 
 lint: setup
@@ -22,6 +22,7 @@ bench: setup  ## Speed and quality tables; takes about an hour.
 	$(RUN) -m studies.speed.stacked --samples 80000
 	$(RUN) -m studies.speed.evaluate
 	$(RUN) -m studies.speed.torch_module
+	$(RUN) -m studies.speed.export
 	$(RUN) -m studies.speed.render --cooperative
 	$(RUN) -m studies.speed.fidelity
 	$(RUN) -m studies.speed.fidelity --set presets
@@ -32,11 +33,21 @@ fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECO
 	@$(RUN) -c 'import atheris' 2>/dev/null || .venv/bin/pip install -q 'atheris>=2.3'
 	$(RUN) -m tests.fuzz $(FORMATS) --seconds $(or $(SECONDS),600)
 
+BLENDER := .venv-blender/bin/python
+
+parity-blender: setup  ## Exports to OSL, run in Blender's Cycles: 1 GB, and Python 3.11.
+	@test -x $(BLENDER) || python3.11 -m venv .venv-blender
+	@$(BLENDER) -c 'import bpy' 2>/dev/null || $(BLENDER) -m pip install -q 'bpy==5.0.1'
+	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/export -k osl
+
 docs: setup  ## The API reference as HTML in out/docs.
 	EAGER_IMPORT=1 $(RUN) -m pdoc -o out/docs nacre
 
 setup:
 	@$(PYTHON) scripts/setup.py
 
+tools:  # what runs exports; tests without theirs are skipped
+	@$(PYTHON) scripts/setup.py --tests
+
 clean:
-	rm -rf .venv out
+	rm -rf .venv .venv-blender out

@@ -1,5 +1,6 @@
 """Make this checkout runnable: virtual environment, pinned packages, an LLVM for Dr.Jit.
 
+With `--tests`, also what runs exports: a browser, three.js, OpenGL and Vulkan on the processor.
 Needs Python 3.11 or newer and nothing else; does only what is not done yet.
 """
 
@@ -8,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import importlib.util
+import json
 import os
 import runpy
 import shutil
@@ -20,6 +22,8 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 LOCK = ROOT / "requirements.lock"
 STAMP = VENV / "installed"
+THREE = "0.187.0"
+"""Version of three.js in which exports are tested."""
 
 
 def say(text: str) -> None:
@@ -109,6 +113,45 @@ def provide_llvm() -> None:
     stop(llvm["refusal"](None))
 
 
+def provide_browser() -> None:
+    """Offer what runs exports in web pages; without it their tests are skipped."""
+    browsers = "chromium", "chromium-browser", "google-chrome"
+    if not any(map(shutil.which, browsers)) and not apt("chromium"):
+        say("without Chromium, tests of exports in web pages are skipped")
+    folder = VENV / "three"
+    facts = folder / "node_modules" / "three" / "package.json"
+    if facts.exists() and json.loads(facts.read_text())["version"] == THREE:
+        return
+    npm = shutil.which("npm")
+    quiet = ("--ignore-scripts", "--no-audit", "--no-fund", "--no-package-lock", "--silent")
+    folder.mkdir(exist_ok=True)
+    command = ("install", "--prefix", str(folder), *quiet, f"three@{THREE}")
+    if npm is None or subprocess.run([npm, *command]).returncode:
+        say(f"without npm's three@{THREE}, tests of exports to three.js are skipped")
+
+
+def provide_shader_drivers() -> None:
+    """Have OpenGL and Vulkan on the processor where Debian's packages bring them.
+
+    Without them the tests that run exported shaders are skipped, so nobody has to install them.
+    """
+    drivers = {
+        "libEGL.so.1": "libegl1",
+        "libGL.so.1": "libgl1",
+        "libvulkan_lvp.so": "mesa-vulkan-drivers",
+    }
+    if not sys.platform.startswith("linux"):
+        return
+    for library, package in drivers.items():
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            if not apt(package):
+                say(f"without {library} (Debian: {package}), tests of some exports are skipped")
+    if not shutil.which("glslangValidator") and not apt("glslang-tools"):
+        say("without glslangValidator (Debian: glslang-tools), exported HLSL is not run")
+
+
 if __name__ == "__main__":
     if sys.version_info < (3, 11):
         stop(f"needs Python 3.11 or newer, this is {sys.version.split()[0]}; set PYTHON=python3.x")
@@ -116,4 +159,7 @@ if __name__ == "__main__":
     install_packages()
     provide_libatomic()
     provide_llvm()
+    if "--tests" in sys.argv[1:]:
+        provide_browser()
+        provide_shader_drivers()
     say("ready")
