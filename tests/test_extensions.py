@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 import nacre
 from nacre import formats
 from nacre.analytic import MODELS
+from nacre.export import TARGETS
 from nacre.formats import FORMATS
 from nacre.latent import BASES, load_basis, load_code
 from nacre.neural import NeuralBrdf
@@ -27,13 +29,14 @@ from nacre.textures.codecs.codec_file import codec_facts
 from nacre.textures.plan import candidate_pairs, informative
 from nacre.workflows.codec_training import train_codec
 from nacre.workflows.encoding import encode_texture
+from studies.parity.materials import material
 from tests.cli.support import run
 from tests.latent.made import MATERIALS, NEW
 from tests.textures.codecs.networks.made import OTHER, texture, write
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples"
 """The source tree of the package `nacre-example`."""
-REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS)
+REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS, TARGETS)
 
 
 @pytest.fixture(scope="module")
@@ -201,3 +204,21 @@ def test_a_sampler_of_another_package_stays_with_a_network(
     monkeypatch.setattr(SAMPLERS, "_members", {})
     with pytest.raises(nacre.FormatError, match="'power-cosine'; update nacre, or install the pa"):
         nacre.load(path)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
+def test_a_target_of_another_package_writes_what_runs(installed: Path) -> None:
+    fitted = material("glossy")
+    nacre.save(fitted, installed / "gloss.safetensors")
+    assert run("export", "gloss.safetensors", "--to", "javascript") == 0
+    wi, wo, u = [0.6, 0.0, 0.8], [0.0, 0.28, 0.96], [0.9, 0.3, 0.7]
+    script = f"""import * as m from "./gloss.mjs";
+    console.log(JSON.stringify([m.gloss_eval({wi}, {wo}), m.gloss_pdf({wi}, {wo}),
+                                m.gloss_sample({wo}, {u})]))"""
+    Path("try.mjs").write_text(script, encoding="utf-8")
+    done = subprocess.run(["node", "try.mjs"], check=True, capture_output=True, text=True)
+    rgb, pdf, drawn = json.loads(done.stdout)
+    np.testing.assert_allclose(rgb, fitted.eval(*np.array([wi, wo])), rtol=1e-5)
+    np.testing.assert_allclose(pdf, fitted.pdf(*np.array([wi, wo])), rtol=1e-5)
+    directions, density = fitted.sample(*np.array([wo, u]))
+    np.testing.assert_allclose(drawn, [*directions, density], rtol=1e-4, atol=1e-6)

@@ -58,5 +58,5 @@ def test_an_unknown_name_lists_the_known_ones():
 def test_export_targets_are_classes_of_targets():
     with pytest.raises(NacreError, match=r"export target 'x' is not a nacre\.export\.target\.Tar"):
         TARGETS.register("x", int)
-    with pytest.raises(NacreError, match="'glsl' is no known export target"):
-        TARGETS.find("glsl")
+    with pytest.raises(NacreError, match="'basic' is no known export target"):
+        TARGETS.find("basic")

@@ -1,0 +1,67 @@
+"""Every export that can be executed here, against NumPy in double precision."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+import pytest
+
+from nacre.array import Floats, Weights
+from nacre.export import TARGETS, identifier
+from studies.parity.materials import material
+from studies.parity.pairs import numbers, pairs
+from studies.parity.runner import RUNNERS, reference, worst_error
+from studies.parity.sampling import Reference, density_error, inspect, view
+from tests.export.support import runner
+
+_EDGES = 100_000  # pairs, of which the last are of special kinds
+
+
+@cache
+def expected(name: str, function: str) -> Floats:
+    return reference(material(name), function, *directions())
+
+
+@cache
+def directions() -> tuple[Weights, Weights]:
+    return pairs()
+
+
+@cache
+def exported(target: str, name: str) -> Mapping[str, bytes]:
+    return TARGETS[target]().files(material(name), identifier(name))
+
+
+def having(*functions: str) -> list[tuple[str, str, str]]:
+    """Runners, which of these functions their targets have, and materials."""
+    return [
+        (tool, function, name)
+        for tool, each in RUNNERS.items()
+        for function in functions
+        if function in each.functions
+        for name in each.materials
+    ]
+
+
+@cache
+def views(name: str) -> list[Reference]:
+    return [Reference.of(material(name), view(degrees)) for degrees in (0.0, 45.0, 80.0)]
+
+
+@pytest.mark.parametrize(("tool", "function", "name"), having("eval", "pdf"))
+def test_exports_say_what_numpy_says(tool: str, function: str, name: str) -> None:
+    run = runner(tool)
+    found = run.run(exported(run.target, name), identifier(name), function, *directions())
+    assert worst_error(found, expected(name, function)) <= 1.0
+
+
+@pytest.mark.parametrize(("tool", "function", "name"), having("sample"))
+def test_exports_draw_what_numpy_would(tool: str, function: str, name: str) -> None:
+    run = runner(tool)
+    files = exported(run.target, name), identifier(name)
+    wo, u = directions()[1][-_EDGES:], numbers(_EDGES)
+    drawn = run.run(*files, function, wo, u)
+    assert density_error(material(name), drawn, wo) <= 1.0
+    for findings in inspect(run, *files, views(name), 1 << 16):
+        assert findings.passed, findings
