@@ -15,7 +15,7 @@ from nacre.errors import NacreError
 from nacre.export.program import Function, program
 from nacre.export.target import TABLES, WIDE, Target
 from nacre.export.tensors import Operand, Step, compact, steps
-from nacre.export.text import preamble
+from nacre.export.text import preamble, shortest
 from nacre.runtime.trace import FLOAT
 
 _TABLES = {"dense": ("weights", "biases"), "take": ("table",)}
@@ -239,5 +239,5 @@ class _Method:
 
 def _literal(number: np.float32 | np.int32) -> str:
     """A number, as short as float32 has it; PyTorch takes none that is rounded beyond the last."""
-    text = str(number)
+    text = shortest(number) if isinstance(number, np.float32) else str(int(number))
     return repr(float(number)) if abs(float(text)) > _LARGEST else text

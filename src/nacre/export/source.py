@@ -20,7 +20,7 @@ from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.export.program import NATIVE, Function, program
 from nacre.export.target import TABLES, WIDE, Target, other
-from nacre.export.text import preamble
+from nacre.export.text import preamble, shortest
 from nacre.runtime.trace import FLOAT, INDEX, MASK, Formulas, sources
 
 Item: TypeAlias = int | tuple[int, ...]
@@ -61,7 +61,7 @@ class Language:
 
     def literal(self, value: float) -> str:
         """A float32 as text that is read as the same number."""
-        text = str(np.float32(value))
+        text = shortest(np.float32(value))
         if _LARGEST < abs(float(text)) < math.inf:  # its shortest text, which compilers refuse
             text = repr(math.copysign(_LARGEST, value))
         return text if any(c in text for c in ".en") else f"{text}.0"

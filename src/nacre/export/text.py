@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 import string
 import unicodedata
+
+import numpy as np
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
@@ -42,6 +45,15 @@ def safe(text: str) -> str:
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "replace").decode()
     kept = "".join(c if c in _SAFE else "_" for c in plain)
     return re.sub(r"-{2,}", "-", kept)[:200]
+
+
+def shortest(number: np.float32) -> str:
+    """The fewest digits that are read as the same number, whatever NumPy is set to print."""
+    if not math.isfinite(number):
+        return str(float(number))
+    if number == 0.0 or 1e-4 <= abs(number) < 1e16:
+        return np.format_float_positional(number, trim="0")
+    return np.format_float_scientific(number, trim="-")
 
 
 CONVENTIONS = (
