@@ -22,6 +22,17 @@ FUNCTIONS: Mapping[str, tuple[str, int]] = {
 }
 """Calls, and how many numbers they give. a: light, or random numbers; b: view; c: place, level."""
 
+GLSL_MAIN = """
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 a = texelFetch(points_a, pixel, 0).xyz;
+    vec3 b = texelFetch(points_b, pixel, 0).xyz;
+    vec3 c = texelFetch(points_c, pixel, 0).xyz;
+    result = %s;
+}
+"""
+"""A fragment shader in GLSL that writes an expression of the vectors of its pixel."""
+
 
 class TextureRunner(abc.ABC):
     """A tool that executes the output of a target."""

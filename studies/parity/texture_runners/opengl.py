@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Weights
 from studies.parity.runner import best_rate
 from studies.parity.runners.opengl import context, missing
-from studies.parity.texture_runner import FUNCTIONS, TextureRunner, arrays, call, source
+from studies.parity.texture_runner import FUNCTIONS, GLSL_MAIN, TextureRunner, arrays, call, source
 from studies.parity.textures import Points
 
 _WIDTH = 512
@@ -22,15 +22,6 @@ void main() {
 _HEAD = """#version 330 core
 uniform sampler2D points_a, points_b, points_c;
 out vec4 result;
-"""
-_MAIN = """
-void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec3 a = texelFetch(points_a, pixel, 0).xyz;
-    vec3 b = texelFetch(points_b, pixel, 0).xyz;
-    vec3 c = texelFetch(points_c, pixel, 0).xyz;
-    result = %s;
-}
 """
 
 
@@ -103,5 +94,5 @@ def _draw(files: Mapping[str, bytes], name: str, function: str, points: Points) 
         pixels = np.resize(vectors, (height * _WIDTH, 3))
         size = _WIDTH, height
         inputs[f"points_{key}"] = context().texture(size, 3, pixels.tobytes(), dtype="f4")
-    fragment = _HEAD + source(files) + _MAIN % call(name, function, "vec4")
+    fragment = _HEAD + source(files) + GLSL_MAIN % call(name, function, "vec4")
     return Draw(fragment, (_WIDTH, height), inputs | uploaded(files))

@@ -10,7 +10,7 @@ import numpy as np
 
 from nacre.array import Weights
 from studies.parity.runners import browser
-from studies.parity.texture_runner import FUNCTIONS, TextureRunner, arrays, call, source
+from studies.parity.texture_runner import FUNCTIONS, GLSL_MAIN, TextureRunner, arrays, call, source
 from studies.parity.textures import Points
 
 _WIDTH = 512
@@ -19,15 +19,6 @@ precision highp float;
 precision highp int;
 uniform highp sampler2D points_a, points_b, points_c;
 out vec4 result;
-"""
-_MAIN = """
-void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec3 a = texelFetch(points_a, pixel, 0).xyz;
-  vec3 b = texelFetch(points_b, pixel, 0).xyz;
-  vec3 c = texelFetch(points_c, pixel, 0).xyz;
-  result = %s;
-}
 """
 
 
@@ -85,7 +76,7 @@ def _draw(job: str, files: Mapping[str, bytes], name: str, function: str, points
             "width": _WIDTH, "height": height, "layers": 0, "channels": 4, "bits": 32,
         }  # fmt: skip
     task = {
-        "fragment": _HEAD + source(files) + _MAIN % call(name, function, "vec4"),
+        "fragment": _HEAD + source(files) + GLSL_MAIN % call(name, function, "vec4"),
         "width": _WIDTH, "height": height, "textures": shapes, "draws": 3,
     }  # fmt: skip
     return browser.compute(scripts("webgl.js"), "webgl.js", job, task, data)

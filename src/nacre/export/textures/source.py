@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import string
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -52,8 +51,10 @@ class Dialect:
     textures
         Declarations of textures, from the name of the material and the pixels by name: arrays have
         four axes, pictures three.
-    constants
-        What else differs by name: functions, and what declares variables.
+    functions
+        Functions whose names differ, by those that the code has.
+    let, var
+        What declares a constant and a variable; their type where None.
     """
 
     type_name: Callable[[int, str], str]
@@ -114,7 +115,7 @@ def texture_source(
         )
         body = string.Template(code.body.strip("\n")).substitute(names)
         opening = language.head(names[code.kind], prefix + code.name, parameters)
-        return re.sub("@", prefix, f"{opening} {{\n{body}\n}}")
+        return f"{opening} {{\n{body}\n}}".replace("@", prefix)
 
     formulas = [language.function(each, prefix + each.name) for each in _formulas(atlas)]
     top = "\n".join(
