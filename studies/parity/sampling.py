@@ -29,7 +29,7 @@ _QUANTILES = [0.0, *_TAIL, *_STEPS, *(1.0 - x for x in reversed(_TAIL)), 1.0]
 
 _LENGTH_ERROR = 1e-5  # of a direction
 _STANDARD_ERRORS = 5.0  # that a mean may be off
-_LEAST = 1e-9  # difference of means that counts: of a material that is black
+_MIN_DIFFERENCE = 1e-9  # difference of means that counts: of a material that is black
 _MIN_EXPECTED = 5.0  # samples of a cell, for chi-square to hold
 
 
@@ -170,7 +170,7 @@ def _judged(reference: Reference, samples: Weights, rgb: Weights) -> Findings:
     inverse = np.divide(1.0, pdf, where=pdf > 0.0, out=np.zeros_like(pdf))
     weights = (wi[:, 2] * inverse)[:, None] * rgb
     bound = _STANDARD_ERRORS * weights.std(axis=0) / math.sqrt(len(weights)) + reference.error
-    bound += PARITY[0] * reference.albedo + _LEAST
+    bound += PARITY[0] * reference.albedo + _MIN_DIFFERENCE
     return Findings(
         p_value=_p_value(reference, wi[pdf > 0.0], len(wi)),
         density_error=error,

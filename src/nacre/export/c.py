@@ -44,7 +44,7 @@ class CLanguage(Language):
 
     types: ClassVar = {FLOAT: "float", INDEX: "int32_t", MASK: "int"}
     vectors = ""
-    most_weights = math.inf  # they are arrays
+    max_weights = math.inf  # they are arrays
     operations: ClassVar = {
         "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}",
         "neg": "-{0}", "lt": "{0} < {1}", "le": "{0} <= {1}", "gt": "{0} > {1}", "ge": "{0} >= {1}",

@@ -55,7 +55,7 @@ class Language:
         "arctan2": "atan({0}, {1})",
     }  # fmt: skip
     """Text of each operation; of those on whole numbers, by names such as "index add"."""
-    most_weights: ClassVar[float] = 10_000
+    max_weights: ClassVar[float] = 10_000
     """What layers may have as literals. Compilers take seconds for that; for twice as many, Mesa's
     of GLSL takes most of a minute."""
 
@@ -276,14 +276,14 @@ class Body:
         template = self._language.template(kind, name)
         call = template[0].isalpha()
         binding = _STRONGEST if call else _BINDING.get(name, _WEAKEST)
-        least = _STRONGEST if name == "neg" else max(binding, 1)
+        required = _STRONGEST if name == "neg" else max(binding, 1)
         values = []
         for place, source in enumerate(self._sources(item)):
             text, own = self._texts[source]
             if isinstance(item, tuple) and isinstance(source, int):
                 text, own = self._language.repeated(text, len(item)), _STRONGEST
             # What stands on the left comes first where both bind alike.
-            if not call and (own < least or (place and own == binding)):
+            if not call and (own < required or (place and own == binding)):
                 text = f"({text})"
             values.append(text)
         return template.format(*values), binding
@@ -341,7 +341,7 @@ class SourceTarget(Target):
         """
         functions = program(brdf, expanded=self.language.expanded)
         try:
-            _check_weights(functions["eval"], self.language.most_weights)
+            _check_weights(functions["eval"], self.language.max_weights)
             return {
                 each: self.language.function(function, f"{name}_{each}")
                 for each, function in functions.items()

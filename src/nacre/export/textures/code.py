@@ -75,8 +75,8 @@ _CORNERS = Code(
 )
 """Columns and rows in the atlas of the four texels around a point of a texture that repeats."""
 
-_SHARES = Code(
-    "shares",
+_FRACTIONS = Code(
+    "fractions",
     "vec4",
     {"uv": "vec2", "level": "int"},
     """
@@ -117,12 +117,12 @@ _FUNCTIONS = Code(
 _MEAN = Code(
     "mean",
     "vec3",
-    {"shares": "vec4", "luma": "vec4", "difference": "vec4", "total": "vec4"},
+    {"fractions": "vec4", "luma": "vec4", "difference": "vec4", "total": "vec4"},
     """
-    return shares.x * @joined($vec3(luma.x, difference.x, total.x))
-        + shares.y * @joined($vec3(luma.y, difference.y, total.y))
-        + shares.z * @joined($vec3(luma.z, difference.z, total.z))
-        + shares.w * @joined($vec3(luma.w, difference.w, total.w));
+    return fractions.x * @joined($vec3(luma.x, difference.x, total.x))
+        + fractions.y * @joined($vec3(luma.y, difference.y, total.y))
+        + fractions.z * @joined($vec3(luma.z, difference.z, total.z))
+        + fractions.w * @joined($vec3(luma.w, difference.w, total.w));
 """,
 )
 """Reflectance of four texels: functions stand for roots of it, so that texels are mixed last."""
@@ -169,10 +169,11 @@ EVAL = Code(
             coarse_total += @products(there, k + $chroma, functions);
         }
     }
-    $var_vec3 factor = @mean(@shares(uv, fine), luma, difference, total);
+    $var_vec3 factor = @mean(@fractions(uv, fine), luma, difference, total);
     if (after > 0.0) {
-        $let_vec4 shares = @shares(uv, coarse);
-        factor = $mix(factor, @mean(shares, coarse_luma, coarse_difference, coarse_total), after);
+        $let_vec4 fractions = @fractions(uv, coarse);
+        $let_vec3 other = @mean(fractions, coarse_luma, coarse_difference, coarse_total);
+        factor = $mix(factor, other, after);
     }
     return factor * $inverse_pi;
 """,
@@ -197,7 +198,7 @@ SAMPLE = Code(
 )
 
 READING = (
-    LEVEL, _SIZE, _ORIGIN, _PLACE, _CORNERS, _SHARES, _PRODUCTS, _FUNCTIONS, _MEAN, EVAL, PDF,
+    LEVEL, _SIZE, _ORIGIN, _PLACE, _CORNERS, _FRACTIONS, _PRODUCTS, _FUNCTIONS, _MEAN, EVAL, PDF,
     SAMPLE,
 )  # fmt: skip
 """All functions of every atlas, in the order in which they use each other."""

@@ -53,7 +53,7 @@ def _eval(texture: Btf, atlas: TextureAtlas, name: str) -> bytes:
     graph.reshaped(sums, [-1, 3], "sums")
     graph.function(Function.of("joined", joined, {"sums": 3}, ("factors",)))
     each = graph.reshaped("factors", [-1, _TEXELS, 3])
-    found = graph.weighted("shares", _TEXELS, each)
+    found = graph.weighted("fractions", _TEXELS, each)
     graph.reshaped(found, [-1, 3], "rgb")
     outputs = [graph.value("rgb", 3)]
     return graph.model(texture, name, inputs, outputs, error_lines(texture, atlas))
@@ -83,9 +83,9 @@ def _lobe(graph: TextureGraph, atlas: TextureAtlas) -> None:
     def around(uv: Sequence[Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         return _corners(namespace(*uv), uv, rows, columns, 0.0)
 
-    graph.function(Function.of("lobe", around, {"uv": 2}, ("texels", "shares")))
+    graph.function(Function.of("lobe", around, {"uv": 2}, ("texels", "fractions")))
     found = graph.rows(atlas.lobes.reshape(-1, 4), "texels")
-    graph.reshaped(graph.weighted("shares", _LOBES, found), [-1, 4], "lobe")
+    graph.reshaped(graph.weighted("fractions", _LOBES, found), [-1, 4], "lobe")
 
 
 class TextureGraph(Graph):
@@ -97,9 +97,9 @@ class TextureGraph(Graph):
         found = self.node("Gather", [self.constant(table), chosen], axis=0)
         return self.node("Cast", [found], to=self.types.FLOAT)
 
-    def weighted(self, shares: str, count: int, values: str) -> str:
-        """Sums (n, 1, numbers) of values (n, count, numbers) times shares (n, count)."""
-        return self.node("MatMul", [self.reshaped(shares, [-1, 1, count]), values])
+    def weighted(self, fractions: str, count: int, values: str) -> str:
+        """Sums (n, 1, numbers) of values (n, count, numbers) times fractions (n, count)."""
+        return self.node("MatMul", [self.reshaped(fractions, [-1, 1, count]), values])
 
     def columns(self, values: str) -> str:
         """Values (n, 1, k) as (n, k, 1)."""
@@ -152,16 +152,16 @@ def _texels(atlas: TextureAtlas) -> Function:
         after = kept - fine
         lit = xp.where((wi[2] > 0.0) & (wo[2] > 0.0), 1.0 / math.pi, 0.0 * wi[2])
         texels: list[Array] = []
-        shares: list[Array] = []
+        fractions: list[Array] = []
         for which, part in ((fine, 1.0 - after), (xp.minimum(fine + 1.0, last), after)):
             rows, columns, start = (xp.take(table, xp.to_index(which)) for table in tables)
-            index, share = _corners(xp, (u, v), rows, columns, start)
+            index, fraction = _corners(xp, (u, v), rows, columns, start)
             texels += index
-            shares += [one * part * lit for one in share]
-        return tuple(texels), tuple(shares)
+            fractions += [one * part * lit for one in fraction]
+        return tuple(texels), tuple(fractions)
 
     parameters = {"place": 3, "wi": 3, "wo": 3}
-    return Function.of("texels", lookup, parameters, ("texels", "shares"))
+    return Function.of("texels", lookup, parameters, ("texels", "fractions"))
 
 
 def _corners(
@@ -178,10 +178,10 @@ def _corners(
         axes.append(((low_index, 1.0 - after), (high_index, after)))
     across, down = axes
     found = [
-        (start + row * columns + column, share * part)
-        for (row, share), (column, part) in itertools.product(down, across)
+        (start + row * columns + column, fraction * part)
+        for (row, fraction), (column, part) in itertools.product(down, across)
     ]
-    return tuple(index for index, _ in found), tuple(share for _, share in found)
+    return tuple(index for index, _ in found), tuple(fraction for _, fraction in found)
 
 
 def _nodes(resolution: int) -> Function:
@@ -196,14 +196,14 @@ def _nodes(resolution: int) -> Function:
         # Axes are the light's x and y, then the view's; the view's x is the least significant.
         light_x, light_y, view_x, view_y = axes
         nodes: list[Array] = []
-        shares: list[Array] = []
+        fractions: list[Array] = []
         for parts in itertools.product(light_y, light_x, view_y, view_x):
-            index, share = parts[0]
+            index, fraction = parts[0]
             for step, part in parts[1:]:
-                index, share = index * float(resolution) + step, share * part
+                index, fraction = index * float(resolution) + step, fraction * part
             nodes.append(index)
-            shares.append(share)
-        return tuple(nodes), tuple(shares)
+            fractions.append(fraction)
+        return tuple(nodes), tuple(fractions)
 
     return Function.of("nodes", lookup, {"wi": 3, "wo": 3}, ("nodes", "node_shares"))
 
