@@ -7,7 +7,8 @@ import pytest
 
 from nacre.analytic import Ggx
 from nacre.array import Array, Components
-from nacre.latent.picture_errors import PictureErrors, lit_views
+from nacre.latent.picture_errors import PictureErrors
+from nacre.sampling.lit_views import lit_views
 
 MATTE = {"diffuse": (0.5,) * 3, "specular": (0.0,) * 3, "roughness": 0.5}
 GREY = Ggx(**MATTE)

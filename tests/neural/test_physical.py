@@ -19,10 +19,11 @@ from nacre.metrics.physics import albedo
 from nacre.neural.fitting import fit
 from nacre.neural.inputs import ENHANCED, RECIPROCAL
 from nacre.neural.nbrdf import NeuralBrdf
-from nacre.neural.physical import LIMIT, Projection, limited
+from nacre.neural.physical import limited
 from nacre.neural.recipe import Recipe
 from nacre.numerics.mlp import RELU, Layer
 from nacre.sampling.energy import albedos, certify
+from nacre.sampling.projection import LIMIT, Projection
 from tests.analytic.materials import EXAMPLES
 from tests.cli.support import assert_refused
 from tests.reflectances import Beckmann, Brushed, Glossy, Rotated

@@ -19,7 +19,7 @@ from nacre.analytic.factor import NODES, Cell, locate
 from nacre.brdf import Brdf
 from nacre.geometry import join, split, uniform_rusinkiewicz
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.least_absolute import Vector
+from nacre.numerics.levenberg_marquardt import Vector
 
 TABLES = ("distribution", "fresnel", "masking")
 SWEEPS = 8  # how often every table is solved for alone

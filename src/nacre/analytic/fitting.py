@@ -15,7 +15,7 @@ from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.geometry import join, rotate, split
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.least_absolute import Vector, minimize
+from nacre.numerics.levenberg_marquardt import Vector, minimize
 from nacre.runtime.parallel import one_blas_thread, thread_map
 from nacre.runtime.progress import Progress, silent
 from nacre.sampling import check_isotropic, draw_samples
@@ -45,7 +45,9 @@ def fit(
     The mean of |log(1 + k f cos) - log(1 + k g cos)| over samples and channels is brought to a
     minimum from several starts. With a gain k of 1 that is the loss of the NBRDF paper (equation
     1), which a network is trained on; a larger one gives more weight to what is dark. A model with
-    tables finds them in its own way (:mod:`nacre.analytic.factor`).
+    tables finds them in its own way (:mod:`nacre.analytic.factor`), and a model whose
+    :attr:`AnalyticBrdf.fitted_on` says so is fitted to pictures instead
+    (:mod:`nacre.analytic.picture_fit`).
 
     Parameters
     ----------
@@ -91,16 +93,21 @@ def fit(
     if brdf.isotropic and not model.isotropic:
         drawn = _rotated(drawn, seed)
     values: Values
-    settings: dict[str, Any] = {"gain": gain, "samples": len(drawn)}
+    settings: dict[str, Any] = {"gain": gain, "samples": len(drawn), "starts": starts}
     report = progress or silent
     with one_blas_thread(), np.errstate(all="ignore"):
-        if issubclass(model, FactoredBrdf):
-            values, facts = model.extract(brdf, drawn, gain, seed, report)
+        if issubclass(model, FactoredBrdf) or model.fitted_on == "pictures":
+            if issubclass(model, FactoredBrdf):
+                del settings["starts"]
+                values, facts = model.extract(brdf, drawn, gain, seed, report)
+            else:
+                from nacre.analytic.picture_fit import fit_pictures  # with LLVM, 160 MB
+
+                values, facts = fit_pictures(brdf, model, starts, seed, report)
             loss = _loss(model(**values), drawn, gain)
             settings |= facts
         else:
             values, loss = _search(partial(_Problem, model, drawn, gain), starts, seed, report)
-            settings["starts"] = starts
     if not math.isfinite(loss):
         raise NacreError(f"{brdf.name or 'reflectance'}: {model.model} cannot be fitted to it")
     metadata: dict[str, Any] = {"fit": settings | {"seed": seed, "loss": loss}}

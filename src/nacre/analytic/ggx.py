@@ -44,8 +44,7 @@ class Ggx(AnalyticBrdf):
         if angle is not None:
             wi, wo = rotate(wi, -1.0 * angle), rotate(wo, -1.0 * angle)
         h = half_vector(wi, wo)
-        lengths = wi[2] * stretched_length(wo, alpha) + wo[2] * stretched_length(wi, alpha)
-        facets = distribution(h, alpha) / (2.0 * lengths)
+        facets = ggx_facets(wi, wo, h, alpha)
         fresnel = schlick(dot(wi, h), values["specular"])
         base = lambertian(values)
         red, green, blue = (d + f * facets for d, f in zip(base, fresnel, strict=True))
@@ -59,6 +58,14 @@ class Ggx(AnalyticBrdf):
         specular += 0.05  # what Schlick adds off normal incidence
         fraction = float(min(max(specular / (specular + diffuse), 0.1), 0.95))
         return GgxMixture((GgxLobe((fraction,), (x,), (y,), (0.0,)),), angle=angle)
+
+
+def ggx_facets(wi: Components, wo: Components, h: Components, alpha: tuple[Array, Array]) -> Array:
+    """f_r of microfacets that reflect all, in 1/sr: D G / (4 wi_z wo_z), with roughnesses along the
+    axes and their half vector.
+    """
+    lengths = wi[2] * stretched_length(wo, alpha) + wo[2] * stretched_length(wi, alpha)
+    return distribution(h, alpha) / (2.0 * lengths)
 
 
 class AnisotropicGgx(Ggx):

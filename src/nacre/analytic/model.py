@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -28,33 +28,11 @@ Values: TypeAlias = Mapping[str, Any]
 CHANNELS = 3
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """One named parameter of a model, and the range it lives in.
+class _Bounded:
+    """Numbers between bounds."""
 
-    Parameters
-    ----------
-    name
-        As in the model's files.
-    low, high
-        Bounds, both included.
-    start
-        Range that a fit starts from, at random: evenly in the logarithm, or evenly where it
-        reaches down to 0 or below.
-    color
-        Whether there is one a color channel. Such a parameter acts on its own channel only.
-    """
-
-    name: str
     low: float
     high: float
-    start: tuple[float, float]
-    color: bool = False
-
-    @property
-    def size(self) -> int:
-        """How many numbers it takes."""
-        return CHANNELS if self.color else 1
 
     def to_free(self, value: Array) -> Array:
         """A number of the whole line for a value between the bounds; inverse of `from_free`."""
@@ -67,6 +45,41 @@ class Parameter:
         """The logistic curve between the bounds: near either, steps are ratios of the distance."""
         xp = namespace(free)
         return self.low + (self.high - self.low) / (1.0 + xp.exp(-free))
+
+
+@dataclass(frozen=True)
+class Parameter(_Bounded):
+    """One named parameter of a model, and the range it lives in.
+
+    Parameters
+    ----------
+    name
+        As in the model's files.
+    low, high
+        Bounds, both included.
+    start
+        Range that a fit starts from, at random: evenly in the logarithm, or evenly where it
+        reaches down to 0 or below.
+    color
+        Whether there is one a color channel. In a model that is fitted on samples, such a parameter
+        acts on its own channel only.
+    """
+
+    name: str
+    low: float
+    high: float
+    start: tuple[float, float]
+    color: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of its numbers: (3,) or ()."""
+        return (CHANNELS,) if self.color else ()
+
+    @property
+    def size(self) -> int:
+        """How many numbers it takes."""
+        return CHANNELS if self.color else 1
 
     def at(self, fraction: Array) -> Array:
         """The point of :attr:`start` at a fraction of the way from end to end, in [0, 1]."""
@@ -87,7 +100,7 @@ class Parameter:
         if given.dtype.kind not in "iuf":
             raise ValueError(f"{self.name} takes numbers, got {reprlib.repr(value)}")
         numbers = given.astype(np.float64)
-        if numbers.shape != ((CHANNELS,) if self.color else ()):
+        if numbers.shape != self.shape:
             kind = "three numbers" if self.color else "one number"
             raise ValueError(f"{self.name} takes {kind}, got {reprlib.repr(value)}")
         if not _within(numbers, self.low, self.high):
@@ -98,8 +111,8 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class TableParameter:
-    """A function of one angle that a model has as numbers at nodes, in [0, `high`].
+class TableParameter(_Bounded):
+    """A function of one angle that a model has as numbers at nodes, in [`low`, `high`].
 
     It has one row, or three where each color channel has its own; its name is that in the model's
     files.
@@ -109,6 +122,12 @@ class TableParameter:
     rows: int
     nodes: int
     high: float
+    low: float = 0.0
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of its numbers."""
+        return self.rows, self.nodes
 
     @property
     def size(self) -> int:
@@ -124,9 +143,9 @@ class TableParameter:
             If it is of another shape, not finite or out of bounds.
         """
         numbers = np.array(value, np.float64)
-        if numbers.shape != (self.rows, self.nodes):
+        if numbers.shape != self.shape:
             raise ValueError(f"{self.name} takes {self.rows} rows of {self.nodes} numbers")
-        if not _within(numbers, 0.0, self.high):
+        if not _within(numbers, self.low, self.high):
             raise ValueError(f"{self.name} must lie in [0, {self.high:g}] throughout")
         single = numbers.astype(np.float32)
         return tuple(tuple(float(np.format_float_scientific(x)) for x in row) for row in single)
@@ -165,6 +184,9 @@ class AnalyticBrdf(LobeSampledBrdf):
 
     tables: ClassVar[tuple[TableParameter, ...]] = ()
     """What a model has as tables beside its parameters; it brings its own fit then."""
+
+    fitted_on: ClassVar[Literal["samples", "pictures"]] = "samples"
+    """What a fit compares: single directions, or views under lights as pictures show them."""
 
     def __init__(
         self,

@@ -39,6 +39,8 @@ class Format:
         Whether only isotropic reflectance can be written.
     holds
         "neural" or "analytic" where only such materials can be written, else empty.
+    model
+        Name of the analytic model that files hold, where they hold one only; empty otherwise.
     measured
         Whether a file in a folder of measurements counts as one of them.
     resolution
@@ -46,7 +48,8 @@ class Format:
         fields name the numbers and which raises :class:`ValueError` for those it cannot have. None
         where the resolution is fixed.
     keeps_bands
-        Whether `save` keeps the spectra of a reflectance that has some, rather than their color.
+        Whether `save` keeps the spectra of a reflectance that has some, rather than their color, in
+        a file of a name; the last argument is whether a resolution is given.
     several
         Whether a file holds several materials: `load` then takes the name of one as well, or None.
     claims
@@ -67,9 +70,10 @@ class Format:
     kind: Kind = "brdf"
     isotropic: bool = False
     holds: str = ""
+    model: str = ""
     measured: bool = True
     resolution: type[Any] | None = None
-    keeps_bands: Callable[[Any], bool] = lambda brdf: False
+    keeps_bands: Callable[[Any, Path, bool], bool] = lambda brdf, path, anew: False
     several: bool = False
     claims: Callable[[Path], bool] | None = None
     claims_folder: Callable[[Path], bool] | None = None

@@ -42,7 +42,7 @@ from nacre.neural.nbrdf import OUTPUTS, check_weights
 from nacre.neural.network import NetworkBrdf
 from nacre.numerics.channels import CHROMA, CHROMA_PERMUTATIONS
 from nacre.numerics.direction_samples import DirectionSamples
-from nacre.numerics.least_absolute import minimize
+from nacre.numerics.levenberg_marquardt import minimize
 from nacre.numerics.mlp import Layer, forward, widths
 from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread

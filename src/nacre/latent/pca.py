@@ -28,7 +28,7 @@ from nacre.latent.basis import LARGEST, CodedBrdf, LatentBasis, Vector, integers
 from nacre.latent.recipes import GAIN, PcaRecipe
 from nacre.measured.merl import INVALID, Resolution, node_directions, tabulate
 from nacre.measured.merl_table import SCALES, MerlBrdf
-from nacre.numerics.least_absolute import minimize
+from nacre.numerics.levenberg_marquardt import minimize
 
 EPSILON = 1e-3  # added before logarithms, and the minimum weight of a node (Nielsen et al. 2015)
 

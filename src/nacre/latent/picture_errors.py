@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.brdf import Brdf
-from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.latent.directions import isotropic_values, shared_directions
 from nacre.latent.recipes import GAIN
-from nacre.sampling.moment import propose_lights
+from nacre.sampling.lit_views import lit_views
 
 _SINGLE = 2048  # directions of the first kind: a code has a few dozen values
 _SEEN = 10.0  # weight of the mean error of what views see, beside that of single directions
 _GAMMA = 1.0 / 2.2
 _DARK = 1e-4  # added to what views see: of black, the gamma curve has no derivative
-_VIEWS, _PER_VIEW, _LIGHTS = 16, 128, 4
-_SHARPNESS = 3.0, 60.0  # of the lamps: from a third of the sky to a bulb near by
-_SPREAD = 0.4  # of the lamps about the mirror direction
 
 
 class PictureErrors:
@@ -85,45 +78,3 @@ class PictureErrors:
         found = np.zeros((*values.shape[:-2], *self._lit.wi.shape), values.dtype)
         found[..., self._lit_known, :] = lit
         return found
-
-
-@dataclass(frozen=True)
-class LitViews:
-    """Views, each under some lights, and directions for the integrals over these.
-
-    Directions to the light and to the viewer are of shape (v, n, 3), `wo` the same along n; weights
-    of f_r, shape (v, lights, n), are radiance times cos(theta_i) over the density of the
-    directions.
-    """
-
-    wi: npt.NDArray[np.float32]
-    wo: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float32]
-
-    def radiance(self, f_r: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
-        """What the views see, shape (..., v, lights, 3), for f_r of shape (..., v, n, 3)."""
-        return np.asarray(self.weights @ f_r)
-
-
-def lit_views(seed: int) -> LitViews:
-    """Views as a picture of a sphere shows them, under an even sky and under lamps of many sizes.
-
-    The sky has radiance 1, so that the albedo is seen. Lamps are von Mises-Fisher lobes of the
-    irradiance that it has, half of them near the mirror direction; the same seed gives the same
-    ones.
-    """
-    squared_sines = (np.arange(_VIEWS) + 0.5) / _VIEWS  # a sphere shows all of them alike
-    wo, wi, density = propose_lights(squared_sines, _PER_VIEW, seed)
-    azimuth = to_spherical(split(wo))[1]
-    wo, wi = (join(rotate(split(w), -azimuth)) for w in (wo, wi))
-    random = np.random.default_rng((seed, 6))
-    above = join(uniform_hemisphere(*random.random((2, _VIEWS, _LIGHTS))))
-    near = wo[:, :1] * (-1.0, -1.0, 1.0) + random.normal(0.0, _SPREAD, above.shape)
-    near /= np.linalg.norm(near, axis=-1, keepdims=True)
-    centers = np.where(np.arange(_LIGHTS)[:, None] % 2, above, near)
-    low, high = np.log(_SHARPNESS)
-    sharpness = np.exp(random.uniform(low, high, (_VIEWS, _LIGHTS, 1)))
-    radiance = 0.5 * sharpness * np.exp(sharpness * (centers @ wi.swapaxes(1, 2) - 1.0))
-    radiance[:, 0] = 1.0
-    weights = radiance * (wi[..., 2] / density)[:, None] / _PER_VIEW
-    return LitViews(*(array.astype(np.float32) for array in (wi, wo, weights)))

@@ -23,7 +23,7 @@ from nacre.latent.picture_errors import PictureErrors
 from nacre.latent.recipes import GAIN
 from nacre.neural.inputs import PAPER
 from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf, check_weights
-from nacre.numerics.least_absolute import minimize
+from nacre.numerics.levenberg_marquardt import minimize
 from nacre.numerics.mlp import Layer, forward
 from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread

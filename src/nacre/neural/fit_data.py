@@ -11,7 +11,7 @@ from nacre.brdf import Brdf, expect_brdf
 from nacre.errors import NacreError
 from nacre.neural.inputs import PAPER, input_count, rotates_half_vector
 from nacre.neural.nbrdf import SINGLE, NeuralBrdf, round_layers
-from nacre.neural.physical import Projection, limited
+from nacre.neural.physical import limited
 from nacre.neural.recipe import Recipe
 from nacre.neural.samples import BLOCK, Samples, draw
 from nacre.neural.scattered import (
@@ -27,6 +27,7 @@ from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
 from nacre.runtime.parallel import one_blas_thread
 from nacre.runtime.progress import Progress
 from nacre.sampling import check_isotropic, fit_lobes
+from nacre.sampling.projection import Projection
 
 SAMPLES = 800_000  # samples of an isotropic material (NBRDF paper, section 3.1)
 ANISOTROPIC_FACTOR = 5

@@ -274,6 +274,8 @@ def needed(
 class _Tracing(Namespace):
     """The functions of formulas; of plain numbers they are plain numbers."""
 
+    library = "trace"
+
     def __init__(self) -> None:
         for name in ("sqrt", "floor", "abs"):
             setattr(self, name, _function(name, _operation(name)))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from nacre.numerics.least_absolute import minimize
+from nacre.numerics.levenberg_marquardt import minimize
 
 
 @pytest.mark.parametrize("middle", [0.0, 90.0])

@@ -1,4 +1,4 @@
-"""Least absolute residuals by reweighted Levenberg-Marquardt steps."""
+"""Least absolute residuals, or least squares, by Levenberg-Marquardt steps."""
 
 from __future__ import annotations
 
@@ -25,26 +25,33 @@ def minimize(
     start: Vector,
     iterations: int,
     limit: float = math.inf,
+    squares: bool = False,
 ) -> tuple[Vector, float]:
-    """Parameters (p,) at which the mean absolute residual is least near a start, and that mean.
+    """Parameters (p,) at which the mean absolute residual is least near a start, and that mean; or
+    the mean square.
 
-    Each step solves weighted least squares in which a residual r weighs 1 / sqrt(r^2 + e^2), so
-    that the weighted squares bound the absolute values from above (iteratively reweighted least
-    squares), damped after Levenberg and Marquardt.
+    Each step solves least squares, damped after Levenberg and Marquardt. For absolute values a
+    residual r weighs 1 / sqrt(r^2 + e^2), so that the weighted squares bound them from above
+    (iteratively reweighted least squares).
 
     Residuals are float32 or float64 of any shape; the Jacobian, of shape (p, *residuals), is called
     with parameters and the residuals there. Parameters stay within `limit` of 0. The mean is
     infinite where it is not finite at the start.
     """
+
+    def mean(values: Floats) -> float:
+        return float((values * values if squares else np.abs(values)).mean())
+
     free, damping = start, 1e-2
     current = residuals(free)
-    loss = float(np.abs(current).mean())
+    loss = mean(current)
     if not math.isfinite(loss):
         return free, math.inf
     for _ in range(iterations):
-        weights = 1.0 / np.sqrt(current**2 + (_SOFTENING * loss + 1e-12) ** 2).reshape(-1)
-        rows = jacobian(free, current).reshape(len(free), -1)
-        weighted = rows * weights.astype(rows.dtype)
+        rows = weighted = jacobian(free, current).reshape(len(free), -1)
+        if not squares:
+            weights = 1.0 / np.sqrt(current**2 + (_SOFTENING * loss + 1e-12) ** 2).reshape(-1)
+            weighted = rows * weights.astype(rows.dtype)
         products = weighted @ rows.T, weighted @ current.reshape(-1)
         normal, slope = (product.astype(np.float64) for product in products)
         scale = np.diag(normal) + 1e-12 * np.trace(normal) + 1e-300
@@ -53,7 +60,7 @@ def minimize(
             step = np.linalg.solve(normal + np.diag(damping * scale), -slope)
             moved = np.clip(free + np.clip(step, -_LONGEST, _LONGEST), -limit, limit)
             trial = residuals(moved)
-            tried = float(np.abs(trial).mean())
+            tried = mean(trial)
             if tried < loss:
                 free, current, loss, damping = moved, trial, tried, damping * 0.2
                 break

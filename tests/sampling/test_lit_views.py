@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nacre.latent.picture_errors import lit_views
+from nacre.sampling.lit_views import lit_views
 
 LIT = lit_views(0)
 

@@ -1,0 +1,193 @@
+"""The fit of a model to pictures: views of a material under lights, as a display shows them.
+
+A picture is what is judged in the end, and what the parameters of a standard are too few to match
+everywhere at once: the fit spends them where pictures show it. Two kinds of pictures count alike,
+by the logarithm of their mean squared error (that is, by their PSNR): views under an even sky and
+lamps of many sizes, and spheres under directional lights.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.errors import NacreError
+from nacre.numerics.levenberg_marquardt import Vector, minimize
+from nacre.runtime.adjustable import AdjustableFunction
+from nacre.runtime.progress import Progress
+from nacre.sampling.lit_views import lit_spheres, lit_views
+
+_SHARPNESS = 1.0, 2000.0  # of the lamps: from half of the sky to a small bulb
+_LAMPS = 12  # of a light, with the sky
+_ANGLES = (0.0, 20.0, 45.0, 70.0, 100.0)  # between light and view; degrees
+_GAMMA = 1.0 / 2.2
+_DARK = 1e-4  # added to what is seen: of black, the gamma curve has no derivative
+_GLARE = 0.15  # slope of the tone curve over the logarithm above 1, where displays end
+_STEP = 1e-2  # of differences, on the whole line
+_LIMIT = 12.0  # of parameters on the whole line: beyond it they are at their bounds
+_EDGE = 1e-3  # from their bounds, as a fraction of the range, parameters start
+_FLOOR = 1e-6  # mean squared error, 60 dB, below which a picture is not weighted up any more
+_FEW, _MORE, _ALL = 20, 15, 40  # steps of a start, of the best eighth and of the best
+
+
+class Pictures:
+    """What pictures show of a material, for models to be compared with.
+
+    Parameters
+    ----------
+    brdf
+        Any reflectance.
+    isotropic
+        Whether all views may have azimuth 0.
+    seed
+        Of lamps and directions.
+    rough
+        Whether there shall be a tenth of the directions, for many starts.
+
+    Raises
+    ------
+    NacreError
+        If hardly any of it is known.
+    """
+
+    def __init__(self, brdf: Brdf, isotropic: bool, seed: int, *, rough: bool = False) -> None:
+        views, size = ((16, 128, 4), 12) if rough else ((48, 384, 8), 24)
+        self._lit = lit_views(seed, *views, _SHARPNESS, _LAMPS, isotropic)
+        pairs = lit_spheres(_ANGLES, size, isotropic)
+        self._shape = self._lit.wi.shape
+        self._count = math.prod(self._shape[:2])
+        self.wi, self.wo = (
+            np.concatenate([lit.reshape(-1, 3), single])
+            for lit, single in zip((self._lit.wi, self._lit.wo), pairs, strict=True)
+        )
+        self._cosine = self.wi[self._count :, 2:] * np.float32(math.pi)
+        known = brdf.valid(self.wi, self.wo)
+        if known.mean() < 0.01:
+            raise NacreError(f"{brdf.name or 'reflectance'}: hardly any of it is known")
+        self._known = None if known.all() else known.astype(np.float32)[:, None]
+        self.target = self.shown(brdf.eval(self.wi, self.wo))
+
+    def shown(self, f_r: Floats) -> tuple[Vector, Vector]:
+        """What displays show of both kinds of pictures, for f_r in 1/sr, shape (n, 3)."""
+        f_r = np.maximum(f_r, 0.0)
+        if self._known is not None:
+            f_r = f_r * self._known
+        lit = self._lit.radiance(f_r[: self._count].reshape(self._shape))
+        return _displayed(lit), _displayed(f_r[self._count :] * self._cosine)
+
+
+def _displayed(radiance: Floats) -> Vector:
+    x = radiance.reshape(-1).astype(np.float64) + _DARK
+    return np.where(x < 1.0, x**_GAMMA, 1.0 + _GLARE * np.log(np.maximum(x, 1.0)))
+
+
+class _Problem:
+    """Differences of a model's pictures from those of a material."""
+
+    def __init__(self, model: type[AnalyticBrdf], pictures: Pictures) -> None:
+        self.numbers, self.pictures = model.numbers(), pictures
+        self._function = AdjustableFunction(model.formula, {p.name: p.shape for p in self.numbers})
+        ends = np.cumsum([p.size for p in self.numbers])
+        self._parts = [slice(end - p.size, end) for p, end in zip(self.numbers, ends, strict=True)]
+        seen = np.mean(pictures.target[1].reshape(-1, CHANNELS) ** (1.0 / _GAMMA), axis=0)
+        self._tint = seen / seen.max()
+        self.weigh((1.0, 1.0))
+
+    def values(self, free: Vector) -> dict[str, Any]:
+        """Parameters by name."""
+        return {
+            p.name: p.from_free(free[part]).clip(p.low, p.high).reshape(p.shape)
+            for p, part in zip(self.numbers, self._parts, strict=True)
+        }
+
+    def start(self, random: np.random.Generator) -> Vector:
+        """Parameters to start from; every other color has the tint of the material."""
+        free = []
+        for p in self.numbers:
+            value = p.at(random.random()) if isinstance(p, Parameter) else 0.5 * (p.low + p.high)
+            if p.shape == (CHANNELS,) and random.random() < 0.5:
+                value = value * self._tint
+            edge = _EDGE * (p.high - p.low)
+            inside = np.clip(np.broadcast_to(value, p.shape), p.low + edge, p.high - edge)
+            free.append(p.to_free(inside).reshape(-1))
+        return np.concatenate(free)
+
+    def weigh(self, errors: Iterable[float]) -> None:
+        """Count both kinds of pictures by these mean squared errors of theirs."""
+        self._weights = [
+            1.0 / math.sqrt((error + _FLOOR) * len(target))
+            for error, target in zip(errors, self.pictures.target, strict=True)
+        ]
+
+    def _differences(self, free: Vector) -> list[Vector]:
+        f_r = self._function(self.values(free), self.pictures.wi, self.pictures.wo)
+        f_r[~np.isfinite(f_r)] = 0.0
+        shown = self.pictures.shown(f_r)
+        return [s - t for s, t in zip(shown, self.pictures.target, strict=True)]
+
+    def residuals(self, free: Vector) -> Vector:
+        """Weighted differences, shape (n,)."""
+        parts = zip(self._weights, self._differences(free), strict=True)
+        return np.concatenate([weight * part for weight, part in parts])
+
+    def jacobian(self, free: Vector, _: Vector) -> Vector:
+        """Derivatives of the residuals, shape (parameters, n), by differences."""
+        steps = _STEP * np.eye(len(free))
+        rows = [self.residuals(free + step) - self.residuals(free - step) for step in steps]
+        return np.stack(rows) / (2.0 * _STEP)
+
+    def errors(self, free: Vector) -> tuple[float, float]:
+        """Mean squared errors of both kinds of pictures."""
+        first, second = (float(np.mean(part * part)) for part in self._differences(free))
+        return first, second
+
+    def minimum(self, start: Vector, steps: int) -> tuple[Vector, float]:
+        """Parameters near a start at which the errors are smallest, and the sum of their
+        logarithms there.
+        """
+        found, _ = minimize(self.residuals, self.jacobian, start, steps, _LIMIT, squares=True)
+        return found, sum(math.log(error + _FLOOR) for error in self.errors(found))
+
+
+def fit_pictures(
+    brdf: Brdf, model: type[AnalyticBrdf], starts: int, seed: int, report: Progress
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Values of a model whose pictures are closest to those of a reflectance, and facts about them.
+
+    Each start takes some steps on rough pictures; the best eighth of them goes on with all, and the
+    best of these to the end.
+    """
+    isotropic = brdf.isotropic and model.isotropic
+    rough = _Problem(model, Pictures(brdf, isotropic, seed + 1, rough=True))
+    problem = _Problem(model, Pictures(brdf, isotropic, seed))
+    going = max(1, starts // 8)
+    done, total = 0, starts + going + 1
+
+    def reported(found: tuple[Vector, float]) -> tuple[Vector, float]:
+        nonlocal done
+        done += 1
+        report("fitting", done, total, f"{_decibels(math.exp(0.5 * found[1])):.1f} dB")
+        return found
+
+    random = np.random.default_rng((seed, 2))
+    found = [reported(rough.minimum(rough.start(random), _FEW)) for _ in range(starts)]
+    best, found = sorted(found, key=lambda each: each[1])[:going], []
+    for x, _ in best:
+        problem.weigh(problem.errors(x))
+        found.append(reported(problem.minimum(x, _MORE)))
+    x = min(found, key=lambda each: each[1])[0]
+    problem.weigh(problem.errors(x))
+    x, _ = reported(problem.minimum(x, _ALL))
+    errors = problem.errors(x)
+    facts = {"views_psnr": _decibels(errors[0]), "directional_psnr": _decibels(errors[1])}
+    return {name: value.tolist() for name, value in problem.values(x).items()}, facts
+
+
+def _decibels(squared_error: float) -> float:
+    return -10.0 * math.log10(squared_error + 1e-12)

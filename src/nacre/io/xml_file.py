@@ -1,0 +1,56 @@
+"""XML files, read without trust: no document types, so no entities, and no great depth."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+from nacre.errors import FormatError
+from nacre.io.files import PathLike, read_bytes
+
+DEPTH_LIMIT = 64
+"""Most elements within each other."""
+
+
+def read_xml(path: PathLike, size_limit: int) -> Element:
+    """The root of a file of at most `size_limit` bytes.
+
+    Names with a prefix keep it. The tree takes up to some 50 times the memory of the file.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, is not whole XML, declares a document type, which is how entities
+        that expand to gigabytes or to other files come in, or is too deep.
+    """
+    data = read_bytes(path, size_limit)
+    builder, depth = TreeBuilder(), 0
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+
+    def doctype(*_: object) -> None:
+        raise FormatError(f"{path}: declares a document type (DOCTYPE), which is not read; drop it")
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > DEPTH_LIMIT:
+            where = f"{path}: line {parser.CurrentLineNumber}"
+            raise FormatError(f"{where}: more than {DEPTH_LIMIT} elements within each other")
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    parser.StartDoctypeDeclHandler = doctype
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(data, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"{path}: is not whole XML: {error}") from error
+    return builder.close()
