@@ -26,6 +26,7 @@ FORMATS: Registry[Format] = Registry(
         "nacre neural material": "nacre.neural.file:FORMAT",
         "analytic": "nacre.analytic.file:FORMAT",
         "table of fits": "nacre.analytic.tables:FORMAT",
+        "glTF": "nacre.standard.files.glb:FORMAT",
         "UBO2014": "nacre.measured.textures.ubo2014:FORMAT",
         "NumPy archive of a BTF": "nacre.measured.textures.archive:FORMAT",
         "nacre encoded texture": "nacre.textures.latent_file:FORMAT",
@@ -35,9 +36,16 @@ FORMATS: Registry[Format] = Registry(
         "MERL": "nacre.measured.merl:FORMAT",
         "MERL array (.npz)": "nacre.measured.merl_array:NPZ",
         "MERL array (.npy)": "nacre.measured.merl_array:NPY",
+        "Zemax BSDF": "nacre.measured.zemax:FORMAT",
+        "Speos BSDF": "nacre.measured.speos:FORMAT",
+        "OpenMATERIAL 3D": "nacre.measured.openmaterial:FORMAT",
+        "MaterialX": "nacre.standard.files.materialx:FORMAT",
+        "USD (text)": "nacre.standard.files.usda:FORMAT",
         "comma-separated samples": "nacre.measured.comma_separated:FORMAT",
         "ASTM E1392 samples": "nacre.measured.comma_separated:ASTM",
+        "MDL": "nacre.measured.mbsdf:FORMAT",
         "Cornell scan": "nacre.measured.cornell:FORMAT",
+        "Radiance BSDF": "nacre.measured.radiance:FORMAT",
         "UTIA": "nacre.measured.utia:FORMAT",
         "UTIA image (.exr)": "nacre.measured.utia_image:EXR",
         "UTIA image (.png)": "nacre.measured.utia_image:PNG",
@@ -294,9 +302,11 @@ def target(path: PathLike, kind: Kind = "brdf") -> Format:
     FormatError
         If no format with this ending can be written.
     """
-    suffix = Path(path).suffix.lower()
+    name, suffix = Path(path).name.lower(), Path(path).suffix.lower()
     writable = [entry for entry in formats() if entry.save is not None]
     found = [entry for entry in writable if suffix in entry.extensions]
+    # The longest ending decides where one is the end of another.
+    found.sort(key=lambda entry: -max(len(e) for e in entry.extensions if name.endswith(e)))
     for entry in found:
         if entry.kind == kind:
             return entry
@@ -314,15 +324,25 @@ def _endings(entries: Iterable[Format]) -> str:
     return ", ".join(dict.fromkeys(ending for entry in entries for ending in entry.extensions))
 
 
-def loses_bands(brdf: Brdf, path: PathLike) -> bool:
+def loses_bands(brdf: Brdf, path: PathLike, anew: bool = False) -> bool:
     """Whether :func:`save` would write only the color of a reflectance with spectra.
+
+    Parameters
+    ----------
+    brdf
+        What is to be written.
+    path
+        File to write.
+    anew
+        Whether a resolution is given, so that a table is tabulated anew.
 
     Raises
     ------
     FormatError
         If no format with this ending can be written.
     """
-    return brdf.wavelengths is not None and not target(path).keeps_bands(brdf)
+    keeps = target(path).keeps_bands(brdf, Path(path), anew)
+    return brdf.wavelengths is not None and not keeps
 
 
 def writer(

@@ -10,6 +10,7 @@ import pytest
 import nacre
 from tests.cli.support import assert_refused, run, run_json
 from tests.reflectances import Glossy
+from tests.specimens import SPECIMENS
 from tests.variants import require_mitsuba
 
 SCENE = """<scene version="3.0.0">
@@ -55,3 +56,10 @@ def test_options_for_materials_are_refused_for_scenes(here, capsys):
         assert_refused(capsys, f"{name} is for materials; ball.xml", "render", "ball.xml", *option)
     Path("bad.xml").write_text("<scene>")
     assert_refused(capsys, "bad.xml: is not XML", "render", "bad.xml")
+
+
+def test_a_radiance_file_is_a_material_not_a_scene(here, capsys):
+    Path("paint.xml").write_bytes(SPECIMENS["Radiance BSDF"].files()[0])
+    options = ("--size", 16, "--spp", 1, "--no-denoise", "-o", "x.exr")
+    assert run("render", "paint.xml", *options) == 0
+    assert Path("x.exr").is_file()

@@ -13,6 +13,7 @@ import pytest
 
 import nacre
 from nacre.errors import FormatError
+from nacre.formats import identify
 from nacre.geometry import from_spherical, join, split, to_spherical
 from nacre.measured import cornell
 from nacre.measured.spectra import to_rgb
@@ -156,10 +157,11 @@ def test_a_long_token_makes_a_short_message(tmp_path: Path) -> None:
     assert len(str(caught.value)) < 300 + len(str(tmp_path))
 
 
-def test_a_scan_cannot_be_written(tmp_path: Path) -> None:
+def test_a_scan_is_written_as_a_table_of_the_same_ending(tmp_path: Path) -> None:
     brdf = cornell.load(write(tmp_path / "a.brdf", scan_bytes()))
-    with pytest.raises(FormatError, match="no format to write"):
-        nacre.save(brdf, tmp_path / "b.brdf")
+    nacre.save(brdf, tmp_path / "b.brdf")
+    assert identify(tmp_path / "a.brdf").name == "Cornell scan"
+    assert identify(tmp_path / "b.brdf").name == "Speos BSDF"
 
 
 def test_angles_below_the_horizon_are_counted(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from nacre.cli.command import command as make
 from nacre.cli.materials import kind_of
 from nacre.cli.options import option
 from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
+from nacre.formats import describe_kind
 from nacre.render import scene
 from nacre.render.preview import DENOISED_SPP, MAX_SIZE, PLAIN_SPP
 from nacre.render.textures import scene as texture_scene
@@ -82,7 +83,7 @@ def command(source: Path, output: Path | None, **chosen: Any) -> None:
     with --frames, as an animation of a moving light. A scene may use nacre's plugins (nbrdf and
     the others), which the mitsuba command cannot know of.
     """
-    if source.suffix.lower() == ".xml":
+    if source.suffix.lower() == ".xml" and not describe_kind(source):
         for given, flag in options.given():
             if given.name not in _SCENE_OPTIONS:
                 raise click.UsageError(f"{flag} is for materials; {source} is a scene")

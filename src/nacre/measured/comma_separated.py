@@ -155,7 +155,7 @@ FORMAT = Format(
     _recognize,
     load,
     save,
-    keeps_bands=lambda brdf: True,
+    keeps_bands=lambda brdf, path, anew: True,
     claims=lambda path: _recognize(first_bytes(path)),
 )
 ASTM = Format("ASTM E1392 samples", (".astm",), None, load)

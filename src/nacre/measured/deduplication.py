@@ -6,20 +6,20 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.measured.scattered import ScatteredBrdf
 
 
 def from_measurement(
-    wi: npt.NDArray[np.float64],
-    wo: npt.NDArray[np.float64],
-    rgb: npt.NDArray[np.float64],
+    wi: Floats,
+    wo: Floats,
+    rgb: Floats,
     name: str,
     *,
     isotropic: bool = True,
-    spectra: npt.NDArray[np.float64] | None = None,
-    wavelengths: npt.NDArray[np.float64] | None = None,
+    spectra: Floats | None = None,
+    wavelengths: Floats | None = None,
     facts: Mapping[str, Any] | None = None,
 ) -> ScatteredBrdf:
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
@@ -48,7 +48,7 @@ def from_measurement(
     first = np.sort(first)
     count = np.bincount(rank)[:, None]
 
-    def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def mean(values: Floats) -> Floats:
         if len(first) == len(rank):
             return np.asarray(values[kept])
         total = np.zeros((len(first), values.shape[1]))
@@ -72,7 +72,7 @@ def from_measurement(
     )
 
 
-def _rotated(pairs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _rotated(pairs: Floats) -> Floats:
     """Pairs (n, 6) turned to the light's azimuth 0, or the viewer's under a light at the normal.
 
     y of the viewer comes without its sign: mirroring changes it.

@@ -21,7 +21,7 @@ from nacre.io.format import Format
 from nacre.measured.adaptive import AdaptiveWarp, Point, View, unit_azimuth, unit_elevation
 from nacre.measured.axis import zero_index
 from nacre.measured.rgl_tables import RglTables, read_tables
-from nacre.measured.rgl_writer import Resolution, tabulate_tables, write_tables
+from nacre.measured.rgl_writer import Resolution, tabulate_tables, with_spectra, write_tables
 from nacre.measured.tensor_file import MAGIC
 from nacre.measured.warp import Grid
 
@@ -145,7 +145,9 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     """Write an RGL tensor file, whole or not at all.
 
     An :class:`RglBrdf` is written as it is: every array of its file comes back bit for bit, spectra
-    included. Anything else is tabulated first, in RGB (see :func:`tabulate`).
+    included. Anything else is tabulated first (see :func:`tabulate`). A file whose name ends in
+    ``_spec.bsdf`` holds spectra: those of `brdf` where it has some, else spectra of its colors (see
+    :func:`nacre.color.upsample`).
 
     Parameters
     ----------
@@ -162,8 +164,19 @@ def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> No
     FormatError
         If the path cannot be written, or an anisotropic material needs more azimuths.
     """
-    own = brdf.tables if isinstance(brdf, RglBrdf) and resolution is None else None
-    write_tables(own or tabulate_tables(brdf, resolution), path)
+    spectral = _holds_spectra(path)
+    if not isinstance(brdf, RglBrdf) or resolution is not None:
+        tables = tabulate_tables(brdf, resolution, spectral)
+    elif spectral and brdf.wavelengths is None:
+        tables = with_spectra(brdf.tables)
+    else:
+        tables = brdf.tables
+    write_tables(tables, path)
+
+
+def _holds_spectra(path: PathLike) -> bool:
+    """Whether a file of this name is to hold spectra, as the database has its names."""
+    return Path(path).stem.endswith("_spec")
 
 
 FORMAT = Format(
@@ -173,5 +186,7 @@ FORMAT = Format(
     load,
     save,
     resolution=Resolution,
-    keeps_bands=lambda brdf: isinstance(brdf, RglBrdf),
+    keeps_bands=lambda brdf, path, anew: (
+        _holds_spectra(path) or (isinstance(brdf, RglBrdf) and not anew)
+    ),
 )

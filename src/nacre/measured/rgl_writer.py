@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import astuple, dataclass
+from collections.abc import Callable
+from dataclasses import astuple, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,13 @@ import numpy.typing as npt
 
 from nacre.array import Components, Floats
 from nacre.brdf import Brdf
-from nacre.color import luminance
+from nacre.color import luminance, primaries, upsampling_nodes
 from nacre.errors import FormatError
 from nacre.geometry import from_spherical, half_vector, join, reflect, to_spherical
 from nacre.io.files import PathLike
 from nacre.measured.adaptive import unit_azimuth, unit_elevation
 from nacre.measured.rgl_tables import RglTables
+from nacre.measured.spectra import rgb_weights
 from nacre.measured.symmetry import symmetry
 from nacre.measured.tensor_file import Tensors, write_tensors
 from nacre.measured.warp import Grid, Warp
@@ -101,7 +103,9 @@ SYMMETRIC = Resolution(65, 24, 48, 64, 64)
 """Default for anisotropic materials that half a turn and mirroring leave unchanged."""
 
 
-def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTables:
+def tabulate_tables(
+    brdf: Brdf, resolution: Resolution | None = None, spectral: bool = False
+) -> RglTables:
     """Tables of any reflectance.
 
     The table's interpolation needs values a little below the horizon: there it holds f_r cos on the
@@ -115,14 +119,27 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         Isotropic or not.
     resolution
         :data:`ISOTROPIC`, :data:`ANISOTROPIC` or :data:`SYMMETRIC` where None.
+    spectral
+        Whether tables are of spectra: those of `brdf` where it has :attr:`nacre.Brdf.wavelengths`,
+        else its colors by :func:`with_spectra`.
 
     Raises
     ------
     FormatError
-        If `brdf` is anisotropic and the azimuths of the view too few for it.
+        If `brdf` is anisotropic and the azimuths of the view too few for it, or its spectra take
+        too many numbers.
     """
+    if spectral and brdf.wavelengths is None:
+        return with_spectra(tabulate_tables(brdf, resolution))
     check_isotropic(brdf)
+    bands = None if brdf.wavelengths is None or not spectral else brdf.wavelengths
+    evaluate = brdf.eval if bands is None else brdf.eval_spectral
+    to_rgb = np.eye(3) if bands is None else rgb_weights(bands)
     nodes, phi_i, theta_i = view_nodes(brdf, resolution)
+    size = len(phi_i) * len(theta_i) * nodes.square**2 * len(to_rgb)
+    if bands is not None and size > _MAX_VALUES:
+        name = f"{brdf.name or 'this material'}: {len(bands)} bands"
+        raise FormatError(f"{name} make {size} numbers, more than {_MAX_VALUES}; take fewer nodes")
     grid = NormalGrid(nodes.azimuths, nodes.polars, brdf.isotropic)
     fields = normal_fields(brdf, grid, _normals(grid, brdf), phi_i, theta_i)
     warp = Warp(fields["vndf"].reshape(-1, *grid.shape))
@@ -131,7 +148,8 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
     edge = np.linspace(0.0, 1.0, nodes.square)
     v, u = np.meshgrid(edge, edge, indexing="ij")
     whole = [(0, 1.0)]
-    rgb = np.empty((len(views), 3, *u.shape), np.float32)
+    found = np.empty((len(views), len(to_rgb), *u.shape), np.float32)
+    rgb = found if bands is None else np.empty((len(views), 3, *u.shape), np.float32)
     bright = np.empty((len(views), *u.shape), np.float32)
     for index, (phi, theta) in enumerate(views):
         x, y, _ = warp.sample(u, v, [(index, 1.0)])
@@ -139,19 +157,37 @@ def tabulate_tables(brdf: Brdf, resolution: Resolution | None = None) -> RglTabl
         wo = from_spherical(min(float(theta), GRAZING), float(phi))
         wi = reflect(wo, half)
         up = wi[0], wi[1], np.abs(wi[2])
-        values, known = _continued(brdf, wi, up, wo)
+        values, known = _continued(brdf, evaluate, wi, up, wo)
         sigma = area_grid.eval(unit_elevation(theta), unit_azimuth(phi), whole)
         theta_h, phi_h = to_spherical(half_vector(up, wo))
         density = ndf_grid.eval(unit_elevation(theta_h), unit_azimuth(phi_h), whole)
         values = values * (4.0 * sigma / density)[..., None]
         values = np.where(known[..., None], np.maximum(values, _MIN_KNOWN), values)
-        rgb[index] = np.moveaxis(np.clip(values, -_LARGEST, _LARGEST), -1, 0)
+        found[index] = np.moveaxis(np.clip(values, -_LARGEST, _LARGEST), -1, 0)
+        if bands is not None:
+            rgb[index] = np.tensordot(to_rgb.T, found[index], 1)
         red, green, blue = np.abs(rgb[index])
         bright[index] = _to_sample(luminance((red, green, blue)), known)
 
     shape = len(phi_i), len(theta_i)
-    luminances = bright.reshape(*shape, *u.shape)
-    return RglTables(luminance=luminances, rgb=rgb.reshape(*shape, 3, *u.shape), **fields)
+    tables = RglTables(
+        luminance=bright.reshape(*shape, *u.shape), rgb=rgb.reshape(*shape, 3, *u.shape), **fields
+    )
+    if bands is None:
+        return tables
+    spectra = found.reshape(*shape, -1, *u.shape)
+    return replace(tables, wavelengths=bands.astype(np.float32), spectra=spectra)
+
+
+def with_spectra(tables: RglTables) -> RglTables:
+    """Tables with the spectra of their colors, by :func:`nacre.color.upsample`.
+
+    Upsampling is linear: between nodes, too, spectra are those of the color there.
+    """
+    wavelengths = upsampling_nodes()
+    weights = np.stack(primaries(wavelengths), axis=1).astype(np.float32)
+    spectra = np.moveaxis(np.tensordot(weights, tables.rgb, (1, 2)), 0, 2)
+    return replace(tables, wavelengths=wavelengths.astype(np.float32), spectra=spectra)
 
 
 def normal_fields(
@@ -217,28 +253,34 @@ def _normals(grid: NormalGrid, brdf: Brdf) -> Floats:
 
 
 def _continued(
-    brdf: Brdf, wi: Components, up: Components, wo: Components
+    brdf: Brdf,
+    evaluate: Callable[[Floats, Floats], Floats],
+    wi: Components,
+    up: Components,
+    wo: Components,
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """f_r cos, below the horizon on the line through the horizon and `up`; where it is known."""
     light = join(up)
     view = np.broadcast_to(join(wo), light.shape)
-    f_r = brdf.eval(light, view)
+    f_r = evaluate(light, view)
     finite = np.asarray(np.isfinite(f_r).all(axis=-1))
     values = np.where(finite[..., None], f_r, 0.0) * light[..., 2:]
     rim = finite & (wi[2] <= 0.0) & (wi[2] > -_RIM)
-    edge = 2.0 * _grazing(brdf, light[rim], view[rim], _LOW)
-    edge -= _grazing(brdf, light[rim], view[rim], 2.0 * _LOW)
+    edge = 2.0 * _grazing(evaluate, light[rim], view[rim], _LOW)
+    edge -= _grazing(evaluate, light[rim], view[rim], 2.0 * _LOW)
     values[rim] = 2.0 * edge - values[rim]
     values[wi[2] <= -_RIM] = 0.0
     return values, finite & (wi[2] > 0.0) & brdf.valid(light, view)
 
 
-def _grazing(brdf: Brdf, light: Floats, view: Floats, cosine: float) -> Floats:
-    """f_r cos where the light is lowered to a cosine, shape (n, 3); 0 where it is not finite."""
+def _grazing(
+    evaluate: Callable[[Floats, Floats], Floats], light: Floats, view: Floats, cosine: float
+) -> Floats:
+    """f_r cos where the light is lowered to a cosine, shape (n, bands); 0 if not finite."""
     low = light.copy()
     low[:, :2] *= math.sqrt(1.0 - cosine * cosine) / np.linalg.norm(low[:, :2], axis=1)[:, None]
     low[:, 2] = cosine
-    values = cosine * brdf.eval(low, view)
+    values = cosine * evaluate(low, view)
     return np.where(np.isfinite(values), values, 0.0)
 
 

@@ -1,0 +1,251 @@
+"""ASAM OpenMATERIAL 3D: a measured BRDF as a property look-up table.
+
+JSON by the schema `material_brdf_schema.json` of version 1.1.0. Each row of the table is a
+wavelength in m, the zenith angle of incidence, the zenith angle and the azimuth of exit relative to
+that of incidence, in radians, and f_r in 1/sr. Both directions point away from the surface: at
+azimuth 0 light goes back to where it comes from. Materials are isotropic.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import uuid
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.errors import FormatError, printable, reason
+from nacre.geometry import from_spherical, join, split, to_spherical
+from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.format import Format
+from nacre.measured.deduplication import from_measurement
+from nacre.measured.scattered import ScatteredBrdf
+from nacre.measured.spectra import to_rgb
+from nacre.measured.specular_nodes import Resolution, bands, directions, spectra
+from nacre.sampling import check_isotropic
+
+VERSION = "1.1.0"
+"""Of the specification that files are written by."""
+
+_SIZE_LIMIT = 1 << 28
+_BAND_LIMIT = 1024
+_COLUMNS = 5
+_LONGEST = 17.16e-3  # m; the schema's
+_LARGEST = float(np.finfo(np.float32).max)
+_TURN = 6.283185  # rad; the schema's largest azimuth
+_SLACK = 1e-4  # radians by which angles may exceed their range
+_SPACE = uuid.UUID("9a1f43f2-6f0c-4c8c-9d9f-0d2d6b7f6a10")
+"""Of the names that identifiers of written files are made from."""
+
+
+def load(path: PathLike) -> ScatteredBrdf:
+    """Read a ``_brdf.xompt`` file of scattered samples.
+
+    Samples must be the same directions at every wavelength. Rows with a null are left out.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is not JSON, is another look-up table, or a value is missing or
+        out of range.
+    """
+    content = _read(path)
+    metadata = content.get("metadata")
+    if not isinstance(metadata, dict):
+        raise FormatError(f"{path}: metadata: missing")
+    brdf = content.get("brdf")
+    if not isinstance(brdf, dict) or not isinstance(brdf.get("lookupTable"), list):
+        held = ", ".join(str(key) for key in content if key not in ("metadata", "$schema"))
+        raise FormatError(f"{path}: brdf.lookupTable: missing (the file has: {held[:80]})")
+    rows, nulls = _rows(path, brdf["lookupTable"])
+    wavelengths, angles, values = _matrix(path, rows)
+    theta_i, theta_o, phi = angles.T
+    wi, wo = join(from_spherical(theta_i, 0.0 * phi)), join(from_spherical(theta_o, phi))
+    facts = {key: metadata[key] for key in ("sources", "license") if key in metadata}
+    name = metadata.get("name")
+    try:
+        return from_measurement(
+            wi.astype(np.float64),
+            wo.astype(np.float64),
+            to_rgb(values, wavelengths),
+            printable(name)
+            if isinstance(name, str) and name
+            else Path(path).stem.removesuffix("_brdf"),
+            spectra=values,
+            wavelengths=wavelengths,
+            facts={key: printable(str(value)[:200]) for key, value in facts.items()}
+            | {"dropped as null": nulls},
+        )
+    except ValueError as error:
+        raise FormatError(f"{path}: lookupTable: {error}") from error
+
+
+def _read(path: PathLike) -> dict[str, Any]:
+    try:
+        content = json.loads(read_bytes(path, _SIZE_LIMIT).decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is not UTF-8 text") from error
+    except (ValueError, RecursionError) as error:
+        raise FormatError(
+            f"{path}: is not whole JSON, or something else: {reason(error)}"
+        ) from error
+    if not isinstance(content, dict):
+        raise FormatError(f"{path}: is JSON, but no OpenMATERIAL 3D file")
+    return content
+
+
+def _rows(path: PathLike, table: list[Any]) -> tuple[Floats, int]:
+    """Rows without a null, shape (n, 5), checked; and how many had one."""
+    kept = []
+    for number, row in enumerate(table):
+        if not isinstance(row, list) or len(row) != _COLUMNS:
+            raise FormatError(f"{path}: lookupTable: row {number}: expected {_COLUMNS} numbers")
+        if None in row:
+            continue
+        if not all(type(value) in (int, float) and abs(value) <= _LARGEST for value in row):
+            raise FormatError(f"{path}: lookupTable: row {number}: expected finite numbers")
+        kept.append(row)
+    if not kept:
+        raise FormatError(f"{path}: lookupTable: holds no samples")
+    rows = np.array(kept, np.float64)
+    limits = (_LONGEST, 0.5 * math.pi, 0.5 * math.pi, 2.0 * math.pi)
+    for column, (name, limit) in enumerate(
+        zip(("wavelength", "incidence", "exit zenith", "exit azimuth"), limits, strict=True)
+    ):
+        wrong = (rows[:, column] < 0.0) | (rows[:, column] > limit + _SLACK)
+        if wrong.any():
+            value = rows[int(wrong.argmax()), column]
+            raise FormatError(f"{path}: lookupTable: {name} {value:g}, expected 0 to {limit:g}")
+    return rows, len(table) - len(kept)
+
+
+def _matrix(path: PathLike, rows: Floats) -> tuple[Floats, Floats, Floats]:
+    """Wavelengths in nm (b,), angles (n, 3), and values (n, b)."""
+    wavelengths, band = np.unique(rows[:, 0], return_inverse=True)
+    if wavelengths[0] < 1e-9 or len(wavelengths) > _BAND_LIMIT:
+        limits = f"1 to {_BAND_LIMIT} wavelengths from 1e-09 m"
+        raise FormatError(f"{path}: lookupTable: expected {limits}")
+    order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], band))
+    count = len(rows) // len(wavelengths)
+    sorted_rows = rows[order]
+    if count * len(wavelengths) == len(rows):
+        parts = sorted_rows.reshape(len(wavelengths), count, _COLUMNS)
+        if (parts[:, :, 0] == wavelengths[:, None]).all() and np.allclose(
+            parts[:, :, 1:4], parts[:1, :, 1:4], rtol=0.0, atol=_SLACK
+        ):
+            return 1e9 * wavelengths, parts[0, :, 1:4], np.ascontiguousarray(parts[:, :, 4].T)
+    raise FormatError(f"{path}: lookupTable: has other directions at every wavelength; not read")
+
+
+def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
+    """Write a ``.xompt`` file, whole or not at all.
+
+    Samples of a scan that was read are written as they are, if it has spectra and no resolution is
+    given. Anything else is sampled first, in the bands that
+    :func:`nacre.measured.specular_nodes.spectra` gives. Material files (``.xomp``) refer to names
+    that end in ``_brdf.xompt`` only.
+
+    Parameters
+    ----------
+    brdf
+        Isotropic; directions where it is not known are left out.
+    path
+        File to write.
+    resolution
+        Of the directions; see :class:`Resolution`.
+    """
+    wi: Floats
+    wo: Floats
+    values: Floats
+    wavelengths: Floats
+    scan = brdf if isinstance(brdf, ScatteredBrdf) and resolution is None else None
+    if scan is not None and scan.spectra is not None:
+        wi, wo, values = scan.samples.wi, scan.samples.wo, np.asarray(scan.spectra)
+        wavelengths = np.asarray(scan.wavelengths, np.float64)
+    else:
+        check_isotropic(brdf)
+        wi, wo, values = _sampled(brdf, resolution or Resolution())
+        wavelengths = bands(brdf)
+    if not len(values):
+        raise FormatError(f"{path}: cannot be written: the material is not known anywhere")
+    rows, order = np.unique(_angles(wi, wo), axis=0, return_index=True)
+    written = [", ".join(f"{angle:.6f}" for angle in row) for row in rows.tolist()]
+    head = {"$schema": _SCHEMA, "metadata": _metadata(brdf, Path(path), values)}
+    text = json.dumps(head, indent=2, ensure_ascii=False)
+    meters = [float(f"{1e-9 * wavelength:.9g}") for wavelength in wavelengths]
+    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        file.write(f'{text[:-2]},\n  "brdf": {{\n    "wavelengths": {json.dumps(meters)},\n')
+        file.write('    "lookupTable": [')
+        mark = "\n"
+        for length, band in zip(meters, np.clip(values.T, 0.0, _LARGEST), strict=True):
+            for angles, value in zip(written, band[order].tolist(), strict=True):
+                file.write(f"{mark}[{length!r}, {angles}, {value:.6g}]")
+                mark = ",\n"
+        file.write("\n    ]\n  }\n}\n")
+
+
+def _sampled(brdf: Brdf, resolution: Resolution) -> tuple[Floats, Floats, Floats]:
+    """Directions (n, 3) twice and spectra (n, bands) at the nodes where `brdf` is known."""
+    parts = []
+    for light in resolution.lights():
+        wi, wo = directions(light, *resolution.views(light))
+        wi, wo = (w.reshape(-1, 3).astype(np.float64) for w in np.broadcast_arrays(wi, wo))
+        values = spectra(brdf, wi, wo)
+        known = brdf.valid(wi, wo) & np.isfinite(values).all(axis=-1)
+        parts.append((wi[known], wo[known], values[known]))
+    lights, views, found = zip(*parts, strict=True)
+    return np.concatenate(lights), np.concatenate(views), np.concatenate(found)
+
+
+def _angles(wi: Floats, wo: Floats) -> Floats:
+    """Zenith angles of incidence and exit, and the azimuth between, to 1e-6 rad; shape (n, 3).
+
+    The azimuth is 0 where there is none.
+    """
+    (theta_i, phi_i), (theta_o, phi_o) = (to_spherical(split(w)) for w in (wi, wo))
+    angles = np.stack([theta_i, theta_o, np.mod(phi_o - phi_i, 2.0 * math.pi)], axis=1)
+    angles = np.floor(1e6 * angles + 0.5) / 1e6
+    free = (angles[:, :2] == 0.0).any(axis=1) | (angles[:, 2] > _TURN)
+    angles[free, 2] = 0.0
+    return angles
+
+
+def _metadata(brdf: Brdf, path: Path, values: Floats) -> dict[str, Any]:
+    name = printable(" ".join(brdf.name.split())) or path.stem
+    source = dict(brdf.source or {}).get("file", "")
+    content = hashlib.sha256(np.ascontiguousarray(values, "<f4").tobytes()).hexdigest()
+    return {
+        "name": name,
+        "uuid": str(uuid.uuid5(_SPACE, f"{name} {content}")),
+        "materialVersion": "1.0.0",
+        "openMaterial3dVersion": VERSION,
+        "copyrights": ["that of the source"],
+        "license": "that of the source",
+        "authors": ["unknown"],
+        "sources": f"tabulated by nacre from {printable(source)}"
+        if source
+        else "tabulated by nacre",
+        "typicalSensorTechnology": "camera",
+    }
+
+
+_SCHEMA = (
+    "https://raw.githubusercontent.com/asam-ev/OpenMATERIAL-3D/refs/tags/v1.1.0/schemas/"
+    "material_brdf_schema.json"
+)
+
+FORMAT = Format(
+    "OpenMATERIAL 3D",
+    (".xompt",),
+    None,
+    load,
+    save,
+    isotropic=True,
+    resolution=Resolution,
+    keeps_bands=lambda *_: True,
+)

@@ -1,0 +1,130 @@
+"""Directions at which tables of other tools hold f_r: dense where the light is mirrored.
+
+Nodes lie at distances from the mirror direction that grow with the square of their number.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.color import primaries
+from nacre.geometry import from_spherical, join
+from nacre.measured.spectra import rgb_weights
+
+_STEEPEST = 85.0
+_HORIZON = math.radians(89.9)
+_BAND_LIMIT = 40
+BANDS = np.arange(400.0, 701.0, 20.0)
+"""Wavelengths in nm of the spectra that colors become."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Nodes of a table that is written.
+
+    Parameters
+    ----------
+    incidences
+        Polar angles of the light, even from 0 to 85 degrees; 2 to 90.
+    polars
+        Polar angles of the viewer, or distances from the mirror direction; 4 to 180.
+    azimuths
+        Azimuths from 0 to 180 degrees; 3 to 180.
+    """
+
+    incidences: int = 18
+    polars: int = 40
+    azimuths: int = 19
+
+    def __post_init__(self) -> None:
+        given = (self.incidences, self.polars, self.azimuths)
+        for number, low, high in zip(given, (2, 4, 3), (90, 180, 180), strict=True):
+            if not low <= number <= high:
+                raise ValueError("incidences are 2 to 90, polars 4 to 180, azimuths 3 to 180")
+
+    def lights(self) -> Floats:
+        """Polar angles of the light in degrees."""
+        return np.linspace(0.0, _STEEPEST, self.incidences)
+
+    def views(self, light: float) -> tuple[Floats, Floats]:
+        """Polar angles and azimuths in degrees for a polar angle of the light.
+
+        Azimuths are those from the mirror direction, 2 azimuths - 1 of them from 0 to 360.
+        """
+        half = growing(180.0, self.azimuths)
+        azimuths = np.concatenate([half, 360.0 - half[-2::-1]])
+        roots = math.sqrt(light), math.sqrt(90.0 - light)
+        below = round((self.polars - 1) * roots[0] / sum(roots))
+        down = light - growing(light, below + 1)[:0:-1]
+        up = light + growing(90.0 - light, self.polars - below)
+        return np.concatenate([down, up]), azimuths
+
+
+def growing(span: float, count: int) -> Floats:
+    """Nodes from 0 to a span at distances that grow."""
+    return span * (np.arange(count) / max(count - 1, 1)) ** 2
+
+
+def directions(light: float, polars: Floats, azimuths: Floats) -> tuple[Floats, Floats]:
+    """Light and views, shapes (3,) and (polars, azimuths, 3), of angles in degrees.
+
+    The light lies at azimuth 180 degrees, so that 0 is that of the mirror direction. Angles at the
+    horizon are taken a tenth of a degree above it.
+    """
+    wi = join(from_spherical(*np.radians([light, 180.0])))
+    theta = np.minimum(np.radians(polars), _HORIZON)[:, None]
+    wo = join(from_spherical(theta, np.radians(azimuths)))
+    return wi, wo
+
+
+def bands(brdf: Brdf) -> Floats:
+    """Wavelengths in nm, shape (bands,): those of a reflectance, up to 40, else :data:`BANDS`."""
+    own = brdf.wavelengths
+    return BANDS if own is None or len(own) > _BAND_LIMIT else np.asarray(own, np.float64)
+
+
+def spectra(brdf: Brdf, wi: Floats, wo: Floats) -> Floats:
+    """f_r in 1/sr at :func:`bands`, shape (..., bands); of a reflectance in RGB upsampled.
+
+    The upsampled spectra have the color again, unless it is so saturated that they would be
+    negative somewhere.
+    """
+    wi, wo = np.broadcast_arrays(wi, wo)
+    wanted = bands(brdf)
+    if brdf.wavelengths is None:
+        basis = np.stack(primaries(wanted), axis=1)
+        exact = basis @ np.linalg.inv(basis.T @ rgb_weights(wanted)).T
+        return np.asarray(np.maximum(brdf.eval(wi, wo) @ exact.T, 0.0))
+    values = brdf.eval_spectral(wi, wo)
+    own = np.asarray(brdf.wavelengths, np.float64)
+    if len(own) == len(wanted):
+        return values
+    low = np.clip(np.searchsorted(own, wanted) - 1, 0, len(own) - 2)
+    part = np.clip((wanted - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)
+    return np.asarray(values[..., low] * (1.0 - part) + values[..., low + 1] * part)
+
+
+def reflected(values: Floats, polars: Floats, azimuths: Floats) -> Floats:
+    """Fraction of the light that a table reflects, by the trapezoidal rule.
+
+    Parameters
+    ----------
+    values
+        f_r in 1/sr, shape (polars, azimuths, ...).
+    polars, azimuths
+        Nodes in degrees.
+
+    Returns
+    -------
+    array of shape (...)
+        The integral of f_r cos theta.
+    """
+    theta, phi = np.radians(polars), np.radians(azimuths)
+    around = np.trapezoid(values, phi, axis=1)
+    weight = (np.sin(theta) * np.cos(theta)).reshape(-1, *[1] * (around.ndim - 1))
+    return np.asarray(np.trapezoid(around * weight, theta, axis=0))

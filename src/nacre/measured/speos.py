@@ -1,0 +1,245 @@
+"""Ansys Speos' spectral BSDF files as text, the "complete scattering" of a surface.
+
+A header; for each incidence and wavelength the percentage of light that is reflected and a table
+over the polar angle and the azimuth of the reflected light, from the mirror direction, in degrees.
+Values need only be proportional to f_r: the percentage says how much they are. Ansys Speos help,
+"Structure of BRDF files", and the files that Ansys' pyspeos writes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.errors import FormatError, printable
+from nacre.io.files import PathLike, atomic_path, read_bytes
+from nacre.io.format import Format
+from nacre.io.text_file import parse_number
+from nacre.measured.deduplication import from_measurement
+from nacre.measured.scattered import ScatteredBrdf
+from nacre.measured.spectra import to_rgb
+from nacre.measured.specular_nodes import Resolution, bands, directions, reflected, spectra
+from nacre.sampling import check_isotropic
+
+_TITLE = "OPTIS - brdf surface file v9.0"
+_SIZE_LIMIT = 1 << 28
+_NODE_LIMIT = 4096
+_LARGEST = 1e30
+_SHORTEST, _LONGEST = 360.0, 830.0
+"""Wavelengths in nm that Speos takes."""
+
+
+def load(path: PathLike) -> ScatteredBrdf:
+    """Read a ``.brdf`` text file of reflection.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is in binary mode, holds transmission, a table is cut short or
+        has other angles than the first of its incidence.
+    """
+    words, name = _start(path)
+    kind = [_flag(path, words, name) for name in ("reflection", "transmission", "kind of values")]
+    if kind[0] != 1 or kind[1] != 0:
+        raise FormatError(f"{path}: holds transmission or nothing; only reflection is read")
+    counts = [_count(path, words, name) for name in ("incidences", "wavelengths")]
+    lights = _angles(path, words, counts[0], "incidence", 90.0)
+    wavelengths = _numbers(path, words, counts[1], "wavelength")
+    if not _in_range(wavelengths) or not (np.diff(wavelengths) > 0.0).all():
+        raise FormatError(f"{path}: wavelengths: must increase from 360 to up to 830 nm")
+    wi, wo, values = [], [], []
+    for light in lights:
+        polars, azimuths, found = _incidence(path, words, len(wavelengths), kind[2] == 0)
+        one, many = directions(light, polars, azimuths)
+        wi.append(np.broadcast_to(one, many.shape).reshape(-1, 3))
+        wo.append(many.reshape(-1, 3))
+        values.append(found.reshape(-1, len(wavelengths)))
+    for word in words:
+        if word.lower() not in ("end", "of", "file"):
+            raise FormatError(f"{path}: {word[:40]!r} behind the last table")
+    spectra = np.concatenate(values)
+    try:
+        return from_measurement(
+            np.concatenate(wi).astype(np.float64),
+            np.concatenate(wo).astype(np.float64),
+            to_rgb(spectra, wavelengths),
+            name or Path(path).stem,
+            spectra=spectra,
+            wavelengths=wavelengths,
+        )
+    except ValueError as error:
+        raise FormatError(f"{path}: tables: {error}") from error
+
+
+def _start(path: PathLike) -> tuple[Iterator[str], str]:
+    """Words behind the description, and the name of the material, which is the comment."""
+    try:
+        text = read_bytes(path, _SIZE_LIMIT).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is not UTF-8 text; a binary file is not read") from error
+    if not text.endswith("\n"):
+        raise FormatError(f"{path}: the last line does not end; the file is cut short")
+    lines = text[:2000].split("\n", 4)
+    title = lines[0].strip()
+    if title != _TITLE:
+        raise FormatError(f"{path}: starts with {title[:60]!r}, expected {_TITLE!r}")
+    if len(lines) < 5 or lines[1].strip() != "0":
+        raise FormatError(f"{path}: is in binary mode or cut short; only text is read")
+    count = lines[3].strip()
+    if not (count.isdecimal() and count.isascii()) or len(count) > 9:
+        problem = f"{count[:40]!r}, expected how many characters the description has"
+        raise FormatError(f"{path}: line 4: {problem}")
+    start = sum(len(line) + 1 for line in lines[:4]) + int(count)
+    name = lines[2].strip()
+    words = (match[0] for match in re.compile(r"\S+").finditer(text, start))
+    return words, "" if name == _COMMENT else name[:200]
+
+
+def _number(path: PathLike, words: Iterator[str], expected: str) -> float:
+    word = next(words, None)
+    if word is None:
+        raise FormatError(f"{path}: ends before {expected}; the file is cut short")
+    try:
+        value = parse_number(word)
+    except ValueError:
+        value = np.inf
+    if not abs(value) <= _LARGEST:
+        raise FormatError(f"{path}: {word[:40]!r} is no number in range, expected {expected}")
+    return value
+
+
+def _numbers(path: PathLike, words: Iterator[str], count: int, expected: str) -> Floats:
+    values = (_number(path, words, f"a number of {expected}") for _ in range(count))
+    return np.fromiter(values, np.float64)
+
+
+def _angles(
+    path: PathLike, words: Iterator[str], count: int, expected: str, limit: float
+) -> Floats:
+    values = _numbers(path, words, count, expected)
+    if values[0] < 0.0 or values[-1] > limit + 1e-3 or not (np.diff(values) > 0.0).all():
+        raise FormatError(f"{path}: {expected}: must increase from 0 to up to {limit:g} degrees")
+    return values
+
+
+def _flag(path: PathLike, words: Iterator[str], expected: str) -> int:
+    value = _number(path, words, expected)
+    if value not in (0.0, 1.0):
+        raise FormatError(f"{path}: {expected}: {value:g}, expected 0 or 1")
+    return int(value)
+
+
+def _count(path: PathLike, words: Iterator[str], expected: str) -> int:
+    value = _number(path, words, f"how many {expected} there are")
+    if not 1 <= value <= _NODE_LIMIT or value != int(value):
+        raise FormatError(f"{path}: {expected}: {value:g}, expected 1 to {_NODE_LIMIT}")
+    return int(value)
+
+
+def _incidence(
+    path: PathLike, words: Iterator[str], count: int, intensities: bool
+) -> tuple[Floats, Floats, Floats]:
+    """Polar angles and azimuths in degrees, and f_r of shape (polars, azimuths, wavelengths)."""
+    nodes: tuple[Floats, Floats] | None = None
+    tables = []
+    for _ in range(count):
+        percent = _number(path, words, "a percentage of reflection")
+        if percent < 0.0:
+            raise FormatError(f"{path}: reflection: {percent:g} %, expected 0 or more")
+        shape = _count(path, words, "polar angles"), _count(path, words, "azimuths")
+        azimuths = _angles(path, words, shape[1], "azimuths", 360.0)
+        rows = _numbers(path, words, shape[0] * (shape[1] + 1), "a table").reshape(shape[0], -1)
+        polars, values = rows[:, 0], rows[:, 1:]
+        if polars[0] < 0.0 or polars[-1] > 90.0 + 1e-3 or not (np.diff(polars) > 0.0).all():
+            raise FormatError(f"{path}: polar angles: must increase from 0 to up to 90 degrees")
+        if nodes is not None and not all(map(np.array_equal, nodes, (polars, azimuths))):
+            raise FormatError(f"{path}: has other angles at every wavelength; not read")
+        nodes = polars, azimuths
+        if intensities:
+            values = values / np.maximum(np.cos(np.radians(polars)), 1e-3)[:, None]
+        tables.append(_scaled(path, values, percent, polars, azimuths))
+    assert nodes is not None
+    return *nodes, np.stack(tables, axis=-1)
+
+
+def _scaled(
+    path: PathLike, values: Floats, percent: float, polars: Floats, azimuths: Floats
+) -> Floats:
+    """Values that reflect a percentage of the light."""
+    total = float(reflected(np.maximum(values, 0.0), polars, azimuths))
+    if percent == 0.0:
+        return 0.0 * values
+    if total < 1e-30 or (factor := 0.01 * percent / total) * np.abs(values).max() > _LARGEST:
+        raise FormatError(f"{path}: a table has no light to make {percent:g} % of")
+    return factor * values
+
+
+def save(brdf: Brdf, path: PathLike, resolution: Resolution | None = None) -> None:
+    """Write a Speos spectral BSDF as text, whole or not at all.
+
+    Spectra are those of :func:`nacre.measured.specular_nodes.spectra`. The percentage is what the
+    table reflects; above 100 % it is 100, and Speos then scales the table down.
+
+    Parameters
+    ----------
+    brdf
+        Isotropic; where it is not known it counts as what `eval` says.
+    path
+        File to write.
+    resolution
+        Of the directions; see :class:`Resolution`.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written, or bands lie outside of 360 to 830 nm.
+    """
+    check_isotropic(brdf)
+    resolution = resolution or Resolution()
+    wavelengths, lights = bands(brdf), resolution.lights()
+    if not _in_range(wavelengths):
+        raise FormatError(f"{path}: cannot be written: Speos takes bands from 360 to 830 nm only")
+    with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        name = printable(" ".join(brdf.name.split())) or _COMMENT
+        counts = f"{len(lights)}\t{len(wavelengths)}"
+        file.write(f"{_TITLE}\n0\n{name}\n0\n\n1\t0\n1\n{counts}\n")
+        file.write(f"{_row(lights)}\n{_row(wavelengths)}\n")
+        for light in lights:
+            polars, azimuths = resolution.views(float(light))
+            values = np.nan_to_num(spectra(brdf, *directions(float(light), polars, azimuths)))
+            values = np.clip(values, 0.0, _LARGEST)
+            for percent, table in zip(
+                100.0 * reflected(values, polars, azimuths), np.moveaxis(values, -1, 0), strict=True
+            ):
+                file.write(f"{min(percent, 100.0):.6f}\n{len(polars)}\t{len(azimuths)}\n")
+                file.write(f"\t{_row(azimuths)}\n")
+                for polar, row in zip(polars.tolist(), table.tolist(), strict=True):
+                    cells = "\t".join(f"{value:.4e}" for value in row)
+                    file.write(f"{polar:.6g}\t{cells}\n")
+
+
+def _in_range(wavelengths: Floats) -> bool:
+    return bool(wavelengths[0] >= _SHORTEST and wavelengths[-1] <= _LONGEST)
+
+
+def _row(values: Floats) -> str:
+    return "\t".join(f"{value:.6g}" for value in values)
+
+
+_COMMENT = "Scattering surface"
+
+FORMAT = Format(
+    "Speos BSDF",
+    (".brdf",),
+    lambda head: head.startswith(b"OPTIS - brdf surface file"),
+    load,
+    save,
+    isotropic=True,
+    resolution=Resolution,
+    keeps_bands=lambda *_: True,
+)
