@@ -1,0 +1,5 @@
+"""Parametric standards of other tools, and mixtures of their closures, as analytic models."""
+
+from nacre.standard.fitted import fitted
+
+__all__ = ["fitted"]

@@ -1,0 +1,1 @@
+"""Files of the standards: one material, as renderers open it."""

@@ -1,0 +1,77 @@
+"""What files of other tools keep of a material beside its parameters."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from nacre.analytic.model import AnalyticBrdf
+from nacre.errors import FormatError, printable, reason
+from nacre.io.files import check_json
+
+FACTS = "nacre"
+"""Name of what holds :func:`facts_of` in a file."""
+
+_FACT_KEYS = "name", "metadata"
+
+
+def facts_of(brdf: AnalyticBrdf) -> str:
+    """Name and metadata of a material as JSON, for tools that keep what they do not know.
+
+    Raises
+    ------
+    FormatError
+        If the metadata cannot be written.
+    """
+    facts = {"name": brdf.name, "metadata": brdf.metadata}
+    try:
+        check_json(facts)
+        return json.dumps(facts)
+    except (TypeError, ValueError) as error:
+        raise FormatError(f"metadata cannot be written as JSON: {error}") from error
+
+
+def parsed_facts(text: str | None) -> tuple[str, dict[str, Any]]:
+    """Name and metadata that :func:`facts_of` wrote; none where a file has no text.
+
+    Raises
+    ------
+    FormatError
+        If it wrote no such text.
+    """
+    if text is None:
+        return "", {}
+    try:
+        facts = json.loads(text)
+        check_json(facts)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{FACTS!r} is not whole JSON: {reason(error)}") from error
+    name, metadata = (facts.get(k) if isinstance(facts, dict) else None for k in _FACT_KEYS)
+    parts = [metadata.get(k, {}) for k in ("fit", "source")] if isinstance(metadata, dict) else [0]
+    if isinstance(name, str) and all(isinstance(part, dict) for part in parts):
+        return name, dict(metadata or {})
+    raise FormatError(f"{FACTS!r} is not what nacre writes; remove it")
+
+
+def node_name(name: str) -> str:
+    """A name as MaterialX and USD take it: ASCII letters, digits and _, no digit first.
+
+    Examples
+    --------
+    >>> node_name("2 coats")
+    'm_2_coats'
+    """
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", name)[:60].strip("_")
+    return plain if plain[:1].isalpha() else f"m_{plain}" if plain else "material"
+
+
+def about(brdf: AnalyticBrdf) -> str:
+    """What a file says of its material to people: where it is from, and the terms of that."""
+    known = brdf.describe()
+    parts = []
+    if "fitted to" in known:
+        parts.append(f"Fitted to {known['fitted to']}, SHA-256 {known.get('fitted to sha256')}.")
+    given = brdf.source or {}
+    terms = given.get("terms") or known.get("terms of the source") or "not recorded"
+    return printable(" ".join([*parts, f"Terms of the source: {terms}"]))

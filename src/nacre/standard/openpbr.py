@@ -1,0 +1,279 @@
+"""OpenPBR Surface 1.1, what of it reflects.
+
+The specification (Academy Software Foundation, "OpenPBR Surface", version 1.1) describes slabs and
+leaves their evaluation to renderers. Here it is that of MaterialX 1.39.5 under lights without
+extent (libraries/bxdf/open_pbr_surface.mtlx and libraries/pbrlib/genglsl), which is what viewers
+show of a file: microfacets with the albedo fits and the compensation of :mod:`albedo`, a layer
+over another as (1 - albedo of the upper) times the lower. Where that departs from the
+specification it is followed, too:
+
+- `base_weight` multiplies EON's result, not its color;
+- masking has one roughness, the geometric mean of both;
+- what a coat absorbs is the same in all directions;
+- a film on a metal reflects half of what the metal does on its lower side, and its color channels
+  are taken for x, y and z.
+
+Only a metal that `specular_color` makes dark at 82 degrees differs: its reflectance is at least 0
+here and goes below in MaterialX. Transmission, subsurface scattering and emission are at their
+defaults, which is none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar, Literal
+
+from nacre.analytic.fresnel import dielectric
+from nacre.analytic.model import AnalyticBrdf, Parameter, Values
+from nacre.array import Array, Components, namespace
+from nacre.geometry import dot, half_vector, rotate
+from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
+from nacre.standard.albedo import ggx_albedo, scattered_again
+from nacre.standard.eon import eon
+from nacre.standard.fiber_sheen import MIN_SHEEN_ROUGHNESS, sheen
+from nacre.standard.metal_fresnel import metal, metal_at_82, metal_dip
+from nacre.standard.parameter_math import bounded, of_numbers
+from nacre.standard.thin_film import (
+    amplitudes,
+    dielectric_series,
+    fringes,
+    mean,
+    reflectance,
+    refracted,
+    series,
+)
+
+_GRAZING = 1e-6  # cosine of directions that are lower: there results are ignored
+
+
+def _weight(name: str, start: tuple[float, float] = (0.0, 1.0)) -> Parameter:
+    return Parameter(name, 0.0, 1.0, start)
+
+
+def _color(name: str, start: tuple[float, float] = (0.02, 0.9)) -> Parameter:
+    return Parameter(name, 0.0, 1.0, start, color=True)
+
+
+def _index(name: str) -> Parameter:
+    return Parameter(name, 1.0, 3.0, (1.3, 1.8))
+
+
+_COAT_ANISOTROPY = _weight("coat_roughness_anisotropy", (0.1, 0.8))
+_SPECULAR_ANISOTROPY = _weight("specular_roughness_anisotropy", (0.1, 0.8))
+ANGLE = Parameter("angle", -0.5 * math.pi, 0.5 * math.pi, (-0.4 * math.pi, 0.4 * math.pi))
+
+
+class OpenPbr(AnalyticBrdf):
+    """OpenPBR Surface with equal roughness along all tangents.
+
+    Parameters have the specification's names and its suggested ranges; the film's thickness is in
+    micrometers. Roughnesses below 0.03 reflect as that does, where float32 directions still resolve
+    the lobe.
+    """
+
+    model = "openpbr"
+    fitted_on: ClassVar[Literal["samples", "pictures"]] = "pictures"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        _weight("base_weight", (1.0, 1.0)),
+        _color("base_color"),
+        _weight("base_diffuse_roughness"),
+        _weight("base_metalness"),
+        _weight("specular_weight"),
+        _color("specular_color", (0.5, 0.98)),
+        _weight("specular_roughness", (0.1, 0.8)),
+        _index("specular_ior"),
+        _weight("coat_weight"),
+        _color("coat_color", (0.5, 0.98)),
+        _weight("coat_roughness", (0.05, 0.5)),
+        _index("coat_ior"),
+        _weight("coat_darkening", (1.0, 1.0)),
+        _weight("fuzz_weight", (0.0, 0.6)),
+        _color("fuzz_color"),
+        _weight("fuzz_roughness", (0.2, 0.9)),
+        _weight("thin_film_weight", (0.02, 0.9)),
+        _weight("thin_film_thickness", (0.1, 0.8)),
+        _index("thin_film_ior"),
+    )
+
+    @staticmethod
+    def formula(values: Values, wi: Components, wo: Components) -> Components:
+        xp = namespace(*wi, *wo)
+        if "angle" in values:
+            wi, wo = rotate(wi, -1.0 * values["angle"]), rotate(wo, -1.0 * values["angle"])
+        wi, wo = ((w[0], w[1], xp.maximum(w[2], _GRAZING)) for w in (wi, wo))
+        h = half_vector(wi, wo)
+        cosine = xp.minimum(dot(wi, h), 1.0)
+
+        base = _base(values, wi, wo, h, cosine)
+        coat, under_coat = _coat(values, wi, wo, h, cosine)
+        fibers, albedo = sheen(wi, wo, bounded(values["fuzz_roughness"], MIN_SHEEN_ROUGHNESS, 1.0))
+        fuzz = values["fuzz_weight"] * fibers
+        under_fuzz = 1.0 - values["fuzz_weight"] * albedo
+        red, green, blue = (
+            fuzz * color + under_fuzz * (coat + under * below)
+            for color, under, below in zip(values["fuzz_color"], under_coat, base, strict=True)
+        )
+        return red, green, blue
+
+
+class AnisotropicOpenPbr(OpenPbr):
+    """OpenPBR Surface whose roughnesses are stretched along a tangent, which `angle` (radians)
+    rotates from +x toward +y: `geometry_tangent` and `geometry_coat_tangent` of files.
+    """
+
+    model = "openpbr-anisotropic"
+    isotropic = False
+    parameters = (*OpenPbr.parameters, _SPECULAR_ANISOTROPY, _COAT_ANISOTROPY, ANGLE)
+
+
+def _chosen(condition: Any, yes: Array, no: Array) -> Array:
+    """A parameter where a condition on parameters holds, another elsewhere."""
+    if isinstance(condition, bool):
+        return yes if condition else no
+    return namespace(condition).where(condition, yes, no)
+
+
+def _mix(below: Array, above: Array, weight: Array) -> Array:
+    return below + weight * (above - below)
+
+
+class _Facets:
+    """GGX of a roughness, which microfacets of several reflectances share.
+
+    Parameters
+    ----------
+    roughness, anisotropy
+        As in OpenPBR: section "Microfacet model"; no anisotropy where it is None.
+    directions
+        wi, wo and their half vector.
+    """
+
+    def __init__(
+        self,
+        roughness: Array,
+        anisotropy: Array | None,
+        directions: tuple[Components, Components, Components],
+    ) -> None:
+        wi, wo, h = directions
+        square = roughness * roughness
+        if anisotropy is None:
+            alpha = bounded(square, MIN_ROUGHNESS, 1.0)
+            axes = alpha, alpha
+        else:
+            across = 1.0 - anisotropy
+            along = square * of_numbers("sqrt", 2.0 / (1.0 + across * across))
+            axes = (
+                bounded(along, MIN_ROUGHNESS, 1.0),
+                bounded(along * across, MIN_ROUGHNESS, 1.0),
+            )
+            alpha = of_numbers("sqrt", axes[0] * axes[1])
+        lengths = wi[2] * stretched_length(wo, (alpha, alpha))
+        lengths = lengths + wo[2] * stretched_length(wi, (alpha, alpha))
+        self.lobe = distribution(h, axes) / (2.0 * lengths)
+        """f_r in 1/sr where all is reflected, once."""
+        self.normal, self.grazing = ggx_albedo(wo[2], alpha)
+        self.again = scattered_again(self.normal + self.grazing)
+
+    def compensated(self, reflectance: Array) -> Array:
+        """The lobe's factor for a Fresnel reflectance, with what scatters more than once."""
+        return reflectance * (1.0 + reflectance * self.again)
+
+    def passed(self, normal: Array, reflectance: Array) -> Array:
+        """What a layer of a reflectance at normal incidence lets through."""
+        return 1.0 - (normal * self.normal + self.grazing) * (1.0 + reflectance * self.again)
+
+
+def _coat(
+    values: Values, wi: Components, wo: Components, h: Components, cosine: Array
+) -> tuple[Array, Components]:
+    """What a coat reflects, in 1/sr, and the factors of what is below it."""
+    weight, index = values["coat_weight"], values["coat_ior"]
+    facets = _Facets(values["coat_roughness"], values.get("coat_roughness_anisotropy"), (wi, wo, h))
+    fresnel = dielectric(cosine, index)
+    root = (index - 1.0) / (index + 1.0)
+    normal = root * root
+    passed = 1.0 - weight * (1.0 - facets.passed(normal, fresnel))
+    # Light that the coat reflects back to the base is absorbed there once more.
+    out = (1.0 - normal) / (index * index)
+    kept = _mix(1.0, values["specular_weight"], values["base_metalness"])
+    darkening = weight * values["coat_darkening"]
+    red, green, blue = (
+        passed
+        * _mix(1.0, tint, weight)
+        * _mix(1.0, out / (1.0 - color * kept * (1.0 - out)), darkening)
+        for color, tint in zip(values["base_color"], values["coat_color"], strict=True)
+    )
+    return weight * facets.compensated(fresnel) * facets.lobe, (red, green, blue)
+
+
+def _base(
+    values: Values, wi: Components, wo: Components, h: Components, cosine: Array
+) -> Components:
+    """f_r of metal and of a dielectric over a diffuse base, in 1/sr."""
+    coat = values["coat_weight"]
+    own, rough = values["specular_roughness"] ** 4, values["coat_roughness"] ** 4
+    widened = of_numbers("sqrt", of_numbers("sqrt", bounded(own + 2.0 * rough, 1e-12, 1.0)))
+    facets = _Facets(
+        _mix(values["specular_roughness"], widened, coat),
+        values.get("specular_roughness_anisotropy"),
+        (wi, wo, h),
+    )
+    film = _Film(values, cosine)
+
+    # Below a coat the index is relative to it, inverted where light would be totally reflected.
+    ratio = values["specular_ior"] / values["coat_ior"]
+    index = _mix(values["specular_ior"], of_numbers("maximum", ratio, 1.0 / ratio), coat)
+    root = (
+        of_numbers("sqrt", bounded(values["specular_weight"], 1e-12, 1.0))
+        * (index - 1.0)
+        / (index + 1.0)
+    )
+    index = (1.0 + root) / (1.0 - root)
+    clear, filmed = dielectric(cosine, index), film.on_dielectric(index)
+    diffuse = eon(values["base_color"], values["base_diffuse_roughness"], wi, wo)
+
+    edge = values["specular_color"]
+    normal = tuple(values["base_weight"] * color for color in values["base_color"])
+    dips = [metal_dip(n, e * metal_at_82(n)) for n, e in zip(normal, edge, strict=True)]
+    bare = [metal(cosine, n, dip) for n, dip in zip(normal, dips, strict=True)]
+    covered = film.on_metal(normal, dips)
+
+    found: list[Array] = []
+    for k in range(3):
+        gloss = _mix(facets.compensated(clear), facets.compensated(filmed[k]), film.weight)
+        shine = _mix(facets.compensated(bare[k]), facets.compensated(covered[k]), film.weight)
+        passed = facets.passed(root * root, _mix(clear, filmed[k], film.weight))
+        plastic = edge[k] * gloss * facets.lobe + values["base_weight"] * diffuse[k] * passed
+        metallic = values["specular_weight"] * shine * facets.lobe
+        found.append(_mix(plastic, metallic, values["base_metalness"]))
+    return found[0], found[1], found[2]
+
+
+class _Film:
+    """A thin film on facets, at a cosine of the light with their normals."""
+
+    def __init__(self, values: Values, cosine: Array) -> None:
+        thickness, self.index = values["thin_film_thickness"], values["thin_film_ior"]
+        self.weight = _chosen(thickness > 0.0, values["thin_film_weight"], 0.0)
+        self.outside, self.inside = cosine, refracted(cosine, self.index)
+        self.fringes = fringes(2.0 * thickness * self.index * self.inside)
+
+    def on_dielectric(self, index: Array) -> Components:
+        """Reflectance over a refractive index."""
+        weights = dielectric_series(self.outside, self.inside, self.index, index)
+        return reflectance([weights] * 3, self.fringes)
+
+    def on_metal(self, normal: Sequence[Array], dips: Sequence[Array]) -> Components:
+        """Reflectance over a metal; see :mod:`metal_fresnel`."""
+        xp = namespace(self.inside)
+        outer = amplitudes(self.outside, self.inside, self.index)
+        mirrored = (self.index - 1.0) / (self.index + 1.0)
+        found = []
+        for n, dip in zip(normal, dips, strict=True):
+            inner = 0.5 * metal(self.inside, n, dip)
+            denser = bounded(n, 0.01, 0.99) >= mirrored * mirrored
+            root = _chosen(denser, -1.0, 1.0) * xp.sqrt(inner)
+            p, s = (series(a * a, inner, a * root) for a in outer)
+            found.append(mean(p, s))
+        return reflectance(found, self.fringes)
