@@ -47,9 +47,12 @@ def changed(change: Callable[[np.ndarray], np.ndarray], **settings: Any) -> Neur
     return NeuralBrdf([Layer(change(x.weights), change(x.biases)) for x in layers], **settings)
 
 
+GATHERED = "tabulated-microfacets", "npf"
+"""Models that gather from tables."""
+
 OVERFLOWING = "overflowing"
 WRITTEN: Mapping[str, Brdf] = {
-    **{identifier(name): brdf for name, brdf in EXAMPLES.items() if not brdf.tables},
+    **{identifier(name): brdf for name, brdf in EXAMPLES.items() if name not in GATHERED},
     "neural_code": made.random_basis().decode(CODE[:6]),
     "hypernetwork_code": pretrained_hypernetwork().decode(0.2 * CODE),
     "wide": network(6, 40, 3),
@@ -123,7 +126,7 @@ MEASURED: Mapping[str, Callable[[], Brdf]] = {
     "UTIA table": lambda: utia.tabulate(GGX),
     "scattered samples": scattered,
     "PCA code": lambda: made.basis().decode(CODE[:6]),
-    **{name: partial(EXAMPLES.get, name) for name, brdf in EXAMPLES.items() if brdf.tables},
+    **{name: partial(EXAMPLES.get, name) for name in GATHERED},
 }
 SOURCES = [name for name, target in TARGETS.members() if issubclass(target, SourceTarget)]
 
@@ -148,7 +151,7 @@ def test_a_measured_table_is_refused(tmp_path) -> None:
 def test_networks_too_wide_for_literals_are_refused_with_what_holds_them() -> None:
     wide = NeuralBrdf(initial_layers((300, 300), 0), name="felt")
     with pytest.raises(
-        NacreError, match=r"felt: \d\d,\d{3} weights .*; export it --to c, onnx or pytorch"
+        NacreError, match=r"felt: \d\d,\d{3} weights .*; export it --to c, onnx, pytorch or mdl"
     ):
         TARGETS["slang"]().files(wide, "m")
     assert TARGETS["c"]().files(wide, "m")

@@ -22,7 +22,8 @@ from nacre.errors import FormatError
     option("-o --output", click.Path(), shown="NAME.safetensors, of an analytic model NAME.json"),
     "File to write (.safetensors or .h5; .json of an analytic model), or a folder/.",
     option("--model", applies="brdf", default="nbrdf", metavar="NAME"),
-    "Model to fit: nbrdf, a network, or an analytic model: ggx, ggx-anisotropic, ... An unknown "
+    "Model to fit: nbrdf, a network; an analytic model: ggx, sgd, ...; or a standard material: "
+    "openpbr, principled, gltf, closures, which are fitted to pictures. An unknown "
     "name lists them all.",
     option(
         "--gain", options.positive(1e6), applies="brdf", shown="32 with enhanced inputs, else 1"

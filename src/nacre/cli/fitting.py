@@ -112,6 +112,10 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
         options.refuse(("network",), f"{name} is an analytic model")
         if chosen["precision"] is not None:
             raise click.BadParameter(f"--precision is for networks; {name} is an analytic model")
+        if MODELS[name].fitted_on == "pictures":
+            for key in ("gain", "samples"):
+                if chosen[key] is not None:
+                    raise click.BadParameter(f"--{key}: {name} is fitted to pictures")
         settings = {key: chosen[key] for key in ("gain", "samples", "seed")}
         settings = {key: value for key, value in settings.items() if value is not None}
         return AnalyticFitting(MODELS[name], settings, **given)

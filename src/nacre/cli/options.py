@@ -280,7 +280,7 @@ resolution_option = _shared(
     metavar="N,N,...",
     shown="see docs/reference/formats.md",
     help="Nodes of a table: theta_h,theta_d,phi_d for .binary and .npz; "
-    "phi_i,theta_i,square,azimuths,polars for .bsdf.",
+    "phi_i,theta_i,square,azimuths,polars for .bsdf; theta,phi for .mbsdf.",
 )
 preset_option = _shared(
     "--preset",

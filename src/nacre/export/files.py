@@ -13,6 +13,7 @@ from nacre.export.text import identifier
 from nacre.export.textures import HeightField
 from nacre.export.textures.target import TextureTarget
 from nacre.io.files import PathLike, check_writable, write_encoded
+from nacre.runtime.progress import Progress
 
 
 def export(
@@ -22,6 +23,7 @@ def export(
     *,
     name: str = "",
     heights: HeightField | None = None,
+    progress: Progress | None = None,
 ) -> list[Path]:
     """Write a material as code or data of another tool.
 
@@ -37,6 +39,8 @@ def export(
         material where empty.
     heights
         Of an encoded texture, for parallax.
+    progress
+        Called as a model is fitted, where the target holds only that.
 
     Returns
     -------
@@ -50,10 +54,13 @@ def export(
     """
     named = identifier(name or material.name)
     try:
-        contents = _target(target, heights).files(material, named)
+        chosen = _target(target, heights)
+        if isinstance(material, Brdf):
+            material = chosen.held(chosen.reflectance(material), progress)
+        contents = chosen.files(material, named)
     except NacreError as error:
         raise NacreError(f"{target}: {error}") from error
-    return _written(contents, output)
+    return write_files(contents, output)
 
 
 def _target(name: str, heights: HeightField | None) -> Target:
@@ -65,7 +72,8 @@ def _target(name: str, heights: HeightField | None) -> Target:
     return kind(heights)
 
 
-def _written(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:
+def write_files(contents: Mapping[str, bytes], output: PathLike) -> list[Path]:
+    """Write files of these names and contents; see :func:`export`."""
     folder = Path(output)
     into = str(output).endswith("/") or folder.is_dir() or len(contents) > 1
     paths = [folder / name for name in contents] if into else [folder]

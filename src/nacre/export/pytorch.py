@@ -22,6 +22,7 @@ _TABLES = {"dense": ("weights", "biases"), "take": ("table",)}
 _BINDING, _WHOLE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 2}, 9
 _LARGEST = float(np.finfo(np.float32).max)
 _WIDTH = 88  # characters of weights in a line
+_COMPARISONS = "lt", "le", "gt", "ge", "eq", "ne"
 _LONGEST = 60  # characters of an expression that stands where it is used
 
 _OPERATIONS: Mapping[str, str] = {
@@ -232,7 +233,9 @@ class _Method:
             rows = ", ".join(f"[{number}]" for number in numbers)
             return f"wo.new_tensor([{rows}])", _WHOLE
         alone = not any(isinstance(other, int) for other in step.operands[1:])
-        if step.name == "where" and alone and step.kind == FLOAT:
+        # A comparison of numbers alone would be no tensor, which conditions have to be.
+        constant = step.name in _COMPARISONS and not any(isinstance(o, int) for o in step.operands)
+        if constant or (step.name == "where" and alone and step.kind == FLOAT):
             return f"wo.new_tensor({numbers[0]})", _WHOLE  # numbers alone would be float32
         return numbers[0], 0 if numbers[0].startswith("-") else _WHOLE
 

@@ -6,10 +6,13 @@ import abc
 from collections.abc import Mapping
 from typing import ClassVar
 
+from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.registry import Registry
+from nacre.runtime.progress import Progress
+from nacre.standard import fitted
 
 TABLES, WIDE, TEXTURES = "tables", "wide networks", "textures"
 
@@ -22,6 +25,9 @@ class Target(abc.ABC):
     holds: ClassVar[frozenset[str]] = frozenset()
     """What it holds beside small networks and formulas: of :data:`TABLES`, :data:`WIDE` and
     :data:`TEXTURES`."""
+    model: ClassVar[str] = ""
+    """The analytic model that alone it holds, of :data:`nacre.analytic.MODELS`: any other
+    reflectance is fitted by it."""
 
     @abc.abstractmethod
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
@@ -38,6 +44,24 @@ class Target(abc.ABC):
         NacreError
             If the target cannot hold the material; the message says why, and what can.
         """
+
+    def held(self, brdf: Brdf, progress: Progress | None = None) -> Brdf:
+        """A reflectance as the target holds it.
+
+        Raises
+        ------
+        NacreError
+            If it cannot be fitted by the model of the target.
+        """
+        if not self.model:
+            return brdf
+        anisotropic = f"{self.model}-anisotropic"
+        return fitted(
+            brdf,
+            MODELS.find(self.model),
+            progress,
+            anisotropic=MODELS.get(anisotropic),
+        )
 
     def reflectance(self, material: Brdf | Btf) -> Brdf:
         """A material that has to be a reflectance in RGB; NacreError where it is another."""
@@ -68,6 +92,15 @@ TARGETS: Registry[type[Target]] = Registry(
         "h5": "nacre.export.published:H5",
         "osl": "nacre.export.osl:Osl",
         "materialx": "nacre.export.materialx:MaterialX",
+        "osl-closures": "nacre.export.osl_closures:OslClosures",
+        "materialx-closures": "nacre.export.materialx_closures:MaterialXClosures",
+        "openpbr": "nacre.export.standard:MaterialXSurface",
+        "usda": "nacre.export.standard:Usda",
+        "gltf": "nacre.export.standard:Glb",
+        "mdl": "nacre.export.standard:Mdl",
+        "principled": "nacre.export.principled:PrincipledScript",
+        "blender-closures": "nacre.export.blender_closures:BlenderClosures",
+        "blender-addon": "nacre.export.blender_closures:BlenderAddon",
     },
     base=Target,
 )

@@ -205,6 +205,13 @@ class AnalyticFitting(Fitting):
     def deciding(self) -> tuple[Any, ...]:
         return analytic.fit, self.model
 
+    def check(self) -> None:
+        """See :class:`Fitting`; raises also where the files hold another model."""
+        super().check()
+        held = target(f"*{self.ending}").model
+        if held and self.model.model not in (held, f"{held}-anisotropic"):
+            raise FormatError(f"*{self.ending}: files hold {held} materials: --model {held}")
+
     def fit(self, brdf: Brdf, progress: Progress) -> AnalyticBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
         return analytic.fit(brdf, self.model, progress=progress, **self.options)

@@ -1,0 +1,125 @@
+"""Blender: closure mixtures as nodes, by a script or by the add-on, which share their source."""
+
+from __future__ import annotations
+
+import ast
+import json
+import textwrap
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+from nacre.analytic import MODELS, AnalyticBrdf
+from nacre.analytic.file import encode
+from nacre.brdf import Brdf
+from nacre.btf import Btf
+from nacre.export.target import Target
+from nacre.export.text import facts
+from nacre.standard.fitted import fitted
+
+ADDON = "nacre_blender.py"
+"""Name of the add-on's file."""
+
+_SCRIPT = '''
+MATERIAL = (
+{text}
+)
+"""The material, as the add-on reads it from a file."""
+
+if __name__ == "__main__":
+    {call}
+'''
+
+
+def addon() -> bytes:
+    """The source of the add-on, for Blender 4.2 to 5: one file."""
+    about = [
+        "Materials of nacre in Blender: an add-on of one file.",
+        "",
+        "Edit > Preferences > Add-ons > Install from Disk; then File > Import > nacre material.",
+    ]
+    return assembled(about, "reading", "nodes", "asset", "library", "interface").encode()
+
+
+class BlenderClosures(Target):
+    """See :mod:`nacre.export.blender_closures`."""
+
+    title = "Blender: a script that makes a material of closures"
+    model = "closures"
+
+    def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
+        """See :class:`nacre.export.target.Target`."""
+        given = content(_mixture(self.reflectance(material)), name)
+        about = [
+            *facts(material).values(),
+            "",
+            "Blender 4.2 to 5: open in a text editor of Blender and run; it adds a material.",
+        ]
+        call = f'build(read(MATERIAL, "{name}"))'
+        return {f"{name}.py": script(about, ("reading", "nodes"), call, given)}
+
+
+class BlenderAddon(Target):
+    """See :mod:`nacre.export.blender_closures`."""
+
+    title = "Blender: an add-on, and the material as a file for it"
+    model = "closures"
+
+    def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
+        """See :class:`nacre.export.target.Target`."""
+        given = content(_mixture(self.reflectance(material)), name)
+        return {ADDON: addon(), f"{name}.json": f"{json.dumps(given, indent=1)}\n".encode()}
+
+
+def _mixture(brdf: Brdf) -> AnalyticBrdf:
+    return fitted(brdf, MODELS.find("closures"))
+
+
+def content(brdf: AnalyticBrdf, name: str) -> dict[str, Any]:
+    """The file of an analytic material, with what is known of its source."""
+    found: dict[str, Any] = json.loads(encode(brdf))
+    found["name"] = found["name"] or name
+    if brdf.source:
+        found["metadata"]["source"] = found["metadata"].get("source", {}) | dict(brdf.source)
+    return found
+
+
+def script(about: list[str], pieces: tuple[str, ...], call: str, given: dict[str, Any]) -> bytes:
+    """A script of modules of the add-on, which calls a function of theirs with the material.
+
+    Parameters
+    ----------
+    about
+        Lines of its docstring.
+    call
+        With the material as `MATERIAL`, in the form of the add-on's files.
+    """
+    text = json.dumps(given)
+    lines = [text[k : k + 80] for k in range(0, len(text), 80)]
+    shown = textwrap.indent("\n".join(map(repr, lines)), "    ")
+    return (assembled(about, *pieces) + _SCRIPT.format(text=shown, call=call)).encode()
+
+
+def assembled(about: list[str], *pieces: str) -> str:
+    """Modules of the folder `blender_addon`, in the order of their use, as one.
+
+    Blender's Python does not have this package: what pieces import of each other lies above.
+    """
+    imports: set[str] = set()
+    bodies = []
+    for piece in pieces:
+        path = resources.files("nacre.export").joinpath("blender_addon", f"{piece}.py")
+        source = path.read_text("utf-8")
+        lines = source.splitlines()
+        head, *statements = ast.parse(source).body
+        cut = [head]
+        for node in statements:
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                cut.append(node)
+                if not getattr(node, "module", "").startswith("nacre."):
+                    imports.add(ast.unparse(node))
+        for node in reversed(cut):
+            del lines[node.lineno - 1 : node.end_lineno]
+        bodies.append("\n".join(lines).strip())
+    begin = "\n".join(['"""' + about[0], *about[1:], '"""'])
+    return "\n\n\n".join([f"{begin}\n\n" + "\n".join(sorted(imports)), *bodies]) + "\n"

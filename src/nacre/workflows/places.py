@@ -1,0 +1,202 @@
+"""The best representation of a material for a place: all that the place can hold, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from nacre import neural
+from nacre.analytic import AnalyticBrdf
+from nacre.brdf import Brdf
+from nacre.errors import NacreError, printable
+from nacre.export import TARGETS, identifier, safe
+from nacre.export.files import write_files
+from nacre.io.files import PathLike
+from nacre.metrics import compare
+from nacre.metrics.comparison import Comparison
+from nacre.neural import NeuralBrdf
+from nacre.runtime.progress import Progress, named, silent
+
+
+@dataclass(frozen=True)
+class Representation:
+    """What a material may become in a place.
+
+    Parameters
+    ----------
+    title
+        For people.
+    target
+        Which writes it, of :data:`nacre.export.TARGETS`.
+    opening
+        How to open the files, in a sentence; {name} is that of the material.
+    network
+        Whether the target takes networks and formulas: a network is fitted to anything else.
+    """
+
+    title: str
+    target: str
+    opening: str
+    network: bool = False
+
+
+_OPENPBR = Representation(
+    "OpenPBR", "openpbr", "Import {name}.mtlx where the tool takes MaterialX."
+)
+_USD = Representation(
+    "OpenPBR in USD",
+    "usda",
+    "Open or reference {name}.usda; renderers without MaterialX show its UsdPreviewSurface.",
+)
+_GLTF = Representation(
+    "glTF", "gltf", "Import {name}.glb, a sphere; its material goes onto other objects."
+)
+
+PLACES: Mapping[str, tuple[Representation, ...]] = {
+    "blender": (
+        Representation(
+            "closure mixture",
+            "blender-addon",
+            "Install nacre_blender.py (Preferences > Add-ons > Install from Disk), then File > "
+            "Import > nacre material: {name}.json.",
+        ),
+        Representation("Principled", "principled", "Run blender --python {name}.py."),
+        _GLTF,
+    ),
+    "unreal": (_OPENPBR, _GLTF),
+    "omniverse": (
+        Representation(
+            "measured table",
+            "mdl",
+            "Put {name}.mdl and {name}.mbsdf into a folder of the MDL search path.",
+        ),
+        _USD,
+    ),
+    "web": (
+        Representation(
+            "network",
+            "three",
+            "In three.js: import createMaterial of {name}.js; see docs/guide/export.md.",
+            network=True,
+        ),
+        _GLTF,
+    ),
+    "usd": (_USD,),
+}
+"""What each place can hold, by its name."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A representation of one material, and how far it is from it.
+
+    Parameters
+    ----------
+    representation
+        Of :data:`PLACES`.
+    held
+        The material as the place has it.
+    files
+        Content of the files by name.
+    comparison
+        With the material.
+    """
+
+    representation: Representation
+    held: Brdf
+    files: Mapping[str, bytes]
+    comparison: Comparison
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all files."""
+        return sum(map(len, self.files.values()))
+
+    @property
+    def flip(self) -> float:
+        """FLIP error, in [0, 1]: the mean of both lights."""
+        errors = [light.errors.flip for light in self.comparison.lights]
+        return sum(errors) / len(errors)
+
+
+def export_to_place(
+    material: Brdf,
+    place: str,
+    output: PathLike = "",
+    *,
+    name: str = "",
+    progress: Progress | None = None,
+) -> tuple[list[Candidate], list[Path]]:
+    """Write what shows a material best in a place, with a readme of three lines.
+
+    Parameters
+    ----------
+    material
+        Any reflectance.
+    place
+        One of :data:`PLACES`.
+    output
+        Folder to write into.
+    name
+        What the names of files begin with, once it is made an :func:`nacre.export.identifier`;
+        that of the material where empty.
+    progress
+        Called as representations are fitted.
+
+    Returns
+    -------
+    candidates
+        All representations that could be made, the one that was written first.
+    files
+        Those written.
+
+    Raises
+    ------
+    NacreError
+        If no representation can hold the material, or a file cannot be written.
+    """
+    identified = identifier(name or material.name)
+    report, found, problems = progress or silent, [], []
+    for representation in PLACES[place]:
+        try:
+            stage = named(report, representation.title)
+            found.append(_candidate(material, representation, identified, stage))
+        except NacreError as error:
+            problems.append(f"{representation.title}: {error}")
+    if not found:
+        raise NacreError(f"{place}: {'; '.join(problems)}")
+    found.sort(key=lambda candidate: candidate.flip)
+    best = found[0]
+    readme = {f"{identified}-readme.txt": _readme(material, best, identified).encode()}
+    return found, write_files({**best.files, **readme}, f"{output or '.'}/")
+
+
+def _candidate(
+    material: Brdf, representation: Representation, name: str, progress: Progress
+) -> Candidate:
+    target = TARGETS.find(representation.target)()
+    brdf = target.reflectance(material)
+    if representation.network and not isinstance(brdf, NeuralBrdf | AnalyticBrdf):
+        held: Brdf = neural.fit(brdf, progress=progress)
+    else:
+        held = target.held(brdf, progress)
+    files = target.files(held, name)
+    return Candidate(representation, held, files, compare(material, held))
+
+
+def _readme(material: Brdf, candidate: Candidate, name: str) -> str:
+    """How to open the files, their error, their size and source."""
+    lights = [
+        f"{light.light}: FLIP {light.errors.flip:.3f}, PSNR {light.errors.psnr:.1f} dB"
+        for light in candidate.comparison.lights
+    ]
+    source = material.source or {}
+    of = f"from {safe(source['file'])}" if source.get("file") else "of an unknown source"
+    terms = f"; terms: {printable(safe(source['terms']))}" if source.get("terms") else ""
+    return (
+        f"{candidate.representation.opening.format(name=name)}\n"
+        f"Error of this {candidate.representation.title} (spheres, nacre compare): "
+        f"{'; '.join(lights)}.\n"
+        f"{candidate.nbytes:,} bytes, written by nacre export {of}{terms}.\n"
+    )
