@@ -22,8 +22,12 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 LOCK = ROOT / "requirements.lock"
 STAMP = VENV / "installed"
-THREE = "0.187.0"
-"""Version of three.js in which exports are tested."""
+PACKAGES = {
+    "three": "0.187.0",
+    "@khronosgroup/gltf-viewer": "1.1.0",
+    "gltf-validator": "2.0.0-dev.3.10",
+}
+"""Versions of npm's packages that exports and written files are tested with."""
 
 
 def say(text: str) -> None:
@@ -119,15 +123,20 @@ def provide_browser() -> None:
     if not any(map(shutil.which, browsers)) and not apt("chromium"):
         say("without Chromium, tests of exports in web pages are skipped")
     folder = VENV / "three"
-    facts = folder / "node_modules" / "three" / "package.json"
-    if facts.exists() and json.loads(facts.read_text())["version"] == THREE:
+
+    def installed(name: str, version: str) -> bool:
+        facts = folder / "node_modules" / name / "package.json"
+        return facts.exists() and json.loads(facts.read_text())["version"] == version
+
+    if all(installed(*package) for package in PACKAGES.items()):
         return
     npm = shutil.which("npm")
     quiet = ("--ignore-scripts", "--no-audit", "--no-fund", "--no-package-lock", "--silent")
     folder.mkdir(exist_ok=True)
-    command = ("install", "--prefix", str(folder), *quiet, f"three@{THREE}")
+    wanted = [f"{name}@{version}" for name, version in PACKAGES.items()]
+    command = ("install", "--prefix", str(folder), *quiet, *wanted)
     if npm is None or subprocess.run([npm, *command]).returncode:
-        say(f"without npm's three@{THREE}, tests of exports to three.js are skipped")
+        say(f"without npm's {', '.join(wanted)}, tests in three.js and of glTF files are skipped")
 
 
 def provide_shader_drivers() -> None:

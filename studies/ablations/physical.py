@@ -2,7 +2,7 @@
 
 Errors: PSNR of the sphere protocol, 128 x 128, under the environment and the directional light, of
 
-- the projection (reciprocal and energy-limited, see :mod:`nacre.neural.physical`), against the
+- the projection (reciprocal and energy-limited, see :mod:`nacre.sampling.projection`), against the
   table;
 - an unconstrained fit with enhanced inputs, against its own target, the table;
 - a physical fit, against its own target, the projection, and against the table.
@@ -31,8 +31,8 @@ import nacre
 from nacre.brdf import Brdf
 from nacre.geometry import join, split, uniform_hemisphere
 from nacre.metrics.physics import albedo, reciprocity_error
-from nacre.neural.physical import Projection
 from nacre.sampling.moment import second_moment
+from nacre.sampling.projection import Projection
 from studies.references.reflectances import Beckmann, Glossy
 from studies.study import TABULATED, Study, data, log, museum, picture_errors, rgl_tables
 

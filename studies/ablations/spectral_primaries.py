@@ -1,4 +1,4 @@
-"""The table of `nacre.render.adapter`: three spectra that stand for red, green and blue.
+"""The table of `nacre.color`: three spectra that stand for red, green and blue.
 
 Solves the constrained least squares of Mallett and Yuksel 2019, "Spectral Primary Decomposition
 for Rendering with sRGB Reflectance": the smoothest spectra (least sum of squared steps) that lie in

@@ -1,4 +1,4 @@
-"""What a written table loses: MERL, UTIA and RGL files against the material they were made of.
+"""What a written table loses: MERL, UTIA, RGL and MDL files against the material they were made of.
 
 Each source is written with `nacre.save`, read again and held against itself:
 
@@ -35,6 +35,8 @@ from studies.references.reflectances import Beckmann, Glossy, Rotated
 from studies.study import Study
 
 PAIRS = 20_000
+FORMATS = ".binary", ".bin", ".bsdf", ".mbsdf"
+ISOTROPIC = ".binary", ".mbsdf"
 SOURCES = {
     "diffuse": Glossy(0.5, 0.0, 0.5),
     "glossy, 0.3": Glossy(0.2, 0.05, 0.3),
@@ -85,7 +87,7 @@ def row(name: str, source: Brdf, ending: str) -> tuple[str, ...]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"table{ending}"
         nacre.save(source, path)
-        size = path.stat().st_size
+        length = path.stat().st_size
         table = nacre.load(path)
     random = np.random.default_rng(3)
     wi, wo = hemisphere(random, PAIRS), hemisphere(random, PAIRS)
@@ -100,7 +102,7 @@ def row(name: str, source: Brdf, ending: str) -> tuple[str, ...]:
         f"{100 * np.quantile(error, 0.95):.1f} %",
         f"{100 * negative(table, wo):.3f} %" if isinstance(table, RglBrdf) else "",
         *(f"{light.errors.psnr:.1f} dB" for light in lights),
-        f"{size / 1e6:.1f} MB",
+        f"{length / 1e6:.1f} MB",
     )
 
 
@@ -108,14 +110,14 @@ def main() -> None:
     """Print one Markdown table."""
     study = Study(__doc__, __file__)
     study.add_argument("files", nargs="*", type=Path, help="materials; the made ones if none")
-    study.add_argument("--format", action="append", choices=(".binary", ".bin", ".bsdf"))
+    study.add_argument("--format", action="append", choices=FORMATS)
     options = study.options()
     sources = {path.stem: nacre.load(path) for path in options.files} or SOURCES
     rows = [
         row(name, Source(brdf), ending)
-        for ending in options.format or (".binary", ".bin", ".bsdf")
+        for ending in options.format or FORMATS
         for name, brdf in sources.items()
-        if ending != ".binary" or brdf.isotropic
+        if ending not in ISOTROPIC or brdf.isotropic
     ]
     columns = "source", "table", "median", "95th percentile", "below 0", "environment"
     study.table((*columns, "directional light", "size"), rows)

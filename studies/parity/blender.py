@@ -1,15 +1,18 @@
-"""OSL shaders in Cycles, by a Python of its own that has Blender (`bpy`)."""
+"""OSL shaders and the Principled node in Cycles, by a Python of its own that has Blender: `bpy`."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Weights
+from nacre.render.environment import Environment
 
 VARIABLE = "NACRE_BLENDER_PYTHON"
 """Environment variable with the path of a Python that can import `bpy`."""
@@ -62,11 +65,56 @@ def sphere(shader: str, size: int, samples: int) -> Weights:
         return _run(Path(folder), "sphere", shader, size, samples)[0]
 
 
+def closures(shader: str, size: int, samples: int, environment: Environment) -> Weights:
+    """A sphere whose surface is the output BSDF of a shader, by Cycles' own light transport.
+
+    Linear RGB, float32 of shape (2, size, size, 3): in the light and view of
+    :mod:`nacre.render.sphere`, then in the environment. RuntimeError as for :func:`shade`.
+    """
+    height, width = environment.pixels.shape[:2]
+    # Cycles: u = 1/2 - azimuth about z / (2 pi), and v = 1/2 + elevation / pi.
+    azimuth = 2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
+    elevation = (np.pi * ((np.arange(height) + 0.5) / height - 0.5))[:, None]
+    flat = np.cos(elevation)
+    directions = np.stack(
+        np.broadcast_arrays(flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)),
+        axis=-1,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        around = Path(folder, "environment.npy")
+        np.save(around, environment.radiance(directions).astype(np.float32))
+        return _run(Path(folder), "closures", shader, size, samples, around)[0]
+
+
+def principled(given: Mapping[str, npt.NDArray[np.floating]]) -> Weights:
+    """What a light of irradiance pi, or a white sky, makes of the Principled node.
+
+    Parameters
+    ----------
+    given
+        Angles, normals, tangents and inputs of the node, as `cycles_script.py` takes them.
+
+    Returns
+    -------
+    Linear RGB, float32 of shape (angles, n, 3)
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "given.npz")
+        np.savez(path, **given)
+        return _started(Path(folder), "principled", path)[0]
+
+
 def _run(folder: Path, task: str, shader: str, *arguments: object) -> tuple[Weights, str]:
-    """The array that Blender writes, and what it prints."""
-    source, out = folder / "shader.osl", folder / "out.npy"
+    """What comes of a shader."""
+    source = folder / "shader.osl"
     source.write_text(shader)
-    words = [_SCRIPT, task, source, *arguments, out]
+    return _started(folder, task, source, *arguments)
+
+
+def _started(folder: Path, task: str, *arguments: object) -> tuple[Weights, str]:
+    """The array that Blender writes, and what it prints."""
+    out = folder / "out.npy"
+    words = [_SCRIPT, task, *arguments, out]
     done = subprocess.run(
         [os.environ[VARIABLE], *map(str, words)],
         capture_output=True,
