@@ -35,10 +35,10 @@ fuzz: setup  ## Ten minutes of damaged files for every reader; FORMATS=MERL SECO
 
 BLENDER := .venv-blender/bin/python
 
-parity-blender: setup  ## Exports to OSL, run in Blender's Cycles: 1 GB, and Python 3.11.
+parity-blender: setup  ## Exports to OSL and Blender, and Principled, in Cycles: 1 GB, and Python 3.11.
 	@test -x $(BLENDER) || python3.11 -m venv .venv-blender
 	@$(BLENDER) -c 'import bpy' 2>/dev/null || $(BLENDER) -m pip install -q 'bpy==5.0.1'
-	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/export -k osl
+	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/export tests/standard -k 'osl or blender or principled'
 
 docs: setup  ## The API reference as HTML in out/docs.
 	EAGER_IMPORT=1 $(RUN) -m pdoc -o out/docs nacre

@@ -16,7 +16,7 @@ import nacre
 from nacre.brdf import Brdf, CosineSampler, _validity, eval_formula, pdf_formula, sample_formula
 from nacre.errors import NacreError
 from nacre.latent import PcaBasis, PcaRecipe
-from nacre.measured import ScatteredBrdf, rgl, rgl_tables, utia
+from nacre.measured import ScatteredBrdf, radiance, rgl, rgl_tables, utia
 from nacre.measured.merl import Resolution, tabulate
 from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
@@ -72,6 +72,12 @@ def spectral_table(tmp_path_factory: pytest.TempPathFactory) -> RglBrdf:
     return rgl.load(path)
 
 
+def tensor_trees(tmp_path_factory: pytest.TempPathFactory) -> Brdf:
+    path = tmp_path_factory.mktemp("radiance") / "trees.xml"
+    radiance.save(network(True), path, radiance.Resolution(8))
+    return radiance.load(path)
+
+
 def scan(brdf: Brdf) -> ScatteredBrdf:
     """Samples of a reflectance at random directions."""
     wi, wo = pairs(1000)
@@ -107,6 +113,7 @@ MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
     "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
 }
 MAKERS["spectral RGL table"] = spectral_table
+MAKERS["tensor trees"] = tensor_trees
 MAKERS["isotropic scattered samples"] = lambda _: scan(network(True))
 MAKERS["anisotropic scattered samples"] = lambda _: scan(network(False))
 for _name, _example in EXAMPLES.items():

@@ -102,10 +102,11 @@ class Blinding(Brdf):
         return f, f, f
 
 
-@pytest.mark.parametrize("ending", [".binary", ".npz", ".bin", ".exr", ".csv", ".bsdf"])
+@pytest.mark.parametrize("ending", [".binary", ".npz", ".mbsdf", ".bin", ".exr", ".csv", ".bsdf"])
 def test_values_that_a_file_cannot_hold_are_bounded(ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"x{ending}"
-    resolution = {".binary": (6, 6, 6), ".npz": (6, 6, 6), ".bsdf": (1, 6, 8, 8, 16)}.get(ending)
+    resolutions = {".binary": (6, 6, 6), ".npz": (6, 6, 6), ".mbsdf": (6, 6)}
+    resolution = (resolutions | {".bsdf": (1, 6, 8, 8, 16)}).get(ending)
     formats.writer(path, resolution)(Blinding(), path)
     f_r = nacre.load(path).eval([0.0, 0.0, 1.0], [0.6, 0.0, 0.8])
     assert np.isfinite(f_r).all()

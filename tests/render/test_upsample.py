@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nacre.render
-from nacre.render.adapter import primaries, upsample
+from nacre.color import primaries, upsample
 
 from .reflectances import Constant, sphere_scene
 

@@ -9,12 +9,15 @@ from nacre.io.format import Format
 from tests.specimens import (
     analytic,
     encoded,
+    gltf,
     images,
     networks,
     rgl,
     scans,
+    surfaces,
     tables,
     textures,
+    tool_tables,
     ubo2014,
 )
 from tests.specimens.specimen import Specimen, mutated
@@ -24,8 +27,11 @@ SPECIMENS: dict[str, Specimen] = {
     **rgl.SPECIMENS,
     **tables.SPECIMENS,
     **scans.SPECIMENS,
+    **tool_tables.SPECIMENS,
     **images.SPECIMENS,
     **analytic.SPECIMENS,
+    **gltf.SPECIMENS,
+    **surfaces.SPECIMENS,
     **textures.SPECIMENS,
     **ubo2014.SPECIMENS,
     **encoded.SPECIMENS,

@@ -58,7 +58,7 @@ _ODD += ["٣".encode(), b"\xff", b"\0", b"9" * 400, b"#", b"\x85", b"\x1c", b"VA
 _ODD += [b"NUM_POINTS 4", b"x", b"R", b"400nm", b"1.5", b'"1"', b";"]
 
 
-def _text_rebuilt(files: Callable[[], list[bytes]]) -> Callable[[bytes, Random], bytes]:
+def text_rebuilt(files: Callable[[], list[bytes]]) -> Callable[[bytes, Random], bytes]:
     """Lines of a text in another order, with words of it replaced: of whole files as a rule."""
 
     def rebuilt(data: bytes, random: Random) -> bytes:
@@ -86,7 +86,7 @@ SPECIMENS = {
         header=100,
         sized=lambda count: [_cornell_file(bands=count)],
         valued=lambda value: [_cornell_file(value)],
-        rebuild=_text_rebuilt(lambda: [_cornell_file()]),
+        rebuild=text_rebuilt(lambda: [_cornell_file()]),
         text=True,
         module="colour",
     ),
@@ -96,7 +96,7 @@ SPECIMENS = {
         header=100,
         sized=lambda count: [b"# samples: %d\n" % count + _csv_file()],
         valued=lambda value: [_csv_file(value), _csv_file(value, "450,550,650", ";")],
-        rebuild=_text_rebuilt(_csv_files),
+        rebuild=text_rebuilt(_csv_files),
         text=True,
         module="colour",
     ),
@@ -106,7 +106,7 @@ SPECIMENS = {
         header=130,
         sized=lambda count: [_astm_file(count=count)],
         valued=lambda value: [_astm_file(value), _astm_file(value, columns="400nm,500nm,600nm")],
-        rebuild=_text_rebuilt(_astm_files),
+        rebuild=text_rebuilt(_astm_files),
         text=True,
         module="colour",
     ),

@@ -1,4 +1,4 @@
-"""Small MERL and UTIA files, and tables as NumPy arrays."""
+"""Small MERL, MDL and UTIA files, and tables as NumPy arrays."""
 
 from __future__ import annotations
 
@@ -42,6 +42,46 @@ def _merl_rebuilt(_: bytes, random: Random) -> bytes:
     shape = odd_shape(random, 3)
     dtype = random.choice(("<f8", "<f8", "<f4", "<f2"))
     return struct.pack("<3i", *shape) + odd_array(random, (3, *shape), dtype).tobytes()
+
+
+# MDL
+
+
+def mbsdf_file(
+    theta: int = 2, phi: int = 3, channels: int = 3, text: bytes = b"", value: float = 0.5
+) -> bytes:
+    """An `.mbsdf` file of reflectance, with values from 0 to 2 but for the last."""
+    values = np.linspace(0.0, 2.0, theta * theta * phi * channels, dtype="<f4")
+    values[-1] = value
+    block = mbsdf_block(channels == 3, theta, phi, values)
+    return b"NVIDIA ARC MBSDF V1\n" + text + b"MBSDF_DATA_REFLECTION=\n" + block
+
+
+def mbsdf_block(kind: int, theta: int, phi: int, values: Array) -> bytes:
+    return struct.pack("<3I", kind, theta, phi) + values.astype("<f4").tobytes()
+
+
+def _mbsdf_sized(count: int) -> Iterable[bytes]:
+    data = mbsdf_file()
+    start = data.index(b"=\n") + 2
+    return (replaced(data, start + 4 * field, packed(count, 4)) for field in range(3))
+
+
+def _mbsdf_valued(value: float) -> Iterable[bytes]:
+    with np.errstate(over="ignore"):
+        single = float(np.float32(value))
+        return [mbsdf_file(value=single), mbsdf_file(1, 1, 1, value=single)]
+
+
+def _mbsdf_rebuilt(_: bytes, random: Random) -> bytes:
+    theta, phi = odd_shape(random, 2)
+    channels = random.choice((1, 3, 3))
+    text = random.choice((b"", b'description="paint"\n', b"\n" * 9, b"\xff\n", b"x" * 3000 + b"\n"))
+    kind = random.choice((channels == 3, channels == 3, channels == 3, 2))
+    values = odd_array(random, (theta, theta, phi, channels), "<f4")
+    first = random.choice((b"", b"_REFLECTION", b"_REFLECTION", b"_TRANSMISSION"))
+    block = b"MBSDF_DATA" + first + b"=\n" + mbsdf_block(kind, theta, phi, values)
+    return b"NVIDIA ARC MBSDF V1\n" + text + block * random.choice((1, 1, 1, 2))
 
 
 # NumPy arrays
@@ -150,6 +190,18 @@ SPECIMENS = {
         sized=lambda count: promised_shapes(_table(), count),
         valued=lambda value: [npy_bytes(_table(value))],
         rebuild=npy_rebuilt(4),
+    ),
+    "MDL": Specimen(
+        "paint.mbsdf",
+        lambda: [
+            mbsdf_file(),
+            mbsdf_file(1, 1, 1),
+            mbsdf_file(3, 2, 1, b'description="paint"\nversion="1"\n'),
+        ],
+        header=60,
+        sized=_mbsdf_sized,
+        valued=_mbsdf_valued,
+        rebuild=_mbsdf_rebuilt,
     ),
     "UTIA": Specimen(
         "paint.bin",
