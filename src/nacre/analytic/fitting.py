@@ -96,18 +96,19 @@ def fit(
     settings: dict[str, Any] = {"gain": gain, "samples": len(drawn), "starts": starts}
     report = progress or silent
     with one_blas_thread(), np.errstate(all="ignore"):
-        if issubclass(model, FactoredBrdf) or model.fitted_on == "pictures":
-            if issubclass(model, FactoredBrdf):
-                del settings["starts"]
-                values, facts = model.extract(brdf, drawn, gain, seed, report)
-            else:
-                from nacre.analytic.picture_fit import fit_pictures  # with LLVM, 160 MB
-
-                values, facts = fit_pictures(brdf, model, starts, seed, report)
+        if issubclass(model, FactoredBrdf):
+            del settings["starts"]
+            values, facts = model.extract(brdf, drawn, gain, seed, report)
             loss = _loss(model(**values), drawn, gain)
-            settings |= facts
+        elif model.fitted_on == "pictures":
+            from nacre.analytic.picture_fit import fit_pictures  # with LLVM, 160 MB
+
+            values, facts = fit_pictures(brdf, model, starts, seed, report)
+            loss = _loss(model(**values), drawn, gain)
         else:
+            facts = {}
             values, loss = _search(partial(_Problem, model, drawn, gain), starts, seed, report)
+    settings |= facts
     if not math.isfinite(loss):
         raise NacreError(f"{brdf.name or 'reflectance'}: {model.model} cannot be fitted to it")
     metadata: dict[str, Any] = {"fit": settings | {"seed": seed, "loss": loss}}

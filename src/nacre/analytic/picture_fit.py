@@ -21,14 +21,13 @@ from nacre.errors import NacreError
 from nacre.numerics.levenberg_marquardt import Vector, minimize
 from nacre.runtime.adjustable import AdjustableFunction
 from nacre.runtime.progress import Progress
-from nacre.sampling.lit_views import lit_spheres, lit_views
+from nacre.sampling.lit_views import displayed, lit_spheres, lit_views
 
 _SHARPNESS = 1.0, 2000.0  # of the lamps: from half of the sky to a small bulb
 _LAMPS = 12  # of a light, with the sky
 _ANGLES = (0.0, 20.0, 45.0, 70.0, 100.0)  # between light and view; degrees
 _GAMMA = 1.0 / 2.2
 _DARK = 1e-4  # added to what is seen: of black, the gamma curve has no derivative
-_GLARE = 0.15  # slope of the tone curve over the logarithm above 1, where displays end
 _STEP = 1e-2  # of differences, on the whole line
 _LIMIT = 12.0  # of parameters on the whole line: beyond it they are at their bounds
 _EDGE = 1e-3  # from their bounds, as a fraction of the range, parameters start
@@ -73,18 +72,17 @@ class Pictures:
         self._known = None if known.all() else known.astype(np.float32)[:, None]
         self.target = self.shown(brdf.eval(self.wi, self.wo))
 
-    def shown(self, f_r: Floats) -> tuple[Vector, Vector]:
+    def shown(self, f_r: Floats) -> tuple[Floats, Floats]:
         """What displays show of both kinds of pictures, for f_r in 1/sr, shape (n, 3)."""
         f_r = np.maximum(f_r, 0.0)
         if self._known is not None:
             f_r = f_r * self._known
         lit = self._lit.radiance(f_r[: self._count].reshape(self._shape))
-        return _displayed(lit), _displayed(f_r[self._count :] * self._cosine)
+        return _shown(lit), _shown(f_r[self._count :] * self._cosine)
 
 
-def _displayed(radiance: Floats) -> Vector:
-    x = radiance.reshape(-1).astype(np.float64) + _DARK
-    return np.where(x < 1.0, x**_GAMMA, 1.0 + _GLARE * np.log(np.maximum(x, 1.0)))
+def _shown(radiance: Floats) -> Floats:
+    return displayed(radiance.reshape(-1).astype(np.float64), _DARK)[0]
 
 
 class _Problem:
@@ -125,7 +123,7 @@ class _Problem:
             for error, target in zip(errors, self.pictures.target, strict=True)
         ]
 
-    def _differences(self, free: Vector) -> list[Vector]:
+    def _differences(self, free: Vector) -> list[Floats]:
         f_r = self._function(self.values(free), self.pictures.wi, self.pictures.wo)
         f_r[~np.isfinite(f_r)] = 0.0
         shown = self.pictures.shown(f_r)

@@ -9,13 +9,12 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-from nacre.analytic import MODELS, AnalyticBrdf
+from nacre.analytic import AnalyticBrdf
 from nacre.analytic.file import encode
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.target import Target
 from nacre.export.text import facts
-from nacre.standard.fitted import fitted
 
 ADDON = "nacre_blender.py"
 """Name of the add-on's file."""
@@ -49,7 +48,7 @@ class BlenderClosures(Target):
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """See :class:`nacre.export.target.Target`."""
-        given = content(_mixture(self.reflectance(material)), name)
+        given = content(self.of_model(material), name)
         about = [
             *facts(material).values(),
             "",
@@ -67,12 +66,8 @@ class BlenderAddon(Target):
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """See :class:`nacre.export.target.Target`."""
-        given = content(_mixture(self.reflectance(material)), name)
+        given = content(self.of_model(material), name)
         return {ADDON: addon(), f"{name}.json": f"{json.dumps(given, indent=1)}\n".encode()}
-
-
-def _mixture(brdf: Brdf) -> AnalyticBrdf:
-    return fitted(brdf, MODELS.find("closures"))
 
 
 def content(brdf: AnalyticBrdf, name: str) -> dict[str, Any]:

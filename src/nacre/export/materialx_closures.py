@@ -16,14 +16,12 @@ from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 import numpy as np
 import numpy.typing as npt
 
-from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.target import Target
 from nacre.export.text import facts, shortest
 from nacre.standard.closures import LOBES, NODES
 from nacre.standard.facet_albedo import albedo_table
-from nacre.standard.fitted import fitted
 from nacre.standard.lookup import interpolate
 
 _Rows = npt.NDArray[np.float64]
@@ -37,7 +35,7 @@ class MaterialXClosures(Target):
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """See :class:`nacre.export.target.Target`."""
-        mixture = fitted(self.reflectance(material), MODELS.find("closures"))
+        mixture = self.of_model(material)
         root = Element("materialx", version="1.39", colorspace="lin_rec709")
         for line in facts(mixture).values():
             root.append(Comment(f" {line} "))

@@ -6,14 +6,12 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from nacre.analytic import MODELS
 from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.target import Target
 from nacre.export.text import facts, shortest
 from nacre.standard.closures import LOBES, NODES
-from nacre.standard.fitted import fitted
 
 _SHADER = """\
 {preamble}
@@ -77,7 +75,7 @@ class OslClosures(Target):
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """See :class:`nacre.export.target.Target`."""
-        mixture = fitted(self.reflectance(material), MODELS.find("closures"))
+        mixture = self.of_model(material)
         rows = {key: np.array(value) for key, value in mixture.values.items()}
         tables = [_colors("diffuse_color", rows["diffuse"]), _numbers("bend0", rows["bend0"][0])]
         for k in range(1, LOBES + 1):

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.export.blender_closures import content, script
 from nacre.export.target import Target
 from nacre.export.text import facts
-from nacre.standard.fitted import fitted
 
 
 class PrincipledScript(Target):
@@ -21,10 +19,7 @@ class PrincipledScript(Target):
 
     def files(self, material: Brdf | Btf, name: str) -> Mapping[str, bytes]:
         """See :class:`nacre.export.target.Target`; what is no Principled material is fitted."""
-        brdf = self.reflectance(material)
-        found = fitted(
-            brdf, MODELS.find("principled" if brdf.isotropic else "principled-anisotropic")
-        )
+        found = self.of_model(material)
         about = [
             *facts(found).values(),
             "",

@@ -6,7 +6,7 @@ import abc
 from collections.abc import Mapping
 from typing import ClassVar
 
-from nacre.analytic import MODELS
+from nacre.analytic import MODELS, AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import NacreError
@@ -53,15 +53,17 @@ class Target(abc.ABC):
         NacreError
             If it cannot be fitted by the model of the target.
         """
-        if not self.model:
-            return brdf
-        anisotropic = f"{self.model}-anisotropic"
-        return fitted(
-            brdf,
-            MODELS.find(self.model),
-            progress,
-            anisotropic=MODELS.get(anisotropic),
-        )
+        return self.of_model(brdf, progress) if self.model else brdf
+
+    def of_model(self, material: Brdf | Btf, progress: Progress | None = None) -> AnalyticBrdf:
+        """A material that has to be a reflectance in RGB, fitted where it is not of :attr:`model`.
+
+        Raises
+        ------
+        NacreError
+            If it is another, or cannot be fitted.
+        """
+        return fitted(self.reflectance(material), MODELS.find(self.model), progress)
 
     def reflectance(self, material: Brdf | Btf) -> Brdf:
         """A material that has to be a reflectance in RGB; NacreError where it is another."""

@@ -22,7 +22,7 @@ from nacre.errors import NacreError
 from nacre.geometry import half_vector, split
 from nacre.runtime.progress import Progress
 from nacre.sampling.energy import albedos
-from nacre.sampling.lit_views import lit_spheres, lit_views
+from nacre.sampling.lit_views import displayed, lit_spheres, lit_views
 from nacre.standard.closures import (
     HORIZON,
     LOBES,
@@ -44,9 +44,7 @@ _SIZE, _ROUGH_SIZE = 40, 20  # pixels along an edge of a sphere
 _FRONT, _BACK = np.linspace(0.0, 75.0, 12), np.linspace(80.0, 174.0, 20)  # degrees, light and view
 _WEIGHTS = 1.5, 2.5, 0.7  # of the kinds of pictures: views, front, back
 _SMOOTH = 2e-3  # weight of a step between nodes
-_GAMMA = 1.0 / 2.2
 _DARK = 3e-4  # added to what is seen: the gamma curve is steepest where little is to be seen
-_GLARE = 0.15  # slope of the tone curve over the logarithm above 1, where displays end
 _FLOOR = 1e-6  # mean squared error that no picture need be below
 _BEND = -0.4  # lowest bend over the facing ratio: mirror directions stay above the horizon
 _DIFFUSE_BEND = -0.9  # the same of the diffuse closure: its normal faces the viewer
@@ -154,7 +152,7 @@ class _Pictures:
         self._cosine = math.pi * wi[:, 2].astype(np.float64)
         self._weights = None if weights is None else weights.astype(np.float64)
         truth = np.where(known[:, None], np.maximum(brdf.eval(wi, wo), 0.0), 0.0)
-        self._target = _displayed(self._seen(truth.T.astype(np.float64)))[0]
+        self._target = displayed(self._seen(truth.T.astype(np.float64)), _DARK)[0]
         cell, part = self._pairs.cell, self._pairs.part
         if weights is not None:
             _, lights, count = weights.shape
@@ -176,7 +174,8 @@ class _Pictures:
         total = 0.0
         for channel in range(3):
             colors = local[_COLORS + channel]
-            shown, slope = _displayed(self._seen((colors * basis.values).sum(0)[None])[:, 0])
+            seen = self._seen((colors * basis.values).sum(0)[None])
+            shown, slope = displayed(seen[:, 0], _DARK)
             error = shown - self._target[:, channel]
             total += float(error @ error)
             if equations is not None:
@@ -188,14 +187,6 @@ class _Pictures:
             equations.gradient /= self._target.size
             equations.curvature /= self._target.size
         return total / self._target.size
-
-
-def _displayed(radiance: Vector) -> tuple[Vector, Vector]:
-    """What displays show, and its derivative."""
-    x = np.maximum(radiance, 0.0) + _DARK
-    dark = np.minimum(x, 1.0) ** _GAMMA
-    light = np.maximum(x, 1.0)
-    return dark + _GLARE * np.log(light), np.where(x < 1.0, _GAMMA * dark / x, _GLARE / light)
 
 
 class _Problem:

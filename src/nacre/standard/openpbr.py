@@ -30,10 +30,10 @@ from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, rotate
 from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
 from nacre.standard.albedo import ggx_albedo, scattered_again
-from nacre.standard.eon import eon
 from nacre.standard.fiber_sheen import MIN_SHEEN_ROUGHNESS, sheen
 from nacre.standard.metal_fresnel import metal, metal_at_82, metal_dip
 from nacre.standard.parameter_math import bounded, of_numbers
+from nacre.standard.rough_diffuse import eon
 from nacre.standard.thin_film import (
     amplitudes,
     dielectric_series,

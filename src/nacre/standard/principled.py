@@ -180,7 +180,7 @@ class _Layers:
             )
         self._add(a * facets.lobe * f for a, f in zip(again, once, strict=True))
         self._cover([a * facets.albedo * f for a, f in zip(again, seen, strict=True)])
-        self._add(rough_diffuse(self.wi, self.wo, values["diffuse_roughness"], color))
+        self._add(rough_diffuse(color, values["diffuse_roughness"], self.wi, self.wo))
 
     def _metal(self, values: Values, facets: _Facets, film: Film | None) -> Iterable[Array]:
         """Factors on the facets' lobe, a channel."""

@@ -1,4 +1,10 @@
-"""Rough diffuse reflection as Cycles has it."""
+"""Rough diffuse reflection that keeps energy: Oren and Nayar's model as improved by Fujii, and what
+facets scatter again (Portsmouth, Kutz and Hill 2024, "EON: A Practical Energy-Preserving Rough
+Diffuse BRDF", equations 12 and 14).
+
+Renderers depart from the paper, each in its way. Colors are the albedo of what scatters, in [0, 1],
+and so is the roughness; 0 is Lambert's.
+"""
 
 from __future__ import annotations
 
@@ -11,31 +17,43 @@ _SINGLE = 0.5 - 2.0 / (3.0 * math.pi)
 _MEAN = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 
 
-def rough_diffuse(
-    wi: Components, wo: Components, roughness: Array, color: Components
-) -> Components:
-    """f_r in 1/sr of the Oren-Nayar closure of Cycles (closure/bsdf_oren_nayar.h).
-
-    Fujii's model with what facets scatter again (Portsmouth, Kutz and Hill 2024, "EON: A Practical
-    Energy-Preserving Rough Diffuse BRDF", equations 12 and 14); that part has the color once more.
-
-    Parameters
-    ----------
-    roughness
-        In [0, 1]; 0 is Lambert's.
-    color
-        Albedo of what scatters, in [0, 1].
+def eon(color: Components, roughness: Array, wi: Components, wo: Components) -> Components:
+    """f_r in 1/sr as MaterialX has it (`mx_oren_nayar_diffuse_bsdf`): the cosine between the
+    directions is at least 0.
     """
+    cosine = namespace(*wi, *wo).maximum(dot(wi, wo), 0.0)
+    return _reflected(color, color, roughness, cosine, wi, wo)
+
+
+def rough_diffuse(
+    color: Components, roughness: Array, wi: Components, wo: Components
+) -> Components:
+    """f_r in 1/sr as Cycles has it (closure/bsdf_oren_nayar.h): what facets scatter again has the
+    color once more.
+    """
+    red, green, blue = (c * c for c in color)
+    return _reflected(color, (red, green, blue), roughness, dot(wi, wo), wi, wo)
+
+
+def _reflected(
+    color: Components,
+    again: Components,
+    roughness: Array,
+    cosine: Array,
+    wi: Components,
+    wo: Components,
+) -> Components:
+    """f_r in 1/sr, where what facets scatter again is colored by `again`, too."""
     xp = namespace(*wi, *wo)
-    s = dot(wi, wo) - wi[2] * wo[2]
+    s = cosine - wi[2] * wo[2]
     ratio = s / xp.where(s > 0.0, xp.maximum(wi[2], wo[2]), 1.0)
     scale = 1.0 / (1.0 + _SINGLE * roughness)
     once = scale * (1.0 + roughness * ratio)
-    again = scale * roughness * _loss(wi[2]) * _loss(wo[2]) * (1.0 / (_SINGLE - _MEAN))
+    lost = scale * roughness * _loss(wi[2]) * _loss(wo[2]) * (1.0 / (_SINGLE - _MEAN))
     mean = scale * (1.0 + _MEAN * roughness)
     red, green, blue = (
-        c * (once + c * c * mean / (1.0 - c * (1.0 - mean)) * again) * (1.0 / math.pi)
-        for c in color
+        c * (once + tint * mean / (1.0 - c * (1.0 - mean)) * lost) * (1.0 / math.pi)
+        for c, tint in zip(color, again, strict=True)
     )
     return red, green, blue
 

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from nacre.brdf import Brdf
-from nacre.errors import FormatError, NacreError
-from nacre.io.files import check_json, check_regular, check_size, opened, write_encoded
+from nacre.errors import FormatError
+from nacre.io.files import check_json, check_regular, check_size, opened
 from nacre.io.format import Format
 from nacre.runtime.progress import Progress
 from nacre.standard.files import gltf_material
 from nacre.standard.files.facts import FACTS
 from nacre.standard.files.sphere import Mesh, sphere
-from nacre.standard.fitted import fitted
-from nacre.standard.gltf import AnisotropicGltf, Gltf
+from nacre.standard.fitted import write_fitted
+from nacre.standard.gltf import Gltf
 
 _MAGIC, _VERSION = b"glTF", 2
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942  # "JSON" and "BIN\0"
@@ -118,11 +118,7 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
     FormatError
         If the path is bad, or the model cannot be fitted.
     """
-    try:
-        material = fitted(brdf, Gltf, progress, anisotropic=AnisotropicGltf)
-    except NacreError as error:
-        raise FormatError(f"{path}: {error}") from error
-    write_encoded(path, encode, material)
+    write_fitted(brdf, Gltf, path, encode, progress)
 
 
 def load(path: Path, material: str | None = None) -> Gltf:

@@ -22,7 +22,6 @@ from nacre.io.format import Format
 from nacre.io.text_file import parse_number
 from nacre.io.xml_file import read_xml
 from nacre.runtime.progress import Progress
-from nacre.standard.files import openpbr_inputs
 from nacre.standard.files.facts import FACTS, about, facts_of, node_name
 from nacre.standard.files.openpbr_inputs import (
     KINDS,
@@ -32,6 +31,7 @@ from nacre.standard.files.openpbr_inputs import (
     Input,
     read,
 )
+from nacre.standard.fitted import write_fitted
 from nacre.standard.openpbr import OpenPbr
 
 _LIMIT = 1 << 18
@@ -93,7 +93,7 @@ def save(brdf: Brdf, path: Path, progress: Progress | None = None) -> None:
     FormatError
         If the path is bad, or the model cannot be fitted.
     """
-    openpbr_inputs.save(brdf, path, encode, progress)
+    write_fitted(brdf, OpenPbr, path, encode, progress)
 
 
 def load(path: Path) -> OpenPbr:

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
-from nacre.brdf import Brdf
-from nacre.errors import FormatError, NacreError
-from nacre.io.files import write_encoded
-from nacre.runtime.progress import Progress
-from nacre.standard import fitted
+from nacre.errors import FormatError
 from nacre.standard.files.facts import parsed_facts
 from nacre.standard.openpbr import ANGLE, AnisotropicOpenPbr, OpenPbr
 
@@ -80,23 +75,6 @@ KINDS: Mapping[str, type] = {
 """Inputs with a value, and whether it is a number (a truth value counts as one) or a color."""
 
 _ANISOTROPY = "specular_roughness_anisotropy", "coat_roughness_anisotropy"
-
-
-def save(
-    brdf: Brdf, path: Path, encode: Callable[[OpenPbr], bytes], progress: Progress | None
-) -> None:
-    """Write a reflectance: itself where it is of the model, else the fit to it.
-
-    Raises
-    ------
-    FormatError
-        If the path is bad, or the model cannot be fitted.
-    """
-    try:
-        material = fitted(brdf, OpenPbr, progress, anisotropic=AnisotropicOpenPbr)
-    except NacreError as error:
-        raise FormatError(f"{path}: {error}") from error
-    write_encoded(path, encode, material)
 
 
 def read(inputs: Mapping[str, Input], angle: float | None, facts: str | None) -> OpenPbr:

@@ -17,7 +17,6 @@ from nacre.errors import FormatError
 from nacre.io.files import read_bytes
 from nacre.io.format import Format
 from nacre.runtime.progress import Progress
-from nacre.standard.files import openpbr_inputs
 from nacre.standard.files.facts import FACTS, about, facts_of, node_name
 from nacre.standard.files.openpbr_inputs import (
     KINDS,
@@ -27,6 +26,7 @@ from nacre.standard.files.openpbr_inputs import (
     read,
 )
 from nacre.standard.files.usda_text import Path, Prim, Property, parse, quoted
+from nacre.standard.fitted import write_fitted
 from nacre.standard.openpbr import OpenPbr
 
 _LIMIT = 1 << 18
@@ -162,7 +162,7 @@ def save(brdf: Brdf, path: FilePath, progress: Progress | None = None) -> None:
     FormatError
         If the path is bad, or the model cannot be fitted.
     """
-    openpbr_inputs.save(brdf, path, encode, progress)
+    write_fitted(brdf, OpenPbr, path, encode, progress)
 
 
 def load(path: FilePath) -> OpenPbr:
