@@ -21,10 +21,8 @@ from nacre.errors import NacreError
 from nacre.numerics.levenberg_marquardt import Vector, minimize
 from nacre.runtime.adjustable import AdjustableFunction
 from nacre.runtime.progress import Progress
-from nacre.sampling.lit_views import displayed, lit_spheres, lit_views
+from nacre.sampling.lit_views import LAMPS, SHARPNESS, displayed, lit_spheres, lit_views
 
-_SHARPNESS = 1.0, 2000.0  # of the lamps: from half of the sky to a small bulb
-_LAMPS = 12  # of a light, with the sky
 _ANGLES = (0.0, 20.0, 45.0, 70.0, 100.0)  # between light and view; degrees
 _GAMMA = 1.0 / 2.2
 _DARK = 1e-4  # added to what is seen: of black, the gamma curve has no derivative
@@ -57,7 +55,7 @@ class Pictures:
 
     def __init__(self, brdf: Brdf, isotropic: bool, seed: int, *, rough: bool = False) -> None:
         views, size = ((16, 128, 4), 12) if rough else ((48, 384, 8), 24)
-        self._lit = lit_views(seed, *views, _SHARPNESS, _LAMPS, isotropic)
+        self._lit = lit_views(seed, *views, SHARPNESS, LAMPS, isotropic)
         pairs = lit_spheres(_ANGLES, size, isotropic)
         self._shape = self._lit.wi.shape
         self._count = math.prod(self._shape[:2])

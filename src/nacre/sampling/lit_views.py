@@ -13,6 +13,11 @@ from nacre.array import Floats, Weights
 from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.sampling.moment import propose_lights
 
+SHARPNESS, LAMPS = (1.0, 2000.0), 12
+"""Lamps that fits to pictures mix to a light: from half of the sky to a small bulb, and how many.
+
+With none that are small, a lobe may become a mirror unpunished."""
+
 _SPREAD = 0.4  # of the lamps about the mirror direction
 _GAMMA = 1.0 / 2.2
 _GLARE = 0.15  # slope over the logarithm above 1, where displays end

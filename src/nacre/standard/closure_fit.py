@@ -22,7 +22,7 @@ from nacre.errors import NacreError
 from nacre.geometry import half_vector, split
 from nacre.runtime.progress import Progress
 from nacre.sampling.energy import albedos
-from nacre.sampling.lit_views import displayed, lit_spheres, lit_views
+from nacre.sampling.lit_views import LAMPS, SHARPNESS, displayed, lit_spheres, lit_views
 from nacre.standard.closures import (
     HORIZON,
     LOBES,
@@ -38,7 +38,6 @@ Vector = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 _VIEWS, _ROUGH_VIEWS = (80, 512, 12), (32, 200, 6)  # views, directions and lights of each
-_LAMPS, _SHARPNESS = 3, (1.0, 60.0)
 _GRAZING = 1.3  # power of an even number that is the facing ratio of half of the views
 _SIZE, _ROUGH_SIZE = 40, 20  # pixels along an edge of a sphere
 _FRONT, _BACK = np.linspace(0.0, 75.0, 12), np.linspace(80.0, 174.0, 20)  # degrees, light and view
@@ -48,8 +47,9 @@ _DARK = 3e-4  # added to what is seen: the gamma curve is steepest where little 
 _FLOOR = 1e-6  # mean squared error that no picture need be below
 _BEND = -0.4  # lowest bend over the facing ratio: mirror directions stay above the horizon
 _DIFFUSE_BEND = -0.9  # the same of the diffuse closure: its normal faces the viewer
+_NARROW = 0.1  # least roughness: below it lobes are narrower than the cells of tables, and sparkle
 _STEP = 1e-4  # of differences
-_STARTS = ((0.2, 0.4, 0.7), (0.1, 0.25, 0.5), (0.4, 0.6, 0.9), (0.06, 0.4, 0.8))
+_STARTS = ((0.2, 0.4, 0.7), (0.1, 0.25, 0.5), (0.4, 0.6, 0.9), (0.1, 0.4, 0.8))
 _FEW, _ALL = 40, 80  # steps of a start, and of the best of them
 
 _DIFFUSE = 0  # column of the first channel
@@ -199,7 +199,7 @@ class _Problem:
         even = (np.arange(count // 2) + 0.5) / (count // 2)
         facing = np.concatenate([np.sqrt(even), even**_GRAZING])
         sines = (1.0 - facing**2).tolist()
-        lit = lit_views(seed, sines, directions, lights, _SHARPNESS, _LAMPS, brdf.isotropic)
+        lit = lit_views(seed, sines, directions, lights, SHARPNESS, LAMPS, brdf.isotropic)
         spheres = (lit_spheres(x.tolist(), size, brdf.isotropic) for x in (_FRONT, _BACK))
         self.kinds = [
             _Pictures(brdf, lit.wi, lit.wo, lit.weights),
@@ -213,6 +213,7 @@ class _Problem:
         )
         nodes = np.asarray(NODES)
         low[:, _BENDS[1:]], low[:, _BENDS[0]] = _BEND * nodes[:, None], _DIFFUSE_BEND * nodes
+        low[:, np.ravel(_SHAPES)] = _NARROW
         self.low, self.high = low, high
 
     def value(self, table: Vector) -> float:
