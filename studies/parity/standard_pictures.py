@@ -1,8 +1,9 @@
 """One material as itself, network, closure mixture in Cycles, OpenPBR and glTF, under two lights.
 
-    NACRE_BLENDER_PYTHON=... python -m studies.parity.standard_pictures [FILE] -o docs/images
+    NACRE_BLENDER_PYTHON=... python -m studies.parity.standard_pictures -o docs/images
+    ... -m studies.parity.standard_pictures carpaint_red.mbsdf --name carpaint -o docs/images
 
-Writes `standard.png`: the sphere of :mod:`nacre.render.sphere`. The closure mixture is rendered by
+Writes one picture: the sphere of :mod:`nacre.render.sphere`. The closure mixture is rendered by
 Cycles of the exported script, the others by their formulas, which other programs have checked. PSNR
 and FLIP are of the material itself.
 """
@@ -35,6 +36,7 @@ def main() -> None:
     study = Study(__doc__, __file__)
     default = data("rgl", "satin_rosaline_rgb.bsdf")
     study.add_argument("file", nargs="?", type=Path, default=default, help="material")
+    study.add_argument("--name", default="standard", help="of the picture's file, without .png")
     study.add_argument("--samples", type=int, default=1024, help="of Cycles a pixel")
     options = study.options()
     if missing := blender.missing():
@@ -62,7 +64,7 @@ def main() -> None:
             errors, _ = image_errors(truth, picture, mask)
             log(name, title, f"{errors.psnr:.1f} dB, FLIP {errors.flip:.3f}")
             _show(page, column, y, picture, f"{title}\n{errors.psnr:.1f} dB, {errors.flip:.3f}")
-    write_bytes(page.pixels(), study.output / "standard.png")
+    write_bytes(page.pixels(), study.output / f"{options.name}.png")
 
 
 def _show(page: Page, column: int, y: float, picture: Weights, caption: str) -> None:
