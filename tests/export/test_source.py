@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import nacre
+from nacre.analytic import MODELS
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.export import TARGETS, Function, export, identifier, preamble, program, safe
@@ -17,6 +18,7 @@ from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.workflows.places import PLACES
 from studies.parity.materials import material
+from tests.analytic.materials import closures
 from tests.cli.support import assert_refused, run, run_json
 
 HOSTILE = (
@@ -31,6 +33,7 @@ HOSTILE = (
 )
 
 COMMENTS = {"brdf": b"#", "pytorch": b"#", "materialx": (b"//", b"  <!-- ")}
+COMMENTS["materialx-closures"] = COMMENTS["materialx"]
 """What begins a comment, where it is not //."""
 
 
@@ -55,18 +58,22 @@ def test_an_identifier_is_of_a_length_that_compilers_take():
 
 BINARY = "onnx", "npy", "h5"
 """Targets that are no text."""
-TEXTS = [name for name, kind in TARGETS.members() if name not in BINARY and not kind.model]
-"""Those that fit a material first have the name as data (see test_blender.py)."""
+CLOSURES = "osl-closures", "materialx-closures"
+"""Of those that fit a material first; others have the name as data (see test_blender.py)."""
+TEXTS = [
+    name
+    for name, kind in TARGETS.members()
+    if name in CLOSURES or not (name in BINARY or kind.model)
+]
 
 
 @pytest.mark.parametrize("target", TEXTS)
 @pytest.mark.parametrize("text", HOSTILE)
 def test_nothing_of_a_name_is_code(target: str, text: str) -> None:
     """The output differs from that of a harmless name in comments only."""
+    held = MODELS["closures"](**closures()) if target in CLOSURES else material("glossy")
     named = {
-        each: TARGETS[target]().files(
-            material("glossy").replaced(name=each, source={"terms": each}), "same"
-        )
+        each: TARGETS[target]().files(held.replaced(name=each, source={"terms": each}), "same")
         for each in (text, "harmless")
     }
     assert list(named[text]) == list(named["harmless"])
