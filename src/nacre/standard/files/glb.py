@@ -137,8 +137,9 @@ def load(path: Path, material: str | None = None) -> Gltf:
         If the file is absent or damaged, has no such material, or one that the model cannot hold:
         with textures, transparency, emission, or extensions that the model has not.
     """
+    text = _text(path)
     try:
-        content = json.loads(_text(path).decode("utf-8"))
+        content = json.loads(text.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is not whole JSON: {error}") from error
     found = content.get("materials") if isinstance(content, dict) else None

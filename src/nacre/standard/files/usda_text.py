@@ -94,6 +94,11 @@ class _Parser:
         line = self._text.count("\n", 0, self._start) + 1
         return FormatError(f"line {line}: {problem}")
 
+    def _unexpected(self, wanted: str, word: str) -> FormatError:
+        if not word:
+            return self._fail(f"ends where {wanted} is expected; the file is cut short")
+        return self._fail(f"expected {wanted}, found {word[:40]!r}")
+
     def _next(self) -> tuple[str, str]:
         """What was ahead; the token behind it is ahead now."""
         before = self._kind, self._word
@@ -112,7 +117,7 @@ class _Parser:
     def _take(self, kind: str, *words: str) -> str:
         if self._kind != kind or (words and self._word not in words):
             wanted = " or ".join(map(repr, words)) or f"a {kind}"
-            raise self._fail(f"expected {wanted}, found {self._word[:40]!r}")
+            raise self._unexpected(wanted, self._word)
         return self._next()[1]
 
     def _skip(self, *words: str) -> bool:
@@ -192,7 +197,7 @@ class _Parser:
             found = self._entries() if word == "{" else self._items(_CLOSING[word])
             self._depth -= 1
             return found
-        raise self._fail(f"expected a value, found {word[:40]!r}")
+        raise self._unexpected("a value", word)
 
     def _items(self, closing: str) -> tuple[Any, ...]:
         found = []
