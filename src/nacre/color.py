@@ -17,6 +17,11 @@ from nacre.array import Array, Colors, Components, Floats, Table, namespace
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear Rec. 709 red, green and blue in luminance (ITU-R BT.709)."""
 
+GAMMA = 2.2
+"""Exponent of displays (NBRDF paper, section 3.2)."""
+
+_GLARE = 0.15  # slope over the logarithm above 1, where displays end
+
 FIRST, STEP = 360.0, 10.0
 """Wavelength of the first node and distance of two nodes, nm."""
 
@@ -68,7 +73,7 @@ def xyz_to_rgb(xyz: Colors) -> npt.NDArray[np.float64]:
     return np.asarray(np.asarray(xyz, np.float64) @ to_rgb.T)
 
 
-def tone_map(image: Floats, gamma: float = 2.2) -> Floats:
+def tone_map(image: Floats, gamma: float = GAMMA) -> Floats:
     """Clip linear values to [0, 1] and apply a gamma curve (NBRDF paper, section 3.2).
 
     Parameters
@@ -80,6 +85,20 @@ def tone_map(image: Floats, gamma: float = 2.2) -> Floats:
     """
     mapped: Floats = np.clip(image, 0.0, 1.0) ** (1.0 / gamma)
     return mapped
+
+
+def displayed(radiance: Floats, dark: float) -> tuple[Floats, Floats]:
+    """What displays show of radiance, and its derivative; negative radiance counts as 0.
+
+    Up to 1 it is the gamma curve, above a slow logarithm, so that highlights still count a little.
+    `dark` is added to the radiance: of black, the gamma curve has no derivative.
+    """
+    x = np.maximum(radiance, 0.0) + dark
+    below = np.minimum(x, 1.0) ** (1.0 / GAMMA)
+    above = np.maximum(x, 1.0)
+    return below + _GLARE * np.log(above), np.where(
+        x < 1.0, 1.0 / GAMMA * below / x, _GLARE / above
+    )
 
 
 def srgb_to_linear(encoded: Floats) -> Floats:

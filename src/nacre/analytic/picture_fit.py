@@ -17,14 +17,14 @@ import numpy as np
 from nacre.analytic.model import CHANNELS, AnalyticBrdf, Parameter
 from nacre.array import Floats
 from nacre.brdf import Brdf
+from nacre.color import GAMMA, displayed
 from nacre.errors import NacreError
 from nacre.numerics.levenberg_marquardt import Vector, minimize
 from nacre.runtime.adjustable import AdjustableFunction
 from nacre.runtime.progress import Progress
-from nacre.sampling.lit_views import LAMPS, SHARPNESS, displayed, lit_spheres, lit_views
+from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
 
 _ANGLES = (0.0, 20.0, 45.0, 70.0, 100.0)  # between light and view; degrees
-_GAMMA = 1.0 / 2.2
 _DARK = 1e-4  # added to what is seen: of black, the gamma curve has no derivative
 _STEP = 1e-2  # of differences, on the whole line
 _LIMIT = 12.0  # of parameters on the whole line: beyond it they are at their bounds
@@ -91,7 +91,7 @@ class _Problem:
         self._function = AdjustableFunction(model.formula, {p.name: p.shape for p in self.numbers})
         ends = np.cumsum([p.size for p in self.numbers])
         self._parts = [slice(end - p.size, end) for p, end in zip(self.numbers, ends, strict=True)]
-        seen = np.mean(pictures.target[1].reshape(-1, CHANNELS) ** (1.0 / _GAMMA), axis=0)
+        seen = np.mean(pictures.target[1].reshape(-1, CHANNELS) ** GAMMA, axis=0)
         self._tint = seen / seen.max()
         self.weigh((1.0, 1.0))
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from nacre.brdf import Brdf
+from nacre.color import GAMMA
 from nacre.errors import NacreError
 from nacre.latent.autoencoder import Autoencoder
 from nacre.latent.descent import Tensor, descend, free_layer, torch
@@ -33,7 +34,7 @@ from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.numerics.pca import Double
 from nacre.runtime.progress import Progress
 
-_GAMMA, _DARKEST = 2.2, 1e-12  # of the tone curve, and the value below which it is clamped
+_DARKEST = 1e-12  # value below which pictures are clamped
 _EDGE, _ANGLES = 64, (10.0, 30.0, 45.0, 60.0, 80.0, 100.0, 120.0)
 """Pixels along an edge of a picture, and degrees off the view of the lights (NBRDF paper, 3.2): one
 light alone would show one angle theta_d only."""
@@ -132,7 +133,7 @@ class _Training:
     def _pictures(self, networks: Tensor, pixels: Tensor) -> Tensor:
         """Values of display of networks at some pixels, shape (networks, n, 3)."""
         radiance = tensor_reflectance(networks, self._inputs[pixels]) * self._cosine[pixels]
-        return radiance.clamp(min=_DARKEST).pow(1.0 / _GAMMA)
+        return radiance.clamp(min=_DARKEST).pow(1.0 / GAMMA)
 
     def _codes(self, seen: Tensor) -> Tensor:
         return forward(seen, self._layers[:2], SILU)

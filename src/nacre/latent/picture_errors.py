@@ -6,13 +6,13 @@ import numpy as np
 
 from nacre.array import Floats
 from nacre.brdf import Brdf
+from nacre.color import GAMMA
 from nacre.latent.directions import isotropic_values, shared_directions
 from nacre.latent.recipes import GAIN
 from nacre.sampling.lit_views import lit_views
 
 _SINGLE = 2048  # directions of the first kind: a code has a few dozen values
 _SEEN = 10.0  # weight of the mean error of what views see, beside that of single directions
-_GAMMA = 1.0 / 2.2
 _DARK = 1e-4  # added to what views see: of black, the gamma curve has no derivative
 
 
@@ -60,7 +60,7 @@ class PictureErrors:
         u = f_r[self._single] * self._weight
         single = rates[:, self._single] * (self._weight / (1.0 + np.abs(u)))
         radiance = self._lit.radiance(self._on_lit_views(np.maximum(f_r, 0.0)))
-        slope = self._weight_of_views * _GAMMA * (radiance + _DARK) ** (_GAMMA - 1.0)
+        slope = self._weight_of_views * (1.0 / GAMMA) * (radiance + _DARK) ** (1.0 / GAMMA - 1.0)
         if f_r.min() < 0.0:
             rates = np.where(f_r > 0.0, rates, 0.0)
         seen = self._lit.radiance(self._on_lit_views(rates)) * slope
@@ -68,7 +68,7 @@ class PictureErrors:
 
     def _displayed(self, f_r: Floats) -> Floats:
         seen: Floats = self._lit.radiance(self._on_lit_views(np.maximum(f_r, 0.0))) + _DARK
-        return seen**_GAMMA
+        return seen ** (1.0 / GAMMA)
 
     def _on_lit_views(self, values: Floats) -> Floats:
         """Values at the directions of the lit views, (..., v, n, 3); 0 where not known."""

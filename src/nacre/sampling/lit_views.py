@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Floats, Weights
+from nacre.array import Weights
 from nacre.geometry import join, rotate, split, to_spherical, uniform_hemisphere
 from nacre.sampling.moment import propose_lights
 
@@ -19,8 +19,6 @@ SHARPNESS, LAMPS = (1.0, 2000.0), 12
 With none that are small, a lobe may become a mirror unpunished."""
 
 _SPREAD = 0.4  # of the lamps about the mirror direction
-_GAMMA = 1.0 / 2.2
-_GLARE = 0.15  # slope over the logarithm above 1, where displays end
 
 
 @dataclass(frozen=True)
@@ -97,18 +95,6 @@ def lit_views(
     radiance[:, 0] = 1.0
     weights = radiance * (wi[..., 2] / density)[:, None] / directions
     return LitViews(*(array.astype(np.float32) for array in (wi, wo, weights)))
-
-
-def displayed(radiance: Floats, dark: float) -> tuple[Floats, Floats]:
-    """What displays show of radiance, and its derivative; negative radiance counts as 0.
-
-    Up to 1 it is the gamma curve, above a slow logarithm, so that highlights still count a little.
-    `dark` is added to the radiance: of black, the gamma curve has no derivative.
-    """
-    x = np.maximum(radiance, 0.0) + dark
-    below = np.minimum(x, 1.0) ** _GAMMA
-    above = np.maximum(x, 1.0)
-    return below + _GLARE * np.log(above), np.where(x < 1.0, _GAMMA * below / x, _GLARE / above)
 
 
 def lit_spheres(

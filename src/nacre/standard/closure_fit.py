@@ -18,11 +18,12 @@ import numpy.typing as npt
 
 from nacre.array import Floats, Mask
 from nacre.brdf import Brdf
+from nacre.color import displayed
 from nacre.errors import NacreError
 from nacre.geometry import half_vector, split
 from nacre.runtime.progress import Progress
 from nacre.sampling.energy import albedos
-from nacre.sampling.lit_views import LAMPS, SHARPNESS, displayed, lit_spheres, lit_views
+from nacre.sampling.lit_views import LAMPS, SHARPNESS, lit_spheres, lit_views
 from nacre.standard.closures import (
     HORIZON,
     LOBES,
