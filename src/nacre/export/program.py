@@ -36,7 +36,7 @@ class Function:
         What computes each value, by its number and in order; see :mod:`nacre.runtime.trace`.
     results
         Values that each result has, by name and in order.
-    numbers, tables
+    numbers, tables, origins
         Those of the trace.
     """
 
@@ -46,6 +46,7 @@ class Function:
     results: Mapping[str, Sequence[int]]
     numbers: Sequence[float]
     tables: Sequence[Weights]
+    origins: Mapping[int, Any]
 
     def parameter(self, index: int) -> tuple[str, int]:
         """Which parameter an input is of, and which of its numbers it is."""
@@ -95,7 +96,7 @@ class Function:
             found[result] = tuple(trace.as_value(part, FLOAT).number for part in parts)
         order = needed(trace.operations, itertools.chain(*found.values()))
         operations = {number: trace.operations[number] for number in order}
-        return cls(name, parameters, operations, found, trace.numbers, trace.tables)
+        return cls(name, parameters, operations, found, trace.numbers, trace.tables, trace.origins)
 
 
 def program(brdf: Brdf, *, expanded: Formulas = NATIVE) -> dict[str, Function]:

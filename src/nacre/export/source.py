@@ -10,7 +10,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -65,6 +65,10 @@ class Language:
         if _LARGEST < abs(float(text)) < math.inf:  # its shortest text, which compilers refuse
             text = repr(math.copysign(_LARGEST, value))
         return text if any(c in text for c in ".en") else f"{text}.0"
+
+    def datum(self, origin: Any) -> str:
+        """Place of a number that is data of a function, for languages that leave it open."""
+        raise NotImplementedError(origin)
 
     def type(self, count: int, kind: str = FLOAT) -> str:
         """Type of so many values."""
@@ -268,6 +272,8 @@ class Body:
             return self._language.component(*self._function.parameter(arguments[0]))
         if name == "whole":
             return str(arguments[0])
+        if name == "datum":
+            return self._language.datum(self._function.origins[arguments[0]])
         constant = self._function.number(item)
         return None if constant is None else self._language.literal(constant)
 

@@ -50,6 +50,8 @@ class Trace:
         What computes each value.
     numbers
         Those of the formula, in the order of their first use.
+    origins
+        Of those numbers that are data (:class:`nacre.runtime.data.Datum`), by place.
     tables
         Flat arrays that it gathers from, and weights of layers.
     """
@@ -58,6 +60,7 @@ class Trace:
         self.expanded = expanded
         self.operations: list[Operation] = []
         self.numbers: list[float] = []
+        self.origins: dict[int, Any] = {}
         self.tables: list[Weights] = []
         self._known: dict[Operation, int] = {}
 
@@ -83,6 +86,8 @@ class Trace:
         known = ("datum", value.origin) if isinstance(value, Datum) else ("number", str(single))
         if known not in self._known:
             self._known[known] = len(self.numbers)
+            if isinstance(value, Datum):
+                self.origins[len(self.numbers)] = value.origin
             self.numbers.append(single)
         return self.add(FLOAT, known[0], self._known[known])
 

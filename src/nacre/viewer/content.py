@@ -1,0 +1,161 @@
+"""What a page holds of materials and environments."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nacre.brdf import Brdf
+from nacre.color import tone_map
+from nacre.errors import require
+from nacre.export.glsl import Glsl
+from nacre.neural.file import encode
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.render.environment import Environment
+from nacre.render.lights import DirectionalLight
+from nacre.render.sphere import render_sphere
+from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
+from nacre.viewer.page import document
+from nacre.viewer.programs import NAME, key_of, template
+
+_THUMBNAIL = 96  # pixels along an edge
+_QUALITY = 80
+_LONGEST = 200
+"""Characters of a fact that a page shows."""
+
+_FACTS = {
+    "model": "Model",
+    "inputs": "Inputs",
+    "layers": "Layers",
+    "memory bytes": "Bytes",
+    "fitted to": "Fitted to",
+    "held out loss": "Held-out loss",
+    "terms of the source": "Terms",
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A material of a page.
+
+    Parameters
+    ----------
+    name
+        For people.
+    forms
+        What it is shown as, by a word for each; the first is shown first.
+    group
+        Heading of the shelf under which it stands.
+    facts
+        More to say of it than its forms do.
+    """
+
+    name: str
+    forms: Mapping[str, Brdf]
+    group: str = ""
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+class Content:
+    """What a page shows, gathered piece by piece; :meth:`page` is the whole.
+
+    Attributes
+    ----------
+    facts, parts
+        JSON and bytes as the page's scripts read them.
+    """
+
+    def __init__(self, environments: Sequence[Environment]) -> None:
+        self.parts: dict[str, bytes] = {}
+        self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
+        for environment in environments:
+            self._add_environment(environment)
+
+    def add(self, entry: Entry) -> None:
+        """One more material.
+
+        Raises
+        ------
+        NacreError
+            If a form of it is no formula; the message says what makes one of it.
+        """
+        index = len(self.facts["materials"])
+        forms = []
+        for label, brdf in entry.forms.items():
+            form = {"label": label, "known": _known(brdf)}
+            forms.append(form | self._form(f"{index} {label}", brdf))
+        thumbnail = self.part(f"thumbnail {index}", _thumbnail(next(iter(entry.forms.values()))))
+        shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
+        self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+
+    def part(self, name: str, content: bytes) -> str:
+        """Keep bytes under a name, which is returned."""
+        self.parts[name] = content
+        return name
+
+    def page(self, title: str) -> bytes:
+        """The page, as UTF-8; it needs nothing but a browser."""
+        return document(title, self.facts, self.parts)
+
+    def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
+        if not isinstance(brdf, NeuralBrdf):
+            text = "\n\n".join(Glsl().written(brdf, NAME).values())
+            return {"glsl": self.part(f"glsl {name}", text.encode())}
+        key = key_of(brdf)
+        if all(known["key"] != key for known in self.facts["templates"]):
+            self.facts["templates"].append(asdict(template(brdf)))
+        return {"file": self.part(f"file {name}", encode(brdf))}
+
+    def _add_environment(self, environment: Environment) -> None:
+        name = self.part(
+            f"environment {len(self.facts['environments'])}",
+            shared_exponents(smaller(environment.exposed().pixels)),
+        )
+        width, height = MAP_SIZE
+        shown = {"name": environment.name, "part": name, "width": width, "height": height}
+        self.facts["environments"].append(shown)
+
+
+def page(
+    title: str,
+    entries: Sequence[Entry],
+    environments: Sequence[Environment],
+    progress: Callable[[int], None] | None = None,
+) -> bytes:
+    """A page of materials under environments, as UTF-8.
+
+    `progress` is called with the number of materials that are packed. See :class:`Content`.
+    """
+    content = Content(environments)
+    for count, entry in enumerate(entries, 1):
+        content.add(entry)
+        if progress is not None:
+            progress(count)
+    return content.page(title)
+
+
+def _known(brdf: Brdf) -> dict[str, str]:
+    known = brdf.describe()
+    return {
+        title: _said(known[name])[:_LONGEST]
+        for name, title in _FACTS.items()
+        if known.get(name) is not None
+    }
+
+
+def _said(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    return f"{value:,}" if isinstance(value, int) else str(value)
+
+
+def _thumbnail(brdf: Brdf) -> bytes:
+    image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
+    pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
+    stream = io.BytesIO()
+    require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
+    return stream.getvalue()

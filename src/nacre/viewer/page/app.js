@@ -1,0 +1,120 @@
+// The page: what it holds, what is chosen, and the mode that shows it.
+
+import { Controls } from "./controls.js";
+import { element, made } from "./dom.js";
+import { Materials } from "./materials.js";
+import { MODES } from "./modes.js";
+import { Renderer } from "./renderer.js";
+import { Shelf } from "./shelf.js";
+
+export class Page {
+  constructor({ facts, bytes }) {
+    Object.assign(this, { facts, bytes, materials: new Materials(facts, bytes) });
+    this.renderer = new Renderer(element("picture"));
+    this.chosen = this.materials.list[0];
+    this.form = this.chosen.forms[0];
+    this.controls = new Controls(this);
+    this.shelf = new Shelf(this, (k) => this.attempt(() => this.choose(k)));
+    this.modes = MODES.map((Mode) => new Mode(this)).filter((mode) => mode.available());
+    this.tabs();
+    this.choose(0);
+    this.loop();
+  }
+
+  tabs() {
+    const list = element("modes");
+    list.hidden = this.modes.length < 2;
+    this.modes.forEach((mode, k) => {
+      const name = mode.title.toLowerCase();
+      const tab = made("button", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` }, mode.title);
+      tab.addEventListener("click", () => this.attempt(() => this.open(mode)));
+      list.append(tab);
+      Object.assign(mode.panel, { id: `panel-${name}`, hidden: true });
+      mode.panel.setAttribute("role", "tabpanel");
+      mode.panel.setAttribute("aria-labelledby", tab.id);
+      element("panels").append(mode.panel);
+      mode.tab = tab;
+      tab.addEventListener("keydown", (e) => {
+        const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
+        if (!step) return;
+        const next = this.modes[(k + step + this.modes.length) % this.modes.length];
+        next.tab.focus();
+        this.attempt(() => this.open(next));
+      });
+    });
+    this.open(this.modes[0]);
+  }
+
+  open(mode) {
+    if (this.mode === mode) return;
+    this.mode?.close();
+    this.mode = mode;
+    for (const each of this.modes) {
+      each.panel.hidden = each !== mode;
+      each.tab.setAttribute("aria-selected", `${each === mode}`);
+      each.tab.tabIndex = each === mode ? 0 : -1;
+    }
+    document.body.dataset.mode = mode.title.toLowerCase();
+    mode.open();
+  }
+
+  // Show a material of the shelf, in a form of it.
+  choose(k, form = 0) {
+    const chosen = this.materials.list[k];
+    this.materials.shown(chosen.forms[form]);
+    Object.assign(this, { chosen, form: chosen.forms[form] });
+    this.shelf.select(k);
+    this.describe();
+    this.mode.changed();
+  }
+
+  // Add a material to the shelf and choose it.
+  add(material) {
+    this.materials.list.push(material);
+    this.shelf.add(material);
+    this.choose(this.materials.list.length - 1);
+  }
+
+  describe() {
+    const { chosen, form } = this;
+    element("name").textContent = chosen.name;
+    element("forms").replaceChildren(...(chosen.forms.length < 2 ? [] : chosen.forms.map((each, k) => {
+      const button = made("button", { type: "button", "aria-pressed": `${each === form}` }, each.label);
+      button.addEventListener("click", () => this.attempt(() => this.choose(this.shelf.selected, k)));
+      return button;
+    })));
+    element("known").replaceChildren(...Object.entries({ ...chosen.known, ...form.known }).flatMap(([key, value]) =>
+      [made("dt", {}, key), made("dd", {}, value)]));
+    element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);
+  }
+
+  // Change the scene; see Renderer.change.
+  scene(change) {
+    this.renderer.change(change);
+    this.mode?.lit?.(change);
+  }
+
+  // Do something; what fails is said, and the page goes on. What is done in time is waited for.
+  attempt(change) {
+    const say = (text) => {
+      element("trouble").hidden = !text;
+      element("trouble").textContent = text;
+    };
+    try {
+      say("");
+      return Promise.resolve(change()).catch((error) => say(error.message));
+    } catch (error) {
+      say(error.message);
+    }
+  }
+
+  // Frames are drawn while the last are done: a queue of them would freeze the page.
+  loop() {
+    if (this.renderer.done()) {
+      const status = this.mode.draw();
+      this.renderer.mark();
+      if (element("status").textContent !== status) element("status").textContent = status;
+    }
+    requestAnimationFrame(() => this.loop());
+  }
+}

@@ -1,0 +1,83 @@
+// Shape, light and exposure; turning the shape and moving the lamp on the picture.
+
+import { choice, element, made, range } from "./dom.js";
+import { pixelsOf } from "./light.js";
+
+const SHAPES = [["sphere", "Sphere"], ["ball", "Ball"], ["cloth", "Cloth"], ["knot", "Knot"]];
+const KEYS = { ArrowLeft: [-12, 0], ArrowRight: [12, 0], ArrowUp: [0, -12], ArrowDown: [0, 12] };
+const DISTANCE = 2.5; // of the lamp, in radii of the shape
+
+export class Controls {
+  constructor(page) {
+    this.page = page;
+    this.view = { azimuth: 0, elevation: 0 };
+    this.lamp = { x: -0.5, y: 0.5 };
+    const scene = (change) => page.attempt(() => page.scene(change));
+    const lights = page.facts.environments.map((each, k) => [k, each.name]);
+    element("controls").append(
+      choice("Shape", SHAPES, (shape) => scene({ shape })),
+      choice("Light", [...lights, ["none", "Lamp alone"]], (k) => page.attempt(() => this.light(k))),
+      range("Rotation", [-180, 180, 1, 0], (x) => scene({ rotation: (x * Math.PI) / 180 })),
+      range("Exposure", [-4, 4, 0.1, 0], (x) => scene({ exposure: 2 ** x })),
+      range("Lamp", [0, 4, 0.1, 0], (x) => this.shine(x)),
+    );
+    this.strength = element("controls").lastChild.firstElementChild;
+    this.handle = made("button", { id: "lamp", type: "button", title: "Lamp: drag it, or move it with the arrow keys", "aria-label": "Lamp", hidden: true });
+    element("frame").append(this.handle);
+    this.dragged(element("picture"), (across, down) => this.turn(across, down));
+    this.dragged(this.handle, (across, down) => {
+      const radius = element("picture").getBoundingClientRect().width / 2;
+      this.move(this.lamp.x + across / radius, this.lamp.y - down / radius);
+    });
+    this.light(0);
+    this.move(this.lamp.x, this.lamp.y);
+  }
+
+  // Call with pixels across and down as something is dragged or arrow keys are pressed.
+  dragged(target, change) {
+    target.addEventListener("pointerdown", (e) => target.setPointerCapture(e.pointerId));
+    target.addEventListener("pointermove", (e) => {
+      if (target.hasPointerCapture(e.pointerId)) this.page.attempt(() => change(e.movementX, e.movementY));
+    });
+    target.addEventListener("keydown", (e) => {
+      if (!KEYS[e.key] || e.altKey || e.ctrlKey || e.metaKey) return;
+      e.preventDefault();
+      this.page.attempt(() => change(...KEYS[e.key]));
+    });
+  }
+
+  turn(across, down) {
+    const { view } = this;
+    view.azimuth += across / 150;
+    view.elevation = Math.min(Math.max(view.elevation + down / 150, -1.5), 1.5);
+    const [c, s, d, t] = [Math.cos(view.azimuth), Math.sin(view.azimuth), Math.cos(view.elevation), Math.sin(view.elevation)];
+    this.page.scene({ turn: [c, s * t, -s * d, 0, d, t, s, -c * t, c * d] });
+  }
+
+  light(k) {
+    if (k !== "none") {
+      const { part, width, height } = this.page.facts.environments[k];
+      this.page.renderer.light(pixelsOf(this.page.bytes(part)), width, height);
+    } else if (Number(this.strength.value) === 0) {
+      this.strength.value = 1;
+      this.shine(1);
+    }
+    this.page.scene({ surroundings: k === "none" ? 0 : 1 });
+  }
+
+  // A white surface below the lamp has radiance `strength` at the middle of the shape.
+  shine(strength) {
+    this.handle.hidden = strength === 0;
+    this.page.scene({ irradiance: Array(3).fill(Math.PI * strength * DISTANCE ** 2) });
+  }
+
+  // Put the lamp before the shape, where its direction is seen at x and y.
+  move(x, y) {
+    const length = Math.max(Math.hypot(x, y) / 0.98, 1);
+    this.lamp = { x: x / length, y: y / length };
+    const z = Math.sqrt(1 - this.lamp.x ** 2 - this.lamp.y ** 2);
+    this.page.scene({ lamp: [...[this.lamp.x, this.lamp.y, z].map((a) => a * DISTANCE), 1] });
+    this.handle.style.left = `${50 + 48.5 * this.lamp.x}%`;
+    this.handle.style.top = `${50 - 48.5 * this.lamp.y}%`;
+  }
+}

@@ -1,0 +1,37 @@
+// Elements of the page.
+
+export const element = (id) => document.getElementById(id);
+
+// An element with properties and what is inside; names with a dash or "role" become attributes.
+export function made(tag, facts = {}, ...inside) {
+  const found = document.createElement(tag);
+  for (const [name, value] of Object.entries(facts))
+    if (name.includes("-") || name === "role" || name === "for") found.setAttribute(name, value);
+    else found[name] = value;
+  found.append(...inside);
+  return found;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+// An SVG element with attributes and what is inside.
+export function drawn(tag, attributes = {}, ...inside) {
+  const found = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) found.setAttribute(name, value);
+  found.append(...inside);
+  return found;
+}
+
+// A labelled range; `change` is called with its number.
+export function range(label, [min, max, step, value], change) {
+  const input = made("input", { type: "range", min, max, step, value });
+  input.addEventListener("input", () => change(Number(input.value)));
+  return made("label", {}, label, input);
+}
+
+// A labelled choice of [value, text] pairs; `change` is called with the value.
+export function choice(label, pairs, change) {
+  const select = made("select", {}, ...pairs.map(([value, text]) => made("option", { value, textContent: text })));
+  select.addEventListener("change", () => change(select.value));
+  return made("label", {}, label, select);
+}

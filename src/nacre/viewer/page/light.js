@@ -1,0 +1,81 @@
+// Light from all around, and directions that follow it.
+//
+// Maps are as nacre's: +y is up; columns are centered at (i + 1/2) / width of the azimuth
+// atan2(x, -z), rows lie at j / (height - 1) of the polar angle, poles included. Directions are drawn
+// by the inverse of the distribution of light over texels at the points of an additive recurrence,
+// so that any run of them covers the light evenly.
+
+const EDGE = 256; // directions along an edge of their texture
+const SPREAD = [0.25, 0.5, 0.25];
+const FLOOR = 0.02; // of mean light in every texel
+const FIRST = 0.7548776662466927, SECOND = 0.5698402909980532; // powers of the plastic number (Roberts 2018)
+
+// Linear RGB of shared-exponent bytes: red, green, blue and exponent planes.
+export function pixelsOf(bytes) {
+  const count = bytes.length / 4, pixels = new Float32Array(3 * count);
+  for (let k = 0; k < count; k++) {
+    const scale = 2 ** (bytes[3 * count + k] - 136);
+    for (let c = 0; c < 3; c++) pixels[3 * k + c] = bytes[c * count + k] * scale;
+  }
+  return pixels;
+}
+
+// {texels, toward, radiance, edge}: RGBA with the density over solid angle as alpha; directions with
+// their densities; and the light from each.
+export function tables(pixels, width, height) {
+  const edges = Float64Array.from({ length: height + 1 }, (_, j) =>
+    Math.cos((Math.PI * Math.min(Math.max(j - 0.5, 0), height - 1)) / (height - 1)));
+  const angles = Float64Array.from({ length: height }, (_, j) => ((edges[j] - edges[j + 1]) * 2 * Math.PI) / width);
+  const bright = (k) => 0.2126 * pixels[3 * k] + 0.7152 * pixels[3 * k + 1] + 0.0722 * pixels[3 * k + 2];
+  const count = width * height, parts = new Float64Array(count);
+  // What is shone by a texel and its neighbors, which shine into it between their centers.
+  for (let k = 0; k < count; k++) {
+    const row = Math.floor(k / width), column = k % width;
+    for (let b = -1; b <= 1; b++)
+      for (let a = -1; a <= 1; a++)
+        parts[k] += SPREAD[a + 1] * SPREAD[b + 1] *
+          bright(Math.min(Math.max(row + b, 0), height - 1) * width + ((column + a + width) % width));
+  }
+  const mean = parts.reduce((sum, part, k) => sum + part * angles[Math.floor(k / width)], 0) / (4 * Math.PI);
+  for (let k = 0; k < count; k++) parts[k] = (parts[k] + FLOOR * Math.max(mean, 1e-9)) * angles[Math.floor(k / width)];
+  const rows = new Float64Array(height + 1), columns = new Float64Array(height * (width + 1));
+  for (let j = 0; j < height; j++) {
+    const start = j * (width + 1);
+    for (let i = 0; i < width; i++) columns[start + i + 1] = columns[start + i] + parts[j * width + i];
+    rows[j + 1] = rows[j] + columns[start + width];
+  }
+  const total = rows[height], texels = new Float32Array(4 * count);
+  for (let k = 0; k < count; k++) {
+    texels.set(pixels.subarray(3 * k, 3 * k + 3), 4 * k);
+    texels[4 * k + 3] = parts[k] / total / angles[Math.floor(k / width)];
+  }
+  const toward = new Float32Array(4 * EDGE * EDGE), radiance = new Float32Array(4 * EDGE * EDGE);
+  for (let k = 0; k < EDGE * EDGE; k++) {
+    const [j, v] = place(rows, 0, height, ((0.5 + k * FIRST) % 1) * total);
+    const start = j * (width + 1);
+    const [i, u] = place(columns, start, start + width, ((0.5 + k * SECOND) % 1) * columns[start + width]);
+    const column = i - start, y = edges[j] + (edges[j + 1] - edges[j]) * v;
+    const phi = (2 * Math.PI * (column + u)) / width, r = Math.sqrt(Math.max(1 - y * y, 0));
+    toward.set([r * Math.sin(phi), y, -r * Math.cos(phi), texels[4 * (j * width + column) + 3]], 4 * k);
+    radiance.set(between(pixels, width, height, column + u - 0.5, (Math.acos(y) / Math.PI) * (height - 1)), 4 * k);
+  }
+  return { texels, toward, radiance, edge: EDGE };
+}
+
+// Which cell of running sums from `low` to `high` holds a value, and where in it.
+function place(sums, low, high, value) {
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (sums[middle] <= value) low = middle;
+    else high = middle;
+  }
+  return [low, Math.min((value - sums[low]) / (sums[low + 1] - sums[low]), 1 - 1e-9)];
+}
+
+// Bilinear, around and down.
+function between(pixels, width, height, x, y) {
+  const i = Math.floor(x), j = Math.min(Math.floor(y), height - 2), u = x - i, v = y - j;
+  const at = (a, b, c) => pixels[3 * ((j + b) * width + ((((i + a) % width) + width) % width)) + c];
+  return [0, 1, 2].map((c) =>
+    (1 - v) * ((1 - u) * at(0, 0, c) + u * at(1, 0, c)) + v * ((1 - u) * at(0, 1, c) + u * at(1, 1, c)));
+}

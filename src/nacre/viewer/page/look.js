@@ -1,0 +1,37 @@
+// The mode that turns a shape in the light.
+
+import { made } from "./dom.js";
+
+const CONVERGED = 64; // frames: then noise is about what screens show
+
+export class Look {
+  constructor(page) {
+    this.page = page;
+    this.title = "Look";
+    this.panel = made("div");
+  }
+
+  available() {
+    return true;
+  }
+
+  open() {
+    this.changed();
+  }
+
+  close() {}
+
+  // The material or what it is shown on has changed.
+  changed() {
+    const { page } = this;
+    page.renderer.show(page.materials.shown(page.form));
+  }
+
+  // One frame where it is of use; a word on how far the picture is.
+  draw() {
+    const { renderer } = this.page;
+    if (renderer.frames < CONVERGED) renderer.frame();
+    renderer.present();
+    return renderer.frames < CONVERGED ? `${Math.round((100 * renderer.frames) / CONVERGED)} %` : "converged";
+  }
+}

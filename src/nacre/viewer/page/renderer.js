@@ -1,0 +1,140 @@
+// Pictures of shapes in materials: direct light of an environment and of a lamp, without shadows.
+//
+// Each frame draws the shape's points anew, moved by part of a pixel, and adds some directions of
+// light for each. Sums are kept in single precision until something changes. A material is
+// {glsl, textures}: functions material_eval, material_sample and material_pdf, and the textures that
+// they fetch from, by name.
+
+import { tables } from "./light.js";
+import { FRAMES, LIT, POINTS, SHOWN, VALUES } from "./shaders.js";
+import { SHAPES } from "./shapes.js";
+import { Context, WHOLE } from "./webgl.js";
+
+const SCALE = 0.97; // of shapes, which fit the unit sphere
+
+export class Renderer extends Context {
+  constructor(canvas) {
+    super(canvas);
+    this.shapes = new Map();
+    this.pictures = [];
+    this.pairs = 2;
+    this.scene = {
+      shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], rotation: 0, surroundings: 1,
+      lamp: [-0.5, 0.5, Math.SQRT1_2, 0], irradiance: [0, 0, 0], exposure: 1, ground: [0.1, 0.1, 0.1], still: false,
+    };
+    this.resize(canvas.width, canvas.height);
+  }
+
+  resize(width, height) {
+    Object.assign(this.canvas, { width, height });
+    for (const target of [this.points, ...this.pictures.flatMap((each) => each.sums)]) if (target) this.free(target);
+    this.size = [width, height];
+    this.points = this.target(3, this.size, true);
+    for (const picture of this.pictures) picture.sums = this.pair();
+    this.restart();
+  }
+
+  pair() {
+    return [0, 1].map(() => this.target(1, this.size));
+  }
+
+  restart() {
+    this.frames = this.drawn = 0;
+  }
+
+  // Change the scene: {shape, turn (3 x 3, columns), rotation, surroundings, lamp, irradiance, exposure,
+  // ground, still (points stay at the middles of pixels)}.
+  change(scene) {
+    Object.assign(this.scene, scene);
+    if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
+  }
+
+  light(pixels, width, height) {
+    const { gl } = this, { texels, toward, radiance, edge } = tables(pixels, width, height);
+    for (const texture of Object.values(this.environment ?? {})) gl.deleteTexture(texture);
+    this.environment = {
+      texels: this.texture(gl.RGBA32F, width, height, texels),
+      toward: this.texture(gl.RGBA32F, edge, edge, toward),
+      radiance: this.texture(gl.RGBA32F, edge, edge, radiance),
+    };
+    this.restart();
+  }
+
+  // What is drawn: one material, or several, each in a picture of its own.
+  show(...materials) {
+    const programs = materials.map(({ glsl }) => this.program(WHOLE, LIT(glsl)));
+    while (this.pictures.length > materials.length) this.pictures.pop().sums.forEach((each) => this.free(each));
+    while (this.pictures.length < materials.length) this.pictures.push({ sums: this.pair() });
+    this.pictures.forEach((picture, k) =>
+      Object.assign(picture, { program: programs[k], textures: materials[k].textures ?? {} }));
+    this.restart();
+  }
+
+  // One frame more of each picture.
+  frame() {
+    const { gl, scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
+    const at = this.frames + 0.5;
+    const shift = this.frames && !scene.still ? [at * 0.7548776662466927, at * 0.5698402909980532].map((x) => (x % 1) - 0.5) : [0, 0];
+    if (!this.shapes.has(scene.shape)) this.shapes.set(scene.shape, this.mesh(SHAPES[scene.shape](), [3, 3, 3]));
+    const values = { turn: scene.turn, shift: [(2 * shift[0]) / width, (2 * shift[1]) / height], scale: SCALE };
+    this.meshed(this.points, this.program(POINTS, FRAMES), values, this.shapes.get(scene.shape));
+    const [normals, tangents, points] = this.points.textures;
+    const pairs = this.frames ? this.pairs : 1;
+    for (const picture of this.pictures) {
+      const [before, after] = this.frames % 2 ? picture.sums : [...picture.sums].reverse();
+      if (!this.frames) {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, before.buffer);
+        gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
+      }
+      this.fill(after, picture.program, {
+        before: before.textures[0], normals, tangents, points, ...this.environment, ...picture.textures,
+        drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
+      });
+      picture.latest = after;
+    }
+    this.frames += 1;
+    this.drawn += pairs;
+  }
+
+  // Show a picture on the canvas.
+  present(picture = this.pictures[0]) {
+    const { exposure, ground } = this.scene;
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, count: this.drawn });
+  }
+
+  // Whether all that was asked for is drawn; `mark` asks anew.
+  done() {
+    const { gl } = this;
+    if (this.fence) {
+      if (gl.clientWaitSync(this.fence, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED) return false;
+      gl.deleteSync(this.fence);
+      this.fence = null;
+    }
+    return true;
+  }
+
+  mark() {
+    this.fence ??= this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  }
+
+  // Sums of radiance and of directions of a picture, four numbers a pixel, the lowest row first.
+  sums(picture = this.pictures[0]) {
+    return this.read(picture.latest);
+  }
+
+  // Reflectance and the density of samples, four numbers a pair, of directions with three numbers each.
+  values({ glsl, textures = {} }, wi, wo) {
+    const { gl } = this, count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
+    const held = [wi, wo].map((w) => {
+      const padded = new Float32Array(4 * width * height);
+      for (let k = 0; k < count; k++) padded.set(w.slice(3 * k, 3 * k + 3), 4 * k);
+      return this.texture(gl.RGBA32F, width, height, padded);
+    });
+    const target = this.target(1, [width, height]);
+    this.fill(target, this.program(WHOLE, VALUES(glsl)), { toward: held[0], from: held[1], ...textures });
+    const found = this.read(target).subarray(0, 4 * count);
+    this.free(target);
+    held.forEach((texture) => gl.deleteTexture(texture));
+    return found;
+  }
+}

@@ -1,0 +1,148 @@
+// Shaders of the renderer: points of a shape, light on them, and what is shown.
+
+import { HEAD } from "./webgl.js";
+
+// A shape's points, seen from +z without perspective.
+export const POINTS = `${HEAD}
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 tangent;
+uniform mat3 turn;
+uniform vec2 shift;
+uniform float scale;
+out vec3 n, t, p;
+void main() {
+  n = turn * normal;
+  t = turn * tangent;
+  p = turn * position;
+  gl_Position = vec4(p.xy * scale + shift, -0.25 * p.z, 1.0);
+}`;
+
+export const FRAMES = `${HEAD}
+in vec3 n, t, p;
+layout(location = 0) out vec4 normal;
+layout(location = 1) out vec4 tangent;
+layout(location = 2) out vec4 point;
+void main() {
+  vec3 m = normalize(gl_FrontFacing ? n : -n);
+  normal = vec4(m, 1.0);
+  tangent = vec4(normalize(t - m * dot(m, t)), 1.0);
+  point = vec4(p, 1.0);
+}`;
+
+// Light on the points, added to the sums of earlier frames: half of the directions follow the light
+// and half the material, weighted by the balance heuristic (Veach and Guibas 1995). The fourth sum
+// counts directions. Places in the unit cube are an additive recurrence (Roberts 2018) whose start
+// differs from pixel to pixel.
+export const LIT = (material) => `${HEAD}
+${material}
+uniform sampler2D before, normals, tangents, points, texels, toward, radiance;
+uniform uint drawn;       // pairs of directions that earlier frames drew
+uniform int pairs;        // that this frame draws
+uniform float rotation;   // of the environment about +y
+uniform vec4 lamp;        // where it is, or toward it where the fourth number is 0
+uniform vec3 irradiance;  // of the lamp at distance 1, or across its rays
+uniform float surroundings;
+out vec4 color;
+const float PI = 3.14159265358979;
+
+uint scattered(uint x) {  // PCG of O'Neill 2014
+  x = x * 747796405u + 2891336453u;
+  x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
+  return (x >> 22u) ^ x;
+}
+
+vec3 turned(vec3 w, float by) {
+  float c = cos(by), s = sin(by);
+  return vec3(c * w.x + s * w.z, w.y, c * w.z - s * w.x);
+}
+
+vec4 texel(ivec2 at, ivec2 size) {
+  return texelFetch(texels, ivec2((at.x % size.x + size.x) % size.x, clamp(at.y, 0, size.y - 1)), 0);
+}
+
+// Radiance from a direction, and the density with which it is drawn.
+vec4 seen(vec3 w) {
+  vec3 d = turned(w, -rotation);
+  ivec2 size = textureSize(texels, 0);
+  vec2 at = vec2(atan(d.x, -d.z) / (2.0 * PI) * float(size.x) - 0.5,
+                 acos(clamp(d.y, -1.0, 1.0)) / PI * float(size.y - 1));
+  ivec2 low = ivec2(floor(at));
+  vec2 part = at - vec2(low);
+  vec3 from = mix(mix(texel(low, size).rgb, texel(low + ivec2(1, 0), size).rgb, part.x),
+                  mix(texel(low + ivec2(0, 1), size).rgb, texel(low + ivec2(1, 1), size).rgb, part.x), part.y);
+  return vec4(from, texel(ivec2(floor(at + 0.5)), size).a);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec4 sum = texelFetch(before, at, 0), n = texelFetch(normals, at, 0);
+  if (n.w == 0.0) { color = sum; return; }
+  vec3 t = texelFetch(tangents, at, 0).xyz;
+  mat3 local = mat3(t, cross(n.xyz, t), n.xyz);
+  vec3 wo = vec3(t.z, cross(n.xyz, t).z, n.z);
+  vec3 total = vec3(0.0);
+  if (wo.z > 0.0) {
+    uint first = scattered(uint(at.x) + 65536u * uint(at.y));
+    uvec3 start = uvec3(scattered(first + 1u), scattered(first + 2u), scattered(first + 3u));
+    uint many = uint(textureSize(toward, 0).x);
+    for (int k = 0; k < 2 * pairs; k++) {
+      uint index = drawn + uint(k >> 1);
+      vec3 wi;
+      vec4 light;
+      if ((k & 1) == 0) {
+        uint place = (first + index) % (many * many);
+        ivec2 where = ivec2(place % many, place / many);
+        vec4 found = texelFetch(toward, where, 0);
+        wi = turned(found.xyz, rotation) * local;
+        light = vec4(texelFetch(radiance, where, 0).rgb, found.w);
+        if (wi.z <= 0.0) continue;
+      } else {
+        uvec3 u = start + index * uvec3(3518319155u, 2882110345u, 2360945575u);
+        vec4 found = material_sample(wo, vec3(u >> 8u) * (1.0 / 16777216.0));
+        if (!(found.w > 0.0)) continue;
+        wi = found.xyz;
+        if (wi.z <= 0.0) continue;
+        light = seen(local * wi);
+      }
+      total += surroundings * light.rgb * material_eval(wi, wo) * wi.z
+          / (light.a + max(material_pdf(wi, wo), 0.0));
+    }
+    vec3 way = lamp.xyz - lamp.w * texelFetch(points, at, 0).xyz;
+    float squared = dot(way, way);
+    vec3 wi = way * inversesqrt(squared) * local;
+    if (wi.z > 0.0 && irradiance.r + irradiance.g + irradiance.b > 0.0)
+      total += float(pairs) * irradiance / mix(1.0, squared, lamp.w) * material_eval(wi, wo) * wi.z;
+  }
+  color = sum + vec4(total, float(pairs));
+}`;
+
+// A mean radiance as screens take it: exposed, clipped, with the transfer function of IEC 61966-2-1.
+export const DISPLAYED = `
+vec3 displayed(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}`;
+
+export const SHOWN = `${HEAD}
+uniform sampler2D sums;
+uniform float exposure, count;
+uniform vec3 ground;
+out vec4 color;
+${DISPLAYED}
+void main() {
+  vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
+  vec3 c = displayed(sum.rgb / max(sum.a, 1.0) * exposure);
+  color = vec4(mix(ground, c, min(sum.a / max(count, 1.0), 1.0)), 1.0);
+}`;
+
+// Reflectance at pairs of directions that textures hold.
+export const VALUES = (material) => `${HEAD}
+${material}
+uniform sampler2D toward, from;
+out vec4 color;
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec3 wi = texelFetch(toward, at, 0).xyz, wo = texelFetch(from, at, 0).xyz;
+  color = vec4(material_eval(wi, wo), material_pdf(wi, wo));
+}`;

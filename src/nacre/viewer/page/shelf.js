@@ -1,0 +1,69 @@
+// The list of materials: thumbnails, groups, search, and keys.
+
+import { element, made } from "./dom.js";
+
+const STEPS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1, Home: -Infinity, End: Infinity };
+
+export class Shelf {
+  // `choose` is called with the number of a material.
+  constructor(page, choose) {
+    Object.assign(this, { page, choose, items: [] });
+    this.list = element("materials");
+    this.list.addEventListener("keydown", (e) => this.step(e));
+    element("search").addEventListener("input", (e) => this.search(e.target.value));
+    page.materials.list.forEach((each) => this.add(each));
+  }
+
+  add(material) {
+    const k = this.items.length, item = made("div", { className: "material", role: "option", id: `material-${k}`, title: material.name });
+    item.append(made("span", {}, material.name));
+    item.addEventListener("click", () => this.choose(k));
+    if (material.thumbnail) {
+      const url = URL.createObjectURL(new Blob([this.page.bytes(material.thumbnail)], { type: "image/jpeg" }));
+      item.prepend(made("img", { src: url, alt: "", width: 96, height: 96 }));
+    } else item.prepend(made("span", { className: "blank" }));
+    this.items.push(item);
+    this.group(material.group ?? "").append(item);
+    this.count();
+  }
+
+  // The part of the list for a group, made when first asked for.
+  group(name) {
+    const known = [...this.list.children].find((each) => each.dataset.group === name);
+    if (known) return known;
+    const made_ = made("div", { className: "group", role: "group", "aria-label": name || "Materials" });
+    made_.dataset.group = name;
+    if (name) made_.append(made("h3", { role: "presentation" }, name));
+    this.list.append(made_);
+    return made_;
+  }
+
+  select(k) {
+    this.items.forEach((item, at) => item.setAttribute("aria-selected", `${at === k}`));
+    this.list.setAttribute("aria-activedescendant", this.items[k].id);
+    this.items[k].scrollIntoView({ block: "nearest" });
+    this.selected = k;
+  }
+
+  step(event) {
+    if (!(event.key in STEPS)) return;
+    event.preventDefault();
+    const shown = [...this.list.querySelectorAll(".material:not([hidden])")];
+    if (!shown.length) return;
+    const at = shown.indexOf(this.items[this.selected]) + STEPS[event.key];
+    this.choose(this.items.indexOf(shown[Math.min(Math.max(at, 0), shown.length - 1)]));
+  }
+
+  search(words) {
+    const wanted = words.trim().toLowerCase();
+    this.page.materials.list.forEach((each, k) =>
+      (this.items[k].hidden = !`${each.name} ${each.group ?? ""}`.toLowerCase().includes(wanted)));
+    for (const group of this.list.children) group.hidden = ![...group.querySelectorAll(".material")].some((item) => !item.hidden);
+    this.count();
+  }
+
+  count() {
+    const shown = this.items.filter((item) => !item.hidden).length;
+    element("count").textContent = shown === this.items.length ? `${shown}` : `${shown} of ${this.items.length}`;
+  }
+}

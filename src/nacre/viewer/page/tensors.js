@@ -1,0 +1,78 @@
+// `.safetensors` files of nacre's neural materials: tensors, and what they mean as JSON.
+//
+// The same checks as in Python: sizes are never trusted, nothing is allocated before it is known to
+// be in the file.
+
+const LIMIT = 1 << 26; // bytes
+const HEADER_LIMIT = 1 << 24;
+const SINGLE = "F32", HALF = "F16";
+const TYPES = { [SINGLE]: 4, [HALF]: 2 };
+
+export class FileError extends Error {}
+
+// {header, tensors} of a file: header is the material's, tensors are {shape, values} by name.
+export function readTensors(buffer) {
+  if (buffer.byteLength > LIMIT) throw new FileError(`is larger than ${LIMIT} bytes`);
+  const view = new DataView(buffer);
+  if (buffer.byteLength < 8) throw new FileError("ends within the header; the file is cut short");
+  const length = view.getBigUint64(0, true);
+  if (length > BigInt(Math.min(HEADER_LIMIT, buffer.byteLength - 8)))
+    throw new FileError("ends within the header; the file is cut short or damaged");
+  const start = 8 + Number(length);
+  const table = parsed(new TextDecoder("utf-8", { fatal: true }), buffer.slice(8, start));
+  const header = materialOf(table);
+  const tensors = {};
+  let end = 0;
+  for (const [name, entry] of Object.entries(table)) {
+    if (name === "__metadata__") continue;
+    tensors[name] = tensor(view, start, name, entry);
+    end = Math.max(end, entry.data_offsets[1]);
+  }
+  if (start + end !== buffer.byteLength) throw new FileError("holds more bytes than its tensors");
+  return { header, tensors };
+}
+
+function parsed(decoder, bytes) {
+  try {
+    const found = JSON.parse(decoder.decode(bytes));
+    if (found && typeof found === "object" && !Array.isArray(found)) return found;
+  } catch {
+    // The same words for both.
+  }
+  throw new FileError("its header is not whole JSON");
+}
+
+function materialOf(table) {
+  const text = table.__metadata__?.nacre;
+  if (typeof text !== "string") throw new FileError("is not a nacre material");
+  try {
+    return JSON.parse(text);
+  } catch {
+    throw new FileError("its description is not whole JSON");
+  }
+}
+
+function tensor(view, start, name, entry) {
+  const { dtype, shape, data_offsets: offsets } = entry ?? {};
+  const whole = (x) => Number.isInteger(x) && x >= 0;
+  if (!Object.hasOwn(TYPES, dtype) || !Array.isArray(shape) || !shape.every(whole))
+    throw new FileError(`${name}: is no array of single or half precision`);
+  const count = shape.reduce((a, b) => a * b, 1);
+  const [from, to] = Array.isArray(offsets) ? offsets : [];
+  if (!whole(from) || !whole(to) || to - from !== count * TYPES[dtype])
+    throw new FileError(`${name}: its shape and its bytes do not agree`);
+  if (start + to > view.byteLength) throw new FileError(`${name}: reaches past the end of the file`);
+  const values = new Float32Array(count);
+  for (let k = 0; k < count; k++) {
+    const place = start + from + k * TYPES[dtype];
+    values[k] = dtype === SINGLE ? view.getFloat32(place, true) : half(view.getUint16(place, true));
+  }
+  if (!values.every(Number.isFinite)) throw new FileError(`${name}: is not finite`);
+  return { shape, values };
+}
+
+function half(bits) {
+  const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, fraction = bits & 1023;
+  if (exponent === 31) return fraction ? NaN : sign * Infinity;
+  return sign * (exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : 2 ** -24 * fraction);
+}

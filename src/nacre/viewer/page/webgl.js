@@ -1,0 +1,155 @@
+// WebGL2 in fewer words: programs, textures, and pictures of floats.
+
+export const HEAD = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nprecision highp sampler3D;\n";
+
+// Vertices of a triangle over the whole picture.
+export const WHOLE = `${HEAD}
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
+
+// A canvas's WebGL2; throws an Error in plain words where the browser has none.
+export class Context {
+  constructor(canvas) {
+    const gl = canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
+    if (!gl || !gl.getExtension("EXT_color_buffer_float"))
+      throw new Error("This page needs WebGL2 with float pictures, which this browser does not have or has switched off.");
+    Object.assign(this, { gl, canvas, linkedPrograms: new Map() });
+  }
+
+  // The program of two sources; linked once.
+  program(vertex, fragment) {
+    const key = `${vertex}\0${fragment}`;
+    if (!this.linkedPrograms.has(key)) this.linkedPrograms.set(key, this.linked(vertex, fragment));
+    return this.linkedPrograms.get(key);
+  }
+
+  linked(vertex, fragment) {
+    const { gl } = this, program = gl.createProgram();
+    for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, source);
+      gl.compileShader(shader);
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
+      const logs = gl.getAttachedShaders(program).map((shader) => gl.getShaderInfoLog(shader));
+      throw new Error(logs.filter(Boolean).join("\n") || gl.getProgramInfoLog(program));
+    }
+    const uniforms = new Map();
+    for (let k = 0; k < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); k++) {
+      const { name, type, size } = gl.getActiveUniform(program, k);
+      uniforms.set(name.replace(/\[0\]$/, ""), { type, size, where: gl.getUniformLocation(program, name) });
+    }
+    return { program, uniforms };
+  }
+
+  // Use a program with values for its uniforms: numbers, lists of them, or textures. What it does
+  // not have is passed over.
+  use({ program, uniforms }, values) {
+    const { gl } = this;
+    gl.useProgram(program);
+    let unit = 0;
+    for (const [name, value] of Object.entries(values)) {
+      const found = uniforms.get(name);
+      if (!found) continue;
+      const { type, where } = found;
+      if (type === gl.SAMPLER_2D || type === gl.SAMPLER_3D || type === gl.SAMPLER_2D_ARRAY) {
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        gl.bindTexture({ [gl.SAMPLER_2D]: gl.TEXTURE_2D, [gl.SAMPLER_3D]: gl.TEXTURE_3D }[type] ?? gl.TEXTURE_2D_ARRAY, value);
+        gl.uniform1i(where, unit++);
+      } else if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(where, false, value);
+      else if (type === gl.INT || type === gl.BOOL) gl.uniform1i(where, value);
+      else if (type === gl.UNSIGNED_INT) gl.uniform1ui(where, value);
+      else if (Array.isArray(value)) gl[`uniform${value.length}fv`](where, value);
+      else gl.uniform1f(where, value);
+    }
+  }
+
+  // A texture whose texels are fetched, not filtered; `values` fill it.
+  texture(format, width, height, values = null) {
+    const { gl } = this, texture = gl.createTexture();
+    const layouts = { [gl.RGBA32F]: gl.RGBA, [gl.RG32F]: gl.RG, [gl.R32F]: gl.RED };
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, layouts[format], gl.FLOAT, values);
+    return texture;
+  }
+
+  // Pictures of RGBA floats that are drawn to, with a depth where wanted.
+  target(count, [width, height], depth = false) {
+    const { gl } = this, buffer = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
+    const textures = Array.from({ length: count }, () => this.texture(gl.RGBA32F, width, height));
+    textures.forEach((texture, k) =>
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, texture, 0));
+    gl.drawBuffers(textures.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
+    let held = null;
+    if (depth) {
+      held = gl.createRenderbuffer();
+      gl.bindRenderbuffer(gl.RENDERBUFFER, held);
+      gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, held);
+    }
+    return { buffer, textures, held, size: [width, height] };
+  }
+
+  free({ buffer, textures, held }) {
+    const { gl } = this;
+    gl.deleteFramebuffer(buffer);
+    textures.forEach((texture) => gl.deleteTexture(texture));
+    gl.deleteRenderbuffer(held);
+  }
+
+  // Draw the whole of a target, or of the canvas where it is null.
+  fill(target, program, values) {
+    const { gl, canvas } = this, [width, height] = target?.size ?? [canvas.width, canvas.height];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
+    gl.viewport(0, 0, width, height);
+    gl.disable(gl.DEPTH_TEST);
+    this.use(program, values);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  // Numbers of a target, four a texel, the lowest row first.
+  read(target, place = 0) {
+    const { gl } = this, [width, height] = target.size, values = new Float32Array(4 * width * height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.buffer);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0 + place);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, values);
+    return values;
+  }
+
+  // A grid of triangles: {array, count} of {vertices, indices}, with so many numbers an attribute.
+  mesh({ vertices, indices }, sizes) {
+    const { gl } = this, array = gl.createVertexArray(), stride = 4 * sizes.reduce((a, b) => a + b);
+    gl.bindVertexArray(array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
+    let start = 0;
+    sizes.forEach((size, k) => {
+      gl.enableVertexAttribArray(k);
+      gl.vertexAttribPointer(k, size, gl.FLOAT, false, stride, start);
+      start += 4 * size;
+    });
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+    return { array, count: indices.length };
+  }
+
+  // Draw a mesh on a cleared target with a depth.
+  meshed(target, program, values, { array, count }) {
+    const { gl, canvas } = this, [width, height] = target?.size ?? [canvas.width, canvas.height];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
+    gl.viewport(0, 0, width, height);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    this.use(program, values);
+    gl.bindVertexArray(array);
+    gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+    gl.bindVertexArray(null);
+  }
+}

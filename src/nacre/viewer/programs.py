@@ -1,0 +1,137 @@
+"""GLSL of networks with places for their numbers: one text serves all networks of a shape.
+
+A page of a hundred networks would be megabytes of shaders. Here the weights, and the parameters of
+the sampler, stay open as `@3@`; the page fills them in from a material's file, packed or dropped
+onto it, with what :class:`Template` says of each place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nacre.array import Components
+from nacre.brdf import eval_formula, pdf_formula, sample_formula
+from nacre.export.glsl import GlslLanguage
+from nacre.export.program import PAIR, Function
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.runtime.data import as_data
+from nacre.runtime.pairs import inside
+from nacre.sampling import describe_sampler
+
+NAME = "material"
+"""What functions are named after: `material_eval(wi, wo)`, `material_sample(wo, u)` with the
+density as fourth number, `material_pdf(wi, wo)`."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Template:
+    """GLSL with places for the numbers of a network and its sampler.
+
+    Parameters
+    ----------
+    key
+        What networks share that fill it; see :func:`key_of`.
+    text
+        `@k@` stands where number k of `places` has to.
+    places
+        A whole number is the place of a weight: layer after layer, weights before biases, as their
+        files hold them. Else it is a formula of the sampler's parameters: ["parameter", n], in the
+        order of its description; ["neg", a]; or ["add", a, b] and the like, of formulas and
+        numbers, computed in double precision.
+    """
+
+    key: str
+    text: str
+    places: Sequence[Any]
+
+
+class _Open(GlslLanguage):
+    """GLSL that leaves numbers open."""
+
+    def __init__(self) -> None:
+        self.places: list[Any] = []
+        self._known: dict[str, int] = {}
+
+    def _place(self, what: Any) -> str:
+        found = self._known.setdefault(json.dumps(what), len(self.places))
+        if found == len(self.places):
+            self.places.append(what)
+        return f"@{found}@"
+
+    def datum(self, origin: Any) -> str:
+        """See :class:`nacre.export.source.Language`."""
+        return self._place(_formula(origin))
+
+    def numbers(self, values: Any) -> str:
+        """See :class:`nacre.export.source.Language`; weights are their own places here."""
+        return self.vector([self._place(int(value)) for value in values])
+
+
+def key_of(network: NeuralBrdf) -> str:
+    """What the text of a network depends on beside its numbers, as JSON.
+
+    Its inputs, whether it is isotropic, sizes, activation and angle; and the shape of its sampler:
+    the description with the count of numbers for each list of them.
+    """
+    return json.dumps(
+        [
+            network.inputs,
+            network.isotropic,
+            list(network.sizes),
+            network.activation,
+            network.angle,
+            _shape(describe_sampler(network.sampler)),
+        ],
+        separators=(",", ":"),
+    )
+
+
+def _shape(description: Any) -> Any:
+    if isinstance(description, Mapping):
+        return {key: _shape(value) for key, value in sorted(description.items())}
+    if isinstance(description, list | tuple):
+        if all(isinstance(value, float | int) for value in description):
+            return len(description)
+        return [_shape(value) for value in description]
+    return description
+
+
+def template(network: NeuralBrdf) -> Template:
+    """The text that a network shares with all of its shape."""
+    sampler = as_data(network.sampler)
+
+    def drawn(wo: Components, u: Components) -> Sequence[Any]:
+        return sample_formula(sampler, wo, inside("u", u))
+
+    formulas: dict[str, tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]] = {
+        "eval": (lambda wi, wo: eval_formula(network, wi, wo), PAIR, ("rgb",)),
+        "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
+        "pdf": (lambda wi, wo: pdf_formula(sampler, wi, wo), PAIR, ("pdf",)),
+    }
+    language = _Open()
+    texts = []
+    for name, formula in formulas.items():
+        function = Function.of(name, *formula, expanded=language.expanded)
+        starts = np.cumsum([0, *(table.size for table in function.tables)])
+        places = [
+            np.arange(start, start + table.size, dtype=np.float64)
+            for start, table in zip(starts, function.tables, strict=False)
+        ]
+        numbered = dataclasses.replace(function, tables=places)
+        texts.append(language.function(numbered, f"{NAME}_{name}"))
+    return Template(key_of(network), "\n\n".join(texts), language.places)
+
+
+def _formula(origin: Any) -> Any:
+    """Origin of a datum as JSON: its place, or what is computed of others."""
+    if isinstance(origin, int):
+        return ["parameter", origin]
+    if isinstance(origin, tuple):
+        name, *values = origin
+        return [name, *(_formula(value) for value in values)]
+    return float(origin)
