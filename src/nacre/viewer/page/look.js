@@ -2,7 +2,7 @@
 
 import { made } from "./dom.js";
 
-const CONVERGED = 64; // frames: then noise is about what screens show
+export const CONVERGED = 64; // frames: then noise is about what screens show
 
 export class Look {
   constructor(page) {

@@ -124,17 +124,21 @@ vec3 displayed(vec3 c) {
   return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
 }`;
 
-export const SHOWN = `${HEAD}
-uniform sampler2D sums;
+// A sum as it is shown, on the ground where it covers a pixel in part.
+export const PRESENTED = `
+${DISPLAYED}
 uniform float exposure, count;
 uniform vec3 ground;
-out vec4 color;
-${DISPLAYED}
-void main() {
-  vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
+vec4 presented(vec4 sum) {
   vec3 c = displayed(sum.rgb / max(sum.a, 1.0) * exposure);
-  color = vec4(mix(ground, c, min(sum.a / max(count, 1.0), 1.0)), 1.0);
+  return vec4(mix(ground, c, min(sum.a / max(count, 1.0), 1.0)), 1.0);
 }`;
+
+export const SHOWN = `${HEAD}
+${PRESENTED}
+uniform sampler2D sums;
+out vec4 color;
+void main() { color = presented(texelFetch(sums, ivec2(gl_FragCoord.xy), 0)); }`;
 
 // Reflectance at pairs of directions that textures hold.
 export const VALUES = (material) => `${HEAD}

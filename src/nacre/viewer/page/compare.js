@@ -1,0 +1,221 @@
+// The mode that holds one material against another: in pictures, and in the numbers of nacre compare.
+
+import { fit, RAMP, view, VIEWS } from "./compare_view.js";
+import { choice, element, made, range } from "./dom.js";
+import { pictureErrors } from "./errors.js";
+import { Flip } from "./flip.js";
+import { CONVERGED } from "./look.js";
+import { Protocol } from "./protocol.js";
+
+const MEASURES = [["ssim", "SSIM"], ["psnr", "PSNR (dB)"], ["mae", "MAE"], ["rmse", "RMSE"], ["flip", "FLIP"]];
+const ANGLES = [["log", "Log-cosine error"], ["log95", "its 95th percentile"], ["relative", "Relative error, median"], ["rmse", "RMSE of f cos (1/sr)"]];
+const KEYS = { ArrowLeft: -0.02, ArrowRight: 0.02, ArrowDown: -0.02, ArrowUp: 0.02, PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 };
+const PAUSE = 200; // ms after a change of the scene, as numbers take a while
+
+export class Compare {
+  constructor(page) {
+    Object.assign(this, { page, title: "Compare", view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
+    this.truth = choice("Reference", [], (k) => this.chosen(k));
+    this.other = choice("Other", [], (k) => this.against(this.pairs[k]));
+    const swap = made("button", { type: "button" }, "Swap");
+    swap.addEventListener("click", () => page.attempt(() => this.swap()));
+    const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...Object.keys(VIEWS).map((name) => {
+      const button = made("button", { type: "button" }, name);
+      button.addEventListener("click", () => page.attempt(() => this.turnTo(name)));
+      return button;
+    }));
+    this.buttons = [...views.children];
+    this.strength = range("Difference", [0, 5, 1, 2], (x) => this.times(2 ** x));
+    this.strength.append(made("output"));
+    this.scale = made("div", { className: "scale", role: "img", "aria-label": "FLIP error by color, from 0 to 1" }, made("span", {}, "0"), made("i"), made("span", {}, "1"));
+    this.scale.children[1].style.background = RAMP;
+    this.numbers = made("div", { className: "numbers" });
+    this.panel = made("div", { className: "compare" },
+      made("div", { className: "pair" }, this.truth, this.other, swap), views, this.strength, this.scale, this.numbers);
+    this.overlay();
+    this.times(this.factor);
+  }
+
+  // On the picture: the handle of the wipe, and what is where.
+  overlay() {
+    this.handle = made("div", { id: "wipe", tabIndex: 0, role: "slider", "aria-label": "Wipe between the two pictures", "aria-valuemin": 0, "aria-valuemax": 100 });
+    this.captions = made("div", { id: "captions" }, ...Object.keys(VIEWS).map(() => made("span")));
+    const move = (e) => {
+      const { left, width } = element("frame").getBoundingClientRect();
+      this.slide((e.clientX - left) / width);
+    };
+    this.handle.addEventListener("pointerdown", (e) => this.handle.setPointerCapture(e.pointerId));
+    this.handle.addEventListener("pointermove", (e) => this.handle.hasPointerCapture(e.pointerId) && move(e));
+    this.handle.addEventListener("keydown", (e) => {
+      if (!(e.key in KEYS) || e.altKey || e.ctrlKey || e.metaKey) return;
+      e.preventDefault();
+      this.slide(this.wipe + KEYS[e.key]);
+    });
+    element("frame").append(this.handle, this.captions);
+    for (const each of [this.handle, this.captions]) each.hidden = true;
+    this.slide(this.wipe);
+  }
+
+  available() {
+    return true;
+  }
+
+  open() {
+    this.captions.hidden = false;
+    this.turnTo(this.view);
+    this.changed();
+  }
+
+  close() {
+    const { renderer } = this.page;
+    this.handle.hidden = this.captions.hidden = true;
+    this.flip?.free();
+    this.flip = null;
+    fit(renderer.canvas, renderer.size);
+    delete document.body.dataset.view;
+  }
+
+  // All forms of all materials, by number: [material, form].
+  list() {
+    const { list } = this.page.materials;
+    this.pairs = list.flatMap((material, k) => material.forms.map((form, f) => ({ k, f, form, material })));
+    const options = () => this.pairs.map((pair, value) => made("option", { value, textContent: this.named(pair) }));
+    for (const each of [this.truth, this.other]) each.lastChild.replaceChildren(...options());
+  }
+
+  named({ material, form }) {
+    return material.forms.length > 1 ? `${material.name}, ${form.label}` : material.name;
+  }
+
+  at(form) {
+    return this.pairs.findIndex((pair) => pair.form === form);
+  }
+
+  // The reference is the material of the page.
+  chosen(value) {
+    const { k, f } = this.pairs[value];
+    this.page.attempt(() => this.page.choose(k, f));
+  }
+
+  // The material or form of the page is another one. What it is held against stays, unless that was
+  // another form of the material before, or is the same: then it is another form of this one, or
+  // the next on the shelf.
+  changed() {
+    const { page } = this, { form, chosen } = page;
+    if (this.pairs?.length !== page.materials.list.reduce((sum, each) => sum + each.forms.length, 0)) this.list();
+    const [before, held] = [this.reference, this.held];
+    const within = held && before && before.material === held.material && chosen !== held.material;
+    this.reference = this.pairs[this.at(form)];
+    if (!held || held.form === form || within) {
+      const others = this.pairs.filter((pair) => pair.material === chosen && pair.form !== form);
+      const place = this.at(form);
+      const alike = within && others.find((pair) => pair.form.label === held.form.label);
+      this.against(alike || (held?.form === form && before !== this.reference && before) || others[0] || this.pairs[(place + 1) % this.pairs.length]);
+    } else this.show();
+  }
+
+  against(pair) {
+    this.held = pair;
+    this.page.attempt(() => this.show());
+  }
+
+  swap() {
+    const { reference, held } = this;
+    this.held = reference;
+    this.reference = held;
+    this.page.choose(held.k, held.f);
+  }
+
+  show() {
+    const { page, reference, held } = this;
+    this.truth.lastChild.value = `${this.at(reference.form)}`;
+    this.other.lastChild.value = `${this.at(held.form)}`;
+    this.materials = [reference, held].map(({ form }) => page.materials.shown(form));
+    page.renderer.show(...this.materials);
+    this.measured = {};
+    this.said();
+    this.caption();
+  }
+
+  turnTo(name) {
+    this.view = name;
+    for (const button of this.buttons) button.setAttribute("aria-pressed", `${button.textContent === name}`);
+    const side = name === "Side by side";
+    this.handle.hidden = name !== "Wipe";
+    this.strength.hidden = !(side || name === "Difference");
+    this.scale.hidden = !(side || name === "FLIP");
+    document.body.dataset.view = name.split(" ")[0].toLowerCase();
+  }
+
+  slide(part) {
+    this.wipe = Math.min(Math.max(part, 0), 1);
+    this.handle.style.left = `${100 * this.wipe}%`;
+    this.handle.setAttribute("aria-valuenow", `${Math.round(100 * this.wipe)}`);
+  }
+
+  times(factor) {
+    this.factor = factor;
+    this.strength.lastChild.textContent = `× ${factor}`;
+    this.caption();
+  }
+
+  caption() {
+    if (!this.held) return;
+    const words = [this.named(this.reference), this.named(this.held), `Difference × ${this.factor}`, "FLIP"];
+    [...this.captions.children].forEach((each, k) => (each.textContent = words[k]));
+  }
+
+  // The scene has changed: what was found of it no longer holds.
+  lit() {
+    const { protocol, here } = this.measured;
+    this.measured = { protocol, since: performance.now() };
+    if (here) this.said();
+  }
+
+  // One frame where it is of use; maps and numbers when their number has grown fourfold.
+  draw() {
+    const { renderer } = this.page, { size } = renderer;
+    if (renderer.frames < CONVERGED) renderer.frame();
+    if (`${this.flip?.size}` !== `${size}`) {
+      this.flip?.free();
+      this.flip = new Flip(renderer, size);
+      this.lit();
+    }
+    const { measured } = this, pair = renderer.pictures.map(({ latest }) => latest.textures[0]);
+    const due = 4 ** Math.floor(Math.log2(renderer.frames) / 2);
+    const counted = due > 1 && measured.counted !== due && !(performance.now() - measured.since < PAUSE);
+    const mapped = (this.view === "FLIP" || this.view === "Side by side") && measured.mapped !== due;
+    if (counted || mapped) {
+      this.flip.update(pair, renderer.scene.exposure, renderer.drawn);
+      measured.mapped = due;
+    }
+    view(renderer, pair, this.flip.map.textures[0], { view: VIEWS[this.view], wipe: this.wipe, factor: this.factor });
+    if (counted) {
+      const { toned, map } = this.flip.read();
+      Object.assign(measured, { counted: due, here: pictureErrors(toned, map, size) });
+      measured.protocol ??= this.protocol.errors(...this.materials);
+      this.said();
+    }
+    return renderer.frames < CONVERGED ? `${Math.round((100 * renderer.frames) / CONVERGED)} %` : "converged";
+  }
+
+  // The numbers, in words.
+  said() {
+    const { here, protocol } = this.measured;
+    const row = (label, ...values) => made("tr", {}, made("th", { scope: "row" }, label), ...values.map((value) => made("td", {}, said(value))));
+    const head = (...words) => made("tr", {}, ...words.map((word) => made("th", { scope: "col" }, word)));
+    const table = (caption, ...rows) => made("table", {}, made("caption", {}, caption), ...rows);
+    this.numbers.replaceChildren(
+      table("Errors after a gamma of 2.2", head("", "Here", "nacre compare"),
+        ...MEASURES.map(([key, label]) => row(label, here?.[key], protocol?.sphere[key]))),
+      table("Over pairs of directions", ...ANGLES.map(([key, label]) => row(label, protocol?.angles[key]))),
+      made("p", { className: "quiet" }, "Here: this picture as far as it is. nacre compare: its sphere under its directional light, 128 pixels wide."),
+    );
+  }
+}
+
+// Four digits.
+function said(value) {
+  if (value === undefined) return "…";
+  return Number.isFinite(value) ? `${Number(value.toPrecision(4))}` : "∞";
+}

@@ -1,0 +1,175 @@
+"""Comparisons on the page against nacre's own metrics."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nacre.array import Floats
+from nacre.brdf import Brdf
+from nacre.color import tone_map
+from nacre.figures.page import magma
+from nacre.metrics import angular_errors, image_errors
+from nacre.render.lights import DirectionalLight
+from nacre.render.sphere import render_sphere
+from nacre.render.studio import studio
+from nacre.viewer.content import Entry, page
+from tests.analytic.materials import EXAMPLES
+from tests.export.test_kinds import network
+from tests.viewer.tab import Tab
+
+SIZE = 64
+NETWORK, STANDARD = network(6, 21, 21, 3), EXAMPLES["openpbr"]
+SMOOTH = network(6, 21, 21, 3, inputs="enhanced", activation="squared relu", scale=0.5)
+MEASURED = "window.page.mode.measured.protocol"
+
+FRAMES = """([size, change]) => {
+  const { renderer, mode } = window.page, { canvas, gl } = renderer;
+  window.page.loop = () => {};
+  renderer.resize(size, size);
+  window.page.scene(change);
+  const bytes = {}, pixels = () => {
+    const { width, height } = canvas, found = new Uint8Array(4 * width * height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, found);
+    return [[height, width], [...found]];
+  };
+  while (renderer.frames < 4) mode.draw();
+  renderer.frame = () => {};
+  mode.measured.since = -Infinity;
+  for (const button of mode.buttons) {
+    button.click();
+    mode.draw();
+    bytes[button.textContent] = pixels();
+  }
+  return { bytes, here: mode.measured.here, map: [...mode.flip.read().map],
+    sums: renderer.pictures.map((picture) => [...renderer.sums(picture)]) };
+}"""
+
+
+@cache
+def content() -> bytes:
+    entries = [
+        Entry("Paint", {"Network": NETWORK, "OpenPBR": STANDARD}),
+        Entry("Cloth", {"Network": SMOOTH, "OpenPBR": EXAMPLES["ggx"]}),
+        Entry("Alone", {"Only": EXAMPLES["closures"]}),
+    ]
+    return page("Compare", entries, [studio()])
+
+
+@pytest.fixture
+def compare(tab: Tab) -> Tab:
+    tab.open(content())
+    tab.page.get_by_role("tab", name="Compare").click()
+    return tab
+
+
+def select(tab: Tab, name: str) -> Any:
+    return tab.page.get_by_role("combobox", name=name)
+
+
+def chosen(tab: Tab) -> list[str]:
+    """The reference and the other, in words."""
+    return [
+        select(tab, label).locator("option:checked").text_content()
+        for label in ("Reference", "Other")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("truth", "other", "shown"),
+    [(NETWORK, STANDARD, 1), (SMOOTH, STANDARD, 2)],
+    ids=["forms of one", "materials"],
+)
+def test_numbers_are_those_of_nacre_compare(
+    compare: Tab, truth: Brdf, other: Brdf, shown: int
+) -> None:
+    if shown == 2:
+        select(compare, "Reference").select_option("Cloth, Network")
+        select(compare, "Other").select_option("Paint, OpenPBR")
+    compare.wait(MEASURED)
+    found: dict[str, Any] = compare.page.evaluate(MEASURED)
+    (a, mask), (b, _) = (render_sphere(each, DirectionalLight()) for each in (truth, other))
+    wanted, _ = image_errors(a, b, mask)
+    assert found["sphere"] == pytest.approx(asdict(wanted), rel=2e-4)
+    angles = angular_errors(truth, other)
+    named = {
+        "log": angles.log_cosine,
+        "log95": angles.log_cosine_p95,
+        "relative": angles.relative_median,
+        "rmse": angles.rmse_cosine,
+    }
+    assert found["angles"] == pytest.approx(named, rel=2e-4)
+    assert found["pairs"] == pytest.approx(angles.count, abs=2)
+
+
+def test_pictures_and_their_numbers(compare: Tab) -> None:
+    change = {"exposure": 1.5, "irradiance": [9, 8, 7], "shape": "cloth"}
+    found = compare.page.evaluate(FRAMES, [SIZE, change])
+    sums = [np.reshape(values, (SIZE, SIZE, 4)) for values in found["sums"]]
+    count = sums[0][..., 3].max()
+    truth, other = ((each[..., :3] / count * 1.5).astype(np.float32) for each in sums)
+    errors, flip_map = image_errors(truth, other, sums[0][..., 3] > 0.0)
+    assert found["here"] == pytest.approx(asdict(errors), rel=2e-4)
+    shown_map = np.reshape(found["map"], (SIZE, SIZE, 4))[..., 0]
+    np.testing.assert_allclose(shown_map, flip_map, atol=2e-3)
+
+    views = {
+        name: np.reshape(bytes_, (*size, 4)) for name, (size, bytes_) in found["bytes"].items()
+    }
+    pictures = [displayed(each, count) for each in sums]
+    wipe = np.where(np.arange(SIZE)[:, None] < SIZE // 2, *pictures)
+    difference = np.clip(4.0 * np.abs(tone_map(truth) - tone_map(other)), 0.0, 1.0)
+    wanted = {"Wipe": (wipe, 1), "Difference": (difference, 1), "FLIP": (magma(flip_map), 4)}
+    for name, (picture, off) in wanted.items():
+        assert np.abs(views[name][..., :3] - 255.0 * picture).max() <= off, name
+    lower, upper = np.split(views["Side by side"], 2)
+    for quarter, picture in zip(np.split(upper, 2, axis=1), pictures, strict=True):
+        assert np.abs(quarter[..., :3] - 255.0 * picture).max() <= 1.0
+    assert (lower == np.hstack([views["Difference"], views["FLIP"]])).all()
+
+
+def displayed(sums: Floats, count: float) -> Floats:
+    """What screens show of sums: exposed, clipped, as sRGB, on the ground at the edge."""
+    covered = sums[..., 3:] / count
+    linear = np.clip(1.5 * sums[..., :3] / np.maximum(sums[..., 3:], 1.0), 0.0, 1.0)
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    return 0.1 + covered * (encoded - 0.1)
+
+
+def test_what_is_compared_follows_the_shelf(compare: Tab) -> None:
+    assert chosen(compare) == ["Paint, Network", "Paint, OpenPBR"]
+    shelf = compare.page.get_by_role("listbox", name="Materials")
+    shelf.press("ArrowRight")
+    assert chosen(compare) == ["Cloth, Network", "Cloth, OpenPBR"]
+    compare.page.get_by_role("button", name="Swap").click()
+    assert chosen(compare) == ["Cloth, OpenPBR", "Cloth, Network"]
+    shelf.press("End")
+    assert chosen(compare) == ["Alone", "Paint, Network"]
+    select(compare, "Other").select_option("Cloth, OpenPBR")
+    shelf.press("Home")
+    assert chosen(compare) == ["Paint, Network", "Cloth, OpenPBR"]
+    compare.page.get_by_role("button", name="OpenPBR").click()
+    assert chosen(compare) == ["Paint, OpenPBR", "Cloth, OpenPBR"]
+
+
+def test_keys_and_pointer_move_the_wipe(compare: Tab) -> None:
+    handle = compare.page.get_by_role("slider", name="Wipe between")
+    for key, wanted in (("ArrowRight", 52), ("PageDown", 42), ("End", 100), ("Home", 0)):
+        handle.press(key)
+        assert handle.get_attribute("aria-valuenow") == f"{wanted}"
+    box, at = compare.page.locator("#frame").bounding_box(), handle.bounding_box()
+    compare.page.mouse.move(at["x"] + at["width"] / 2, at["y"] + 50)
+    compare.page.mouse.down()
+    compare.page.mouse.move(box["x"] + 0.75 * box["width"], at["y"] + 80)
+    compare.page.mouse.up()
+    assert handle.get_attribute("aria-valuenow") == "75"
+    compare.page.get_by_role("button", name="FLIP").press("Enter")
+    assert handle.is_hidden()
+    compare.page.get_by_role("tab", name="Look").click()
+    assert compare.page.locator("#captions").is_hidden()
+    assert compare.page.evaluate("window.page.renderer.canvas.width") == 512
