@@ -27,10 +27,9 @@ NETWORK, STANDARD = network(6, 21, 21, 3), EXAMPLES["openpbr"]
 SMOOTH = network(6, 21, 21, 3, inputs="enhanced", activation="squared relu", scale=0.5)
 MEASURED = "window.page.mode.measured.protocol"
 
-FRAMES = """([size, change]) => {
+FRAMES = """(change) => {
   const { renderer, mode } = window.page, { canvas, gl } = renderer;
   window.page.loop = () => {};
-  renderer.resize(size, size);
   window.page.scene(change);
   const bytes = {}, pixels = () => {
     const { width, height } = canvas, found = new Uint8Array(4 * width * height);
@@ -64,6 +63,7 @@ def content() -> bytes:
 @pytest.fixture
 def compare(tab: Tab) -> Tab:
     tab.open(content())
+    tab.page.evaluate(f"window.page.renderer.resize({SIZE}, {SIZE})")
     tab.page.get_by_role("tab", name="Compare").click()
     return tab
 
@@ -109,7 +109,7 @@ def test_numbers_are_those_of_nacre_compare(
 
 def test_pictures_and_their_numbers(compare: Tab) -> None:
     change = {"exposure": 1.5, "irradiance": [9, 8, 7], "shape": "cloth"}
-    found = compare.page.evaluate(FRAMES, [SIZE, change])
+    found = compare.page.evaluate(FRAMES, change)
     sums = [np.reshape(values, (SIZE, SIZE, 4)) for values in found["sums"]]
     count = sums[0][..., 3].max()
     truth, other = ((each[..., :3] / count * 1.5).astype(np.float32) for each in sums)
@@ -172,4 +172,4 @@ def test_keys_and_pointer_move_the_wipe(compare: Tab) -> None:
     assert handle.is_hidden()
     compare.page.get_by_role("tab", name="Look").click()
     assert compare.page.locator("#captions").is_hidden()
-    assert compare.page.evaluate("window.page.renderer.canvas.width") == 512
+    assert compare.page.evaluate("window.page.renderer.canvas.width") == SIZE
