@@ -19,6 +19,7 @@ from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
 from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.numerics.mlp import Layer
 from nacre.runtime.data import as_data
 from nacre.runtime.pairs import inside
 from nacre.sampling import describe_sampler
@@ -106,21 +107,16 @@ def _shape(description: Any) -> Any:
 
 def template(network: NeuralBrdf) -> Template:
     """The text that a network shares with all of its shape."""
+    numbered = _numbered(network)
     formulas: dict[str, _Formula] = {
-        "eval": (lambda wi, wo: eval_formula(network, wi, wo), PAIR, ("rgb",)),
+        "eval": (lambda wi, wo: eval_formula(numbered, wi, wo), PAIR, ("rgb",)),
         **_sampling(as_data(network.sampler)),
     }
     language = _Open()
     texts = []
     for name, formula in formulas.items():
         function = Function.of(name, *formula, expanded=language.expanded)
-        starts = np.cumsum([0, *(table.size for table in function.tables)])
-        places = [
-            np.arange(start, start + table.size, dtype=np.float64)
-            for start, table in zip(starts, function.tables, strict=False)
-        ]
-        numbered = dataclasses.replace(function, tables=places)
-        texts.append(language.function(numbered, f"{NAME}_{name}"))
+        texts.append(language.function(function, f"{NAME}_{name}"))
     return Template(key_of(network), "\n\n".join(texts), language.places)
 
 
@@ -141,6 +137,25 @@ def _sampling(sampler: Sampler) -> dict[str, _Formula]:
         "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
         "pdf": (lambda wi, wo: pdf_formula(sampler, wi, wo), PAIR, ("pdf",)),
     }
+
+
+def _numbered(network: NeuralBrdf) -> NeuralBrdf:
+    """A network whose weights are their places: what the formula leaves out stays out."""
+    layers, start = [], 0
+    for layer in network.layers:
+        parts = []
+        for array in layer:
+            places = np.arange(start, start + array.size, dtype=np.float32)
+            parts.append(places.reshape(array.shape))
+            start += array.size
+        layers.append(Layer(*parts))
+    return NeuralBrdf(
+        layers,
+        isotropic=network.isotropic,
+        inputs=network.inputs,
+        activation=network.activation,
+        angle=network.angle,
+    )
 
 
 def _formula(origin: Any) -> Any:

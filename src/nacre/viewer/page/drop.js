@@ -67,7 +67,7 @@ export class Drop {
 
   add({ name, known, network, table }) {
     const { page } = this;
-    const form = { label: table ? "Table" : "Network", known: {}, network, table };
+    const form = { label: table ? "Measured" : "Network", known: {}, network, table };
     page.materials.shown(form); // what cannot be drawn does not come onto the shelf
     page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form] });
   }
