@@ -7,7 +7,7 @@ import { FileError } from "./tensors.js";
 const HEADER = 12, NODE_LIMIT = 1024;
 const SIZES = [8, 4, 2]; // bytes a number, of which the length of a file tells
 const SCALES = [1 / 1500, 1.15 / 1500, 1.66 / 1500]; // from stored red, green and blue to f_r in 1/sr
-const INVALID = -1;
+const INVALID = 0xbc00; // -1 as a half
 
 export function readMerl(buffer) {
   if (buffer.byteLength < HEADER) throw new FileError("ends within the header; the file is cut short");
@@ -30,8 +30,8 @@ export function readMerl(buffer) {
     if (channels.every((channel) => channel >= 0)) values.set(channels, 3 * k);
     else missing.push(k);
   }
-  const grid = halves(values), invalid = halves([INVALID]).values[0];
-  for (const k of missing) grid.values.fill(invalid, 3 * k, 3 * k + 3);
+  const grid = halves(values);
+  for (const k of missing) grid.values.fill(INVALID, 3 * k, 3 * k + 3);
   return {
     table: {
       kind: "merl", scale: grid.scale, nearest: false,
