@@ -20,7 +20,8 @@ from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
-from nacre.viewer.programs import NAME, key_of, template
+from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.tables import SAMPLER, as_table
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
@@ -33,6 +34,7 @@ _FACTS = {
     "model": "Model",
     "inputs": "Inputs",
     "layers": "Layers",
+    "grid": "Grid",
     "memory bytes": "Bytes",
     "fitted to": "Fitted to",
     "held out loss": "Held-out loss",
@@ -80,6 +82,7 @@ class Content:
         self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
+        self.facts["sampler"] = sampler_source(SAMPLER)
         for environment in environments:
             self._add_environment(environment)
 
@@ -111,6 +114,12 @@ class Content:
         return document(title, self.facts, self.parts)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
+        if (table := as_table(brdf)) is not None:
+            grids = {
+                key: {**grid.facts(), "part": self.part(f"{key} {name}", grid.values.tobytes())}
+                for key, grid in table.grids.items()
+            }
+            return {"table": {**table.facts, "grids": grids}}
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
