@@ -26,8 +26,9 @@ PACKAGES = {
     "three": "0.187.0",
     "@khronosgroup/gltf-viewer": "1.1.0",
     "gltf-validator": "2.0.0-dev.3.10",
+    "axe-core": "4.14.1",
 }
-"""Versions of npm's packages that exports and written files are tested with."""
+"""Versions of npm's packages that exports, written files and pages are tested with."""
 
 
 def say(text: str) -> None:
@@ -136,7 +137,7 @@ def provide_browser() -> None:
     wanted = [f"{name}@{version}" for name, version in PACKAGES.items()]
     command = ("install", "--prefix", str(folder), *quiet, *wanted)
     if npm is None or subprocess.run([npm, *command]).returncode:
-        say(f"without npm's {', '.join(wanted)}, tests in three.js and of glTF files are skipped")
+        say(f"without npm's {', '.join(wanted)}, tests that need them are skipped")
 
 
 def provide_shader_drivers() -> None:

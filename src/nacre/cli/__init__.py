@@ -28,6 +28,7 @@ _COMMANDS = {
     "plot": "Plot the lobes of materials over one another.",
     "reproduce": "Make a table or figure of either paper from given materials.",
     "render": "Render a preview of a material, or a Mitsuba scene.",
+    "view": "Show materials on a page in a browser.",
 }
 
 root = Group(

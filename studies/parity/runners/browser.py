@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 _SITE = "https://page.invalid/"
 _NAMES = "chromium", "chromium-browser", "google-chrome"
-# SwiftShader for both interfaces, on every machine; its frames may take longer than a card's.
-_FLAGS = (
+FLAGS = (
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
     *("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"),
     "--disable-gpu-watchdog",
 )
+"""SwiftShader for both interfaces, on every machine; its frames may take longer than a card's."""
 _SECONDS = 300.0
 """How long a script may take."""
 _TYPES = {".html": "text/html", ".js": "text/javascript"}
@@ -42,7 +42,7 @@ def missing() -> str | None:
     """What pages need and this machine does not have."""
     if importlib.util.find_spec("playwright") is None:
         return "Python's playwright"
-    return None if _chromium() else "chromium"
+    return None if program() else "chromium"
 
 
 def scripts(*names: str) -> dict[str, bytes | Path]:
@@ -114,7 +114,8 @@ def compute(
         return _wait(work())
 
 
-def _chromium() -> str | None:
+def program() -> str | None:
+    """Path of Chromium, where there is one."""
     return next(filter(None, map(shutil.which, _NAMES)), None)
 
 
@@ -150,7 +151,7 @@ async def _browser() -> Browser:
     if _open and _open[0].is_connected():
         return _open[0]
     driver = await async_playwright().start()
-    browser = await driver.chromium.launch(executable_path=_chromium(), args=list(_FLAGS))
+    browser = await driver.chromium.launch(executable_path=program(), args=list(FLAGS))
 
     async def close() -> None:
         await browser.close()

@@ -1,0 +1,107 @@
+"""Materials of files and folders for one page."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from nacre.analytic.model import AnalyticBrdf
+from nacre.brdf import Brdf
+from nacre.errors import FormatError, NacreError
+from nacre.formats import formats, identify, load_brdf
+from nacre.io.files import PathLike
+from nacre.neural.nbrdf import NeuralBrdf
+from nacre.viewer.content import Entry
+
+_NETWORK, _MEASURED = "Network", "Measured"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A file to show: where it is, and under which heading."""
+
+    path: Path
+    group: str
+
+
+def find_materials(paths: Iterable[PathLike]) -> list[Shown]:
+    """The files among `paths`, and in the folders among them, at any depth, all materials.
+
+    What is hidden (its name starts with a dot) is left out; links to folders are not followed. Of
+    a folder, files below it stand under the names of their folders.
+
+    Raises
+    ------
+    FormatError
+        If a path does not exist, or a folder holds no material.
+    """
+    found: dict[Path, Shown] = {}
+    for path in map(Path, paths):
+        if not path.exists():
+            raise FormatError(f"{path}: does not exist")
+        listed = list(_below(path)) if path.is_dir() else [Shown(path, "")]
+        if not listed:
+            raise FormatError(f"{path}: holds no material")
+        for shown in listed:
+            found.setdefault(shown.path.resolve(), shown)
+    return list(found.values())
+
+
+def _below(root: Path) -> Iterator[Shown]:
+    endings = {ending for entry in formats() for ending in entry.extensions}
+    for name, folders, files in os.walk(root):
+        folders[:] = sorted(folder for folder in folders if not folder.startswith("."))
+        for file in sorted(files):
+            path = Path(name) / file
+            if file.startswith(".") or path.suffix.lower() not in endings or not path.is_file():
+                continue
+            try:
+                identify(path)
+            except FormatError:
+                continue
+            yield Shown(path, path.parent.relative_to(root).as_posix().removeprefix("."))
+
+
+def read_entries(
+    files: Iterable[Shown], left_out: Callable[[Path, NacreError], None] | None = None
+) -> Iterator[Entry]:
+    """Materials, each with all files of its name in its folder as forms of it.
+
+    `gold.binary`, `gold.safetensors` and `gold.mtlx` are one material: measured, a network, and
+    OpenPBR. Networks come first.
+
+    Parameters
+    ----------
+    left_out
+        Called with every file that cannot be read, which is then passed over; where None, its error
+        is raised.
+    """
+    together: dict[Path, list[Shown]] = {}
+    for shown in files:
+        together.setdefault(shown.path.with_suffix(""), []).append(shown)
+    for stem, several in together.items():
+        forms: dict[str, Brdf] = {}
+        names = []
+        for shown in several:
+            try:
+                brdf = load_brdf(shown.path)
+            except NacreError as error:
+                if left_out is None:
+                    raise
+                left_out(shown.path, error)
+                continue
+            label = _label(brdf)
+            forms[label if label not in forms else f"{label} ({shown.path.suffix})"] = brdf
+            names.append(brdf.name)
+        if forms:
+            ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
+            name = next(filter(None, names), None) or stem.name
+            yield Entry(name, ordered, several[0].group, {"File": stem.name})
+
+
+def _label(brdf: Brdf) -> str:
+    if isinstance(brdf, NeuralBrdf):
+        return _NETWORK
+    return brdf.model if isinstance(brdf, AnalyticBrdf) else _MEASURED

@@ -1,0 +1,35 @@
+"""A browser for the viewer's pages, and materials to show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nacre.analytic import Ggx
+from nacre.neural.nbrdf import NeuralBrdf
+from studies.parity.runners import browser
+from tests.export.support import needs
+from tests.viewer.tab import Tab
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Playwright's browser, or the test is skipped."""
+    needs(browser.missing())
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        opened = driver.chromium.launch(executable_path=browser.program(), args=browser.FLAGS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def tab(chromium: Any, tmp_path: Path) -> Iterator[Tab]:
+    """A window that shows one page; at its end nothing may have gone wrong in it unseen."""
+    with Tab(chromium, tmp_path) as opened:
+        yield opened

@@ -1,0 +1,75 @@
+"""One window of a browser with a page of the viewer."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+_SECONDS = 120.0
+
+
+class Tab:
+    """A window; leaving it asserts that nothing was logged as an error and nothing left the page.
+
+    Parameters
+    ----------
+    browser
+        Playwright's.
+    folder
+        For the page.
+    size
+        Of the window in pixels, width first.
+    settings
+        Of Playwright's context: `color_scheme`, `reduced_motion`, ...
+    """
+
+    def __init__(
+        self, browser: Any, folder: Path, size: tuple[int, int] = (1280, 860), **settings: Any
+    ) -> None:
+        self._folder = folder
+        self._context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, accept_downloads=True, **settings
+        )
+        self.page = self._context.new_page()
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("console", self._logged)
+        self.page.on("request", lambda request: self.requests.append(request.url))
+
+    def _logged(self, said: Any) -> None:
+        if said.type in ("error", "warning"):
+            self.errors.append(said.text)
+
+    def __enter__(self) -> Tab:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._context.close()
+        if kind is None:
+            assert not self.errors
+            assert all(url.startswith(("file:", "blob:", "data:")) for url in self.requests)
+
+    def open(self, content: bytes) -> None:
+        """Show a page of the viewer, until its first picture."""
+        path = self._folder / "page.html"
+        path.write_bytes(content)
+        self.page.goto(path.as_uri())
+        self.wait("window.page && window.page.renderer.frames > 0")
+
+    def wait(self, condition: str) -> None:
+        """Until an expression is true; the page's policy forbids Playwright's own waiting."""
+        began = time.monotonic()
+        while not self.page.evaluate(f"Boolean({condition})"):
+            if time.monotonic() - began > _SECONDS:
+                raise TimeoutError(f"{condition}; logged: {self.errors}")
+            self.page.wait_for_timeout(20)
+
+    def keep(self, name: str) -> None:
+        """A screenshot among the artefacts of the run, if `NACRE_SCREENSHOTS` names a folder."""
+        folder = os.environ.get("NACRE_SCREENSHOTS")
+        if folder:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            self.page.screenshot(path=Path(folder) / f"{name}.png")
