@@ -64,7 +64,8 @@ def overcast() -> Environment:
     """
     directions, _ = pixel_directions(HEIGHT, WIDTH)
     height = directions[..., 1:2]
-    clouds = _waves(*(2.2 * at for at in _overhead(directions)), 5, 0.4)[..., None]
+    x, z = _overhead(directions)
+    clouds = _waves(2.2 * x, 2.2 * z, 5, 0.4)[..., None]
     sky = (1.0 + 2.0 * np.maximum(height, 0.0)) / 3.0 * (1.0 + 0.22 * clouds)
     sky = sky * mix((0.96, 0.99, 1.03), (1.03, 1.0, 0.95), np.clip(0.5 + clouds, 0.0, 1.0))
     # What reaches the ground from that sky is 7 pi / 9 of the zenith's radiance.
