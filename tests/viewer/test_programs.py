@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -17,11 +19,13 @@ from tests.viewer.tab import Tab
 DRAWN = """([index, wo, u]) => {
   const { renderer, materials } = window.page, { gl } = renderer;
   const { glsl } = materials.shown(materials.list[index].forms[0]), count = wo.length / 4;
-  const held = [wo, u].map((values) => renderer.texture(gl.RGBA32F, count, 1, new Float32Array(values)));
+  const held = [wo, u].map((values) =>
+    renderer.texture(gl.RGBA32F, count, 1, new Float32Array(values)));
   const target = renderer.target(1, [count, 1]);
   const head = "#version 300 es\\nprecision highp float;\\n";
   const program = renderer.program(
-    `${head}void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`,
+    `${head}void main() {
+       gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`,
     `${head}${glsl}\\nuniform sampler2D from, places; out vec4 color;
      void main() { ivec2 at = ivec2(gl_FragCoord.xy);
        color = material_sample(texelFetch(from, at, 0).xyz, texelFetch(places, at, 0).xyz); }`);
@@ -40,7 +44,7 @@ def network(seed: int, sampler: Sampler, angle: float) -> NeuralBrdf:
     sizes = 8, 5, 3
     layers = [
         Layer(*(generator.normal(0.0, 0.5, shape).astype(np.float32) for shape in ((a, b), b)))
-        for a, b in zip(sizes, sizes[1:], strict=False)
+        for a, b in itertools.pairwise(sizes)
     ]
     return NeuralBrdf(
         layers, isotropic=False, inputs="enhanced", sampler=sampler, angle=angle, name=f"{seed}"

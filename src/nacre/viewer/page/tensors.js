@@ -3,7 +3,7 @@
 // The same checks as in Python: sizes are never trusted, nothing is allocated before it is known to
 // be in the file.
 
-const LIMIT = 1 << 26; // bytes
+export const LIMIT = 1 << 26; // bytes
 const HEADER_LIMIT = 1 << 24;
 const SINGLE = "F32", HALF = "F16";
 const TYPES = { [SINGLE]: 4, [HALF]: 2 };
