@@ -21,6 +21,7 @@ from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
 from nacre.neural.inputs import has_axes
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.numerics.mlp import Layer
 from nacre.runtime.data import Datum, as_data
 from nacre.runtime.pairs import inside
 from nacre.sampling import GgxMixture, describe_sampler
@@ -108,20 +109,18 @@ def template(network: NeuralBrdf) -> Template:
 
     Axes at an angle are those of a network, or a sampler, at none in a frame that lies there.
     """
-    aligned, sampler = network, network.sampler
+    sampler, numbered = network.sampler, _numbered(network)
     axis: _Axis | None = None
     across: _Axis | None = None
     if has_axes(network.inputs, network.isotropic):
-        kept = ("isotropic", "inputs", "precision", "activation")
-        settings = {name: getattr(network, name) for name in kept}
-        aligned, axis = NeuralBrdf(network.layers, **settings), _axis(network.angle, "angle")
+        axis = _axis(network.angle, "angle")
     if isinstance(sampler, GgxMixture) and sampler.angle is not None:
         across = _axis(sampler.angle, "sampler angle")
         sampler = dataclasses.replace(sampler, angle=0.0)
     sampler = as_data(sampler)
 
     def values(wi: Components, wo: Components) -> Sequence[Any]:
-        return eval_formula(aligned, _in(axis, wi), _in(axis, wo))
+        return eval_formula(numbered, _in(axis, wi), _in(axis, wo))
 
     def drawn(wo: Components, u: Components) -> Sequence[Any]:
         wi, pdf = sample_formula(sampler, _in(across, wo), inside("u", u))
@@ -139,14 +138,28 @@ def template(network: NeuralBrdf) -> Template:
     texts = []
     for name, formula in formulas.items():
         function = Function.of(name, *formula, expanded=language.expanded)
-        starts = np.cumsum([0, *(table.size for table in function.tables)])
-        places = [
-            np.arange(start, start + table.size, dtype=np.float64)
-            for start, table in zip(starts, function.tables, strict=False)
-        ]
-        numbered = dataclasses.replace(function, tables=places)
-        texts.append(language.function(numbered, f"{NAME}_{name}"))
+        texts.append(language.function(function, f"{NAME}_{name}"))
     return Template(key_of(network), "\n\n".join(texts), language.places)
+
+
+def _numbered(network: NeuralBrdf) -> NeuralBrdf:
+    """A network whose weights are their places, and whose axes lie at none: what the formula leaves
+    out stays out.
+    """
+    layers, start = [], 0
+    for layer in network.layers:
+        parts = []
+        for array in layer:
+            places = np.arange(start, start + array.size, dtype=np.float32)
+            parts.append(places.reshape(array.shape))
+            start += array.size
+        layers.append(Layer(*parts))
+    return NeuralBrdf(
+        layers,
+        isotropic=network.isotropic,
+        inputs=network.inputs,
+        activation=network.activation,
+    )
 
 
 _Axis = tuple[Datum, Datum]
