@@ -50,7 +50,7 @@ class Host:
 
     def picture(self, element: str = FIRST) -> np.ndarray:
         """Pixels of an element once it has converged, RGBA in [0, 1]."""
-        self.wait(f"{element}?.view?.frames === 64 && !{element}.view.stale")
+        self.wait(f"{element}?.view?.drawn >= 127 && !{element}.view.stale")
         url = self.page.evaluate(f"{element}.view.canvas.toDataURL()")
         return decoded(url)
 
@@ -94,6 +94,7 @@ def usual(seed: int) -> NeuralBrdf:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("host")
     (path / "nacre-view.js").write_bytes(component())
+    (path / "favicon.ico").touch()
     for seed in (1, 2):
         save(usual(seed), path / f"usual {seed}.safetensors")
     save(network(3, mixture(0.3), 0.2), path / "narrow.safetensors")
@@ -137,8 +138,9 @@ def test_attributes_keys_and_another_place_change_the_picture(host: Host):
     first = host.picture()
     host.page.evaluate(f"{FIRST}.exposure = '0'")
     brighter = host.picture()
-    dark = (brighter[..., :3].max(axis=2) < 0.6) & (first[..., 3] == 1.0)
-    assert (brighter - first)[dark][:, :3].min() > 0.0
+    some = (first[..., :3].max(axis=2) > 0.1) & (brighter[..., :3].max(axis=2) < 1.0)
+    assert some.sum() > 500
+    assert (brighter - first)[some].max(axis=1).min() > 0.02
     host.page.evaluate(
         f"Object.assign({FIRST}, {{ shape: 'knot', light: 'overcast', alt: 'Ours' }})"
     )
@@ -163,13 +165,13 @@ def test_twenty_elements_share_a_browser_that_keeps_few_contexts(host: Host):
     host.page.evaluate(
         "document.querySelectorAll('nacre-view').forEach((each) => (each.style.width = '24px'))"
     )
-    host.wait("[...document.querySelectorAll('nacre-view')].every((e) => e.view?.frames === 64)")
+    host.wait("[...document.querySelectorAll('nacre-view')].every((e) => e.view?.drawn > 0)")
     assert host.errors == []
 
 
 def test_what_fails_is_said_in_words(host: Host):
     elements = {
-        'src="cut.safetensors"': "cut.safetensors: ends within",
+        'src="cut.safetensors"': "cut.safetensors: weights_2: reaches past the end",
         'src="gone.safetensors"': "gone.safetensors: cannot be fetched: 404",
         'src="narrow.safetensors"': "narrow.safetensors: is a network of a shape that",
         'src="index.html"': "index.html: ends within the header",

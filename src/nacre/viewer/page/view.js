@@ -10,8 +10,9 @@ import { Renderer } from "./renderer.js";
 import { SHAPES } from "./shapes.js";
 import { Turning, dragged } from "./turning.js";
 
-const FIRST = 4; // frames until another picture gets its first ones
-const CONVERGED = 64;
+const FIRST = 7; // pairs of directions until another picture gets its first ones
+const CONVERGED = 127;
+const AREA = 256 ** 2; // pixels up to which a frame may draw more pairs
 const TILT = 45; // pixels that the first view is dragged down
 const LARGEST = 1024; // pixels along an edge
 export const LAMP = "lamp"; // the light that is a lamp alone
@@ -47,8 +48,8 @@ class Studio {
   }
 
   next() {
-    const open = [...this.views].filter((view) => view.read && view.seen && (view.stale || view.frames < CONVERGED));
-    return open.find((view) => view === this.touched) ?? open.find((view) => view.stale || view.frames < FIRST)
+    const open = [...this.views].filter((view) => view.read && view.seen && (view.stale || view.drawn < CONVERGED));
+    return open.find((view) => view === this.touched) ?? open.find((view) => view.stale || view.drawn < FIRST)
       ?? open.find((view) => view === this.current) ?? open[0];
   }
 
@@ -85,11 +86,12 @@ class Studio {
     renderer.change(other ? view.scene : view.changes);
     view.changes = {};
     this.current = view;
-    if (renderer.frames < CONVERGED) renderer.frame();
+    renderer.pairs = Math.min(Math.max(Math.round((2 * AREA) / view.size ** 2), 2), 8);
+    if (renderer.drawn < CONVERGED) renderer.frame();
     // A picture that is begun anew takes the place of the old one when it is no noisier.
-    if (view.stale || renderer.frames >= view.frames) {
+    if (view.stale || renderer.drawn >= view.drawn) {
       renderer.present();
-      view.paint(renderer.canvas, renderer.frames);
+      view.paint(renderer.canvas, renderer.drawn);
     }
     renderer.mark();
   }
@@ -103,7 +105,7 @@ export class View {
     Object.assign(this, { host, bytes, environments: facts.environments, troubles: new Map() });
     const turning = new Turning();
     this.scene = { shape: "sphere", turn: turning.by(0, TILT), exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
-    Object.assign(this, { read: null, stale: true, frames: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
+    Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
     const root = host.shadowRoot ?? host.attachShadow({ mode: "open" });
     const sheet = new CSSStyleSheet();
     sheet.replaceSync(STYLE);
@@ -156,7 +158,8 @@ export class View {
 
   shapeOf(text) {
     const shape = text || "sphere";
-    if (!Object.hasOwn(SHAPES, shape)) throw new Error(`shape "${shape}" is none of ${Object.keys(SHAPES).join(", ")}`);
+    const known = ["sphere", ...Object.keys(SHAPES)];
+    if (!known.includes(shape)) throw new Error(`shape "${shape}" is none of ${known.join(", ")}`);
     this.words[1] = shape;
     return { shape };
   }
@@ -215,12 +218,12 @@ export class View {
     studio.wake();
   }
 
-  paint(canvas, frames) {
+  paint(canvas, drawn) {
     if (this.canvas.width !== canvas.width) Object.assign(this.canvas, { width: canvas.width, height: canvas.height });
     const flat = this.canvas.getContext("2d");
     flat.clearRect(0, 0, canvas.width, canvas.height);
     flat.drawImage(canvas, 0, 0);
-    if (this.frames < CONVERGED && frames === CONVERGED) this.host.dispatchEvent(new CustomEvent("load"));
-    Object.assign(this, { frames, stale: false });
+    if (this.drawn < CONVERGED && drawn >= CONVERGED) this.host.dispatchEvent(new CustomEvent("load"));
+    Object.assign(this, { drawn, stale: false });
   }
 }
