@@ -104,6 +104,12 @@ class Content:
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
 
+    def allow(self, network: NeuralBrdf) -> None:
+        """Hold what shows this network, and others of its shape."""
+        key = key_of(network)
+        if all(known["key"] != key for known in self.facts["templates"]):
+            self.facts["templates"].append(asdict(template(network)))
+
     def part(self, name: str, content: bytes) -> str:
         """Keep bytes under a name, which is returned."""
         self.parts[name] = content
@@ -123,9 +129,7 @@ class Content:
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
-        key = key_of(brdf)
-        if all(known["key"] != key for known in self.facts["templates"]):
-            self.facts["templates"].append(asdict(template(brdf)))
+        self.allow(brdf)
         return {"file": self.part(f"file {name}", encode(brdf))}
 
     def _add_environment(self, environment: Environment) -> None:
