@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -60,12 +61,16 @@ def content() -> bytes:
     return page("Compare", entries, [studio()])
 
 
-@pytest.fixture
-def compare(tab: Tab) -> Tab:
+def opened(tab: Tab) -> Tab:
     tab.open(content())
     tab.page.evaluate(f"window.page.renderer.resize({SIZE}, {SIZE})")
     tab.page.get_by_role("tab", name="Compare").click()
     return tab
+
+
+@pytest.fixture
+def compare(tab: Tab) -> Tab:
+    return opened(tab)
 
 
 def select(tab: Tab, name: str) -> Any:
@@ -155,6 +160,25 @@ def test_what_is_compared_follows_the_shelf(compare: Tab) -> None:
     assert chosen(compare) == ["Paint, Network", "Cloth, OpenPBR"]
     compare.page.get_by_role("button", name="OpenPBR").click()
     assert chosen(compare) == ["Paint, OpenPBR", "Cloth, OpenPBR"]
+
+
+def test_a_material_equals_itself(compare: Tab) -> None:
+    select(compare, "Other").select_option("Paint, Network")
+    compare.wait(MEASURED)
+    cells = [cell.split() for cell in compare.page.locator(".numbers tr").all_inner_texts()]
+    assert [row[-2:] for row in cells[1:6]] == [["1.000"] * 2, ["∞"] * 2, *[["0.000"] * 2] * 3]
+    assert all(row[-1] == "0.000" for row in cells[6:])
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_narrow_windows(chromium: Any, tmp_path: Path, scheme: str) -> None:
+    with Tab(chromium, tmp_path, (360, 740), color_scheme=scheme) as tab:
+        opened(tab)
+        for view in ("Wipe", "Side by side", "Difference", "FLIP"):
+            tab.page.get_by_role("button", name=view).click()
+            assert tab.page.evaluate("document.documentElement.scrollWidth") <= 360
+            tab.page.evaluate("window.scrollTo(0, 0)")
+            tab.keep(f"compare {view.lower()} {scheme}")
 
 
 def test_keys_and_pointer_move_the_wipe(compare: Tab) -> None:

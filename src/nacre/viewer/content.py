@@ -16,14 +16,17 @@ from nacre.export.glsl import Glsl
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
-from nacre.render.lights import DirectionalLight
+from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
-from nacre.viewer.programs import NAME, key_of, template
+from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.tables import SAMPLER, as_table
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
+_DIRECTIONS = 192  # of light
+_GROUND = 0.1  # as behind the page's pictures
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -31,6 +34,7 @@ _FACTS = {
     "model": "Model",
     "inputs": "Inputs",
     "layers": "Layers",
+    "grid": "Grid",
     "memory bytes": "Bytes",
     "fitted to": "Fitted to",
     "held out loss": "Held-out loss",
@@ -63,6 +67,11 @@ class Entry:
 class Content:
     """What a page shows, gathered piece by piece; :meth:`page` is the whole.
 
+    Parameters
+    ----------
+    environments
+        At least one. They are exposed; the first lights the thumbnails.
+
     Attributes
     ----------
     facts, parts
@@ -70,8 +79,10 @@ class Content:
     """
 
     def __init__(self, environments: Sequence[Environment]) -> None:
+        self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
+        self.facts["sampler"] = sampler_source(SAMPLER)
         for environment in environments:
             self._add_environment(environment)
 
@@ -88,9 +99,16 @@ class Content:
         for label, brdf in entry.forms.items():
             form = {"label": label, "known": _known(brdf)}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(next(iter(entry.forms.values()))))
+        first = next(iter(entry.forms.values()))
+        thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+
+    def allow(self, network: NeuralBrdf) -> None:
+        """Hold what shows this network, and others of its shape."""
+        key = key_of(network)
+        if all(known["key"] != key for known in self.facts["templates"]):
+            self.facts["templates"].append(asdict(template(network)))
 
     def part(self, name: str, content: bytes) -> str:
         """Keep bytes under a name, which is returned."""
@@ -102,12 +120,16 @@ class Content:
         return document(title, self.facts, self.parts)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
+        if (table := as_table(brdf)) is not None:
+            grids = {
+                key: {**grid.facts(), "part": self.part(f"{key} {name}", grid.values.tobytes())}
+                for key, grid in table.grids.items()
+            }
+            return {"table": {**table.facts, "grids": grids}}
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
-        key = key_of(brdf)
-        if all(known["key"] != key for known in self.facts["templates"]):
-            self.facts["templates"].append(asdict(template(brdf)))
+        self.allow(brdf)
         return {"file": self.part(f"file {name}", encode(brdf))}
 
     def _add_environment(self, environment: Environment) -> None:
@@ -153,9 +175,10 @@ def _said(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _thumbnail(brdf: Brdf) -> bytes:
-    image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
-    pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
+def _thumbnail(brdf: Brdf, light: Light) -> bytes:
+    image, mask = render_sphere(brdf, light, _THUMBNAIL)
+    shown = np.where(mask[..., None], tone_map(image), _GROUND)
     stream = io.BytesIO()
-    require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
+    picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()

@@ -4,12 +4,13 @@ import { fit, RAMP, view, VIEWS } from "./compare_view.js";
 import { choice, element, made, range } from "./dom.js";
 import { pictureErrors } from "./errors.js";
 import { Flip } from "./flip.js";
-import { CONVERGED } from "./look.js";
+import { LAST, state } from "./look.js";
 import { Protocol } from "./protocol.js";
+import { dragged } from "./turning.js";
 
 const MEASURES = [["ssim", "SSIM"], ["psnr", "PSNR (dB)"], ["mae", "MAE"], ["rmse", "RMSE"], ["flip", "FLIP"]];
 const ANGLES = [["log", "Log-cosine error"], ["log95", "its 95th percentile"], ["relative", "Relative error, median"], ["rmse", "RMSE of f cos (1/sr)"]];
-const KEYS = { ArrowLeft: -0.02, ArrowRight: 0.02, ArrowDown: -0.02, ArrowUp: 0.02, PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 };
+const KEYS = { PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 }; // parts of the width; see also turning.js
 const PAUSE = 200; // ms after a change of the scene, as numbers take a while
 
 export class Compare {
@@ -17,7 +18,7 @@ export class Compare {
     Object.assign(this, { page, title: "Compare", view: "Wipe", wipe: 0.5, factor: 4, protocol: new Protocol(page.renderer) });
     this.truth = choice("Reference", [], (k) => this.chosen(k));
     this.other = choice("Other", [], (k) => this.against(this.pairs[k]));
-    const swap = made("button", { type: "button" }, "Swap");
+    const swap = made("button", { type: "button", title: "Swap", "aria-label": "Swap" }, "\u21c5");
     swap.addEventListener("click", () => page.attempt(() => this.swap()));
     const views = made("div", { className: "buttons", role: "group", "aria-label": "View" }, ...Object.keys(VIEWS).map((name) => {
       const button = made("button", { type: "button" }, name);
@@ -40,14 +41,9 @@ export class Compare {
   overlay() {
     this.handle = made("div", { id: "wipe", tabIndex: 0, role: "slider", "aria-label": "Wipe between the two pictures", "aria-valuemin": 0, "aria-valuemax": 100 });
     this.captions = made("div", { id: "captions" }, ...Object.keys(VIEWS).map(() => made("span")));
-    const move = (e) => {
-      const { left, width } = element("frame").getBoundingClientRect();
-      this.slide((e.clientX - left) / width);
-    };
-    this.handle.addEventListener("pointerdown", (e) => this.handle.setPointerCapture(e.pointerId));
-    this.handle.addEventListener("pointermove", (e) => this.handle.hasPointerCapture(e.pointerId) && move(e));
+    dragged(this.handle, (across) => this.slide(this.wipe + across / element("frame").clientWidth));
     this.handle.addEventListener("keydown", (e) => {
-      if (!(e.key in KEYS) || e.altKey || e.ctrlKey || e.metaKey) return;
+      if (!(e.key in KEYS)) return;
       e.preventDefault();
       this.slide(this.wipe + KEYS[e.key]);
     });
@@ -73,6 +69,7 @@ export class Compare {
     this.flip = null;
     fit(renderer.canvas, renderer.size);
     delete document.body.dataset.view;
+    this.page.describe();
   }
 
   // All forms of all materials, by number: [material, form].
@@ -115,30 +112,28 @@ export class Compare {
   }
 
   against(pair) {
-    this.held = pair;
-    this.page.attempt(() => this.show());
+    this.page.attempt(() => this.show(pair));
+    this.other.lastChild.value = `${this.at(this.held.form)}`;
   }
 
   swap() {
     const { reference, held } = this;
-    this.held = reference;
-    this.reference = held;
+    Object.assign(this, { reference: held, held: reference });
     this.page.choose(held.k, held.f);
   }
 
-  show() {
-    const { page, reference, held } = this;
-    this.truth.lastChild.value = `${this.at(reference.form)}`;
-    this.other.lastChild.value = `${this.at(held.form)}`;
-    this.materials = [reference, held].map(({ form }) => page.materials.shown(form));
-    page.renderer.show(...this.materials);
-    this.measured = {};
+  show(held = this.held) {
+    const { page, reference } = this, materials = [reference, held].map(({ form }) => page.materials.shown(form));
+    page.renderer.show(...materials);
+    Object.assign(this, { held, materials, measured: {} });
+    [[this.truth, reference], [this.other, held]].forEach(([each, { form }]) => (each.lastChild.value = `${this.at(form)}`));
     this.said();
     this.caption();
   }
 
   turnTo(name) {
     this.view = name;
+    this.stale = true;
     for (const button of this.buttons) button.setAttribute("aria-pressed", `${button.textContent === name}`);
     const side = name === "Side by side";
     this.handle.hidden = name !== "Wipe";
@@ -149,12 +144,14 @@ export class Compare {
 
   slide(part) {
     this.wipe = Math.min(Math.max(part, 0), 1);
+    this.stale = true;
     this.handle.style.left = `${100 * this.wipe}%`;
     this.handle.setAttribute("aria-valuenow", `${Math.round(100 * this.wipe)}`);
   }
 
   times(factor) {
     this.factor = factor;
+    this.stale = true;
     this.strength.lastChild.textContent = `× ${factor}`;
     this.caption();
   }
@@ -163,40 +160,49 @@ export class Compare {
     if (!this.held) return;
     const words = [this.named(this.reference), this.named(this.held), `Difference × ${this.factor}`, "FLIP"];
     [...this.captions.children].forEach((each, k) => (each.textContent = words[k]));
+    element("picture").setAttribute("aria-label", `${words[0]} beside ${words[1]}; arrow keys turn them`);
   }
 
   // The scene has changed: what was found of it no longer holds.
   lit() {
     const { protocol, here } = this.measured;
     this.measured = { protocol, since: performance.now() };
+    this.stale = true;
     if (here) this.said();
   }
 
-  // One frame where it is of use; maps and numbers when their number has grown fourfold.
+  // One frame where it is of use; maps and numbers when frames have grown fourfold.
   draw() {
-    const { renderer } = this.page, { size } = renderer;
-    if (renderer.frames < CONVERGED) renderer.frame();
+    const { renderer } = this.page, { size, scene } = renderer;
     if (`${this.flip?.size}` !== `${size}`) {
       this.flip?.free();
       this.flip = new Flip(renderer, size);
       this.lit();
     }
-    const { measured } = this, pair = renderer.pictures.map(({ latest }) => latest.textures[0]);
-    const due = 4 ** Math.floor(Math.log2(renderer.frames) / 2);
+    if (renderer.frames < LAST) {
+      renderer.frame();
+      this.stale = true;
+    }
+    const { measured } = this, due = 4 ** Math.floor(Math.log2(renderer.frames) / 2);
     const counted = due > 1 && measured.counted !== due && !(performance.now() - measured.since < PAUSE);
     const mapped = (this.view === "FLIP" || this.view === "Side by side") && measured.mapped !== due;
+    const pair = renderer.pictures.map(({ latest }) => latest.textures[0]);
     if (counted || mapped) {
-      this.flip.update(pair, renderer.scene.exposure, renderer.drawn);
+      this.flip.update(pair, scene.exposure, renderer.drawn);
       measured.mapped = due;
     }
-    view(renderer, pair, this.flip.map.textures[0], { view: VIEWS[this.view], wipe: this.wipe, factor: this.factor });
-    if (counted) {
-      const { toned, map } = this.flip.read();
-      Object.assign(measured, { counted: due, here: pictureErrors(toned, map, size) });
-      measured.protocol ??= this.protocol.errors(...this.materials);
-      this.said();
-    }
-    return renderer.frames < CONVERGED ? `${Math.round((100 * renderer.frames) / CONVERGED)} %` : "converged";
+    if (this.stale || mapped) view(renderer, pair, this.flip.map.textures[0], { view: VIEWS[this.view], wipe: this.wipe, factor: this.factor });
+    this.stale = false;
+    if (counted) this.count(due);
+    return state(renderer.frames);
+  }
+
+  // Find the numbers of the pictures as they are.
+  count(due) {
+    const { measured, flip } = this, { toned, map } = flip.read();
+    Object.assign(measured, { counted: due, here: pictureErrors(toned, map, flip.size) });
+    measured.protocol ??= this.protocol.errors(...this.materials);
+    this.said();
   }
 
   // The numbers, in words.
@@ -217,5 +223,6 @@ export class Compare {
 // Four digits.
 function said(value) {
   if (value === undefined) return "…";
-  return Number.isFinite(value) ? `${Number(value.toPrecision(4))}` : "∞";
+  if (!Number.isFinite(value)) return "∞";
+  return value === 0 || (value > 1e-4 && value < 1e4) ? value.toPrecision(4) : value.toExponential(3);
 }

@@ -42,9 +42,9 @@ void main() {
 
 // Show two pictures' sums and their FLIP map; side by side, the canvas holds four.
 export function view(renderer, [first, second], map, { view, wipe, factor }) {
-  const { canvas, size, drawn, scene: { exposure, ground } } = renderer, edge = view === VIEWS["Side by side"] ? 2 : 1;
+  const { canvas, size, drawn, scene: { exposure, ground, backing } } = renderer, edge = view === VIEWS["Side by side"] ? 2 : 1;
   fit(canvas, size.map((length) => edge * length));
-  renderer.fill(null, renderer.program(WHOLE, VIEWED), { first, second, map, view, wipe, factor, exposure, ground, count: drawn });
+  renderer.fill(null, renderer.program(WHOLE, VIEWED), { first, second, map, view, wipe, factor, exposure, ground, backing, count: drawn });
 }
 
 export function fit(canvas, [width, height]) {

@@ -104,7 +104,8 @@ void main() {
   float error = off < bend ? 0.95 * off / bend : 0.95 + 0.05 * (off - bend) / (most - bend);
   vec2 more = abs(strength - others);
   float feature = sqrt(max(more.x, more.y) * inversesqrt(2.0));
-  map = vec4(error > 0.0 ? pow(error, 1.0 - feature) : 0.0, 0.0, 0.0, 1.0);
+  // Where colors are equal, square roots and powers of 0 are that only nearly.
+  map = vec4(error > 1e-9 ? pow(error, 1.0 - feature) : 0.0, 0.0, 0.0, 1.0);
 }`;
 
 export class Flip {

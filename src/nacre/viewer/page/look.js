@@ -2,7 +2,11 @@
 
 import { made } from "./dom.js";
 
-export const CONVERGED = 64; // frames: then noise is about what screens show
+const CONVERGED = 64; // frames: noise is about what screens show
+export const LAST = 256; // nothing is seen to change
+
+// A word on how far a picture is.
+export const state = (frames) => (frames < CONVERGED ? `${Math.round((100 * frames) / CONVERGED)} %` : "converged");
 
 export class Look {
   constructor(page) {
@@ -30,8 +34,9 @@ export class Look {
   // One frame where it is of use; a word on how far the picture is.
   draw() {
     const { renderer } = this.page;
-    if (renderer.frames < CONVERGED) renderer.frame();
+    if (renderer.frames < LAST) renderer.frame();
+    else if (!renderer.stale) return state(LAST);
     renderer.present();
-    return renderer.frames < CONVERGED ? `${Math.round((100 * renderer.frames) / CONVERGED)} %` : "converged";
+    return state(renderer.frames);
   }
 }

@@ -143,14 +143,14 @@ vec3 displayed(vec3 c) {
   return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
 }`;
 
-// A sum as it is shown, on the ground where it covers a pixel in part.
+// A sum as it is shown, over the ground, as far as that is opaque.
 export const PRESENTED = `
 ${DISPLAYED}
-uniform float exposure, count;
+uniform float exposure, count, backing;
 uniform vec3 ground;
 vec4 presented(vec4 sum) {
   vec3 c = displayed(sum.rgb / max(sum.a, 1.0) * exposure);
-  return vec4(mix(ground, c, min(sum.a / max(count, 1.0), 1.0)), 1.0);
+  return mix(vec4(ground, 1.0) * backing, vec4(c, 1.0), min(sum.a / max(count, 1.0), 1.0));
 }`;
 
 export const SHOWN = `${HEAD}
