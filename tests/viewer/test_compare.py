@@ -14,6 +14,7 @@ from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.figures.page import magma
+from nacre.formats import load_brdf
 from nacre.metrics import angular_errors, image_errors
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
@@ -21,7 +22,10 @@ from nacre.render.studio import studio
 from nacre.viewer.content import Entry, page
 from tests.analytic.materials import EXAMPLES
 from tests.export.test_kinds import network
+from tests.measured.support import material, tensor_bytes
+from tests.specimens.tables import mbsdf_file
 from tests.viewer.tab import Tab
+from tests.viewer.test_tables import merl_file
 
 SIZE = 64
 NETWORK, STANDARD = network(6, 21, 21, 3), EXAMPLES["openpbr"]
@@ -61,8 +65,8 @@ def content() -> bytes:
     return page("Compare", entries, [studio()])
 
 
-def opened(tab: Tab) -> Tab:
-    tab.open(content())
+def opened(tab: Tab, whole: bytes) -> Tab:
+    tab.open(whole)
     tab.page.evaluate(f"window.page.renderer.resize({SIZE}, {SIZE})")
     tab.page.get_by_role("tab", name="Compare").click()
     return tab
@@ -70,7 +74,7 @@ def opened(tab: Tab) -> Tab:
 
 @pytest.fixture
 def compare(tab: Tab) -> Tab:
-    return opened(tab)
+    return opened(tab, content())
 
 
 def select(tab: Tab, name: str) -> Any:
@@ -85,31 +89,39 @@ def chosen(tab: Tab) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize(
-    ("truth", "other", "shown"),
-    [(NETWORK, STANDARD, 1), (SMOOTH, STANDARD, 2)],
-    ids=["forms of one", "materials"],
-)
-def test_numbers_are_those_of_nacre_compare(
-    compare: Tab, truth: Brdf, other: Brdf, shown: int
-) -> None:
-    if shown == 2:
-        select(compare, "Reference").select_option("Cloth, Network")
-        select(compare, "Other").select_option("Paint, OpenPBR")
-    compare.wait(MEASURED)
-    found: dict[str, Any] = compare.page.evaluate(MEASURED)
+def check_numbers(tab: Tab, truth: Brdf, other: Brdf, rel: float) -> None:
+    """The page's numbers are those of `nacre compare`."""
+    tab.wait(MEASURED)
+    found: dict[str, Any] = tab.page.evaluate(MEASURED)
     (a, mask), (b, _) = (render_sphere(each, DirectionalLight()) for each in (truth, other))
     wanted, _ = image_errors(a, b, mask)
-    assert found["sphere"] == pytest.approx(asdict(wanted), rel=2e-4)
-    angles = angular_errors(truth, other)
-    named = {
-        "log": angles.log_cosine,
-        "log95": angles.log_cosine_p95,
-        "relative": angles.relative_median,
-        "rmse": angles.rmse_cosine,
+    assert found["sphere"] == pytest.approx(asdict(wanted), rel=rel)
+    assert found["angles"] == pytest.approx(asdict(angular_errors(truth, other)), rel=rel)
+
+
+def test_numbers_of_networks_and_formulas(compare: Tab) -> None:
+    check_numbers(compare, NETWORK, STANDARD, 2e-4)
+    select(compare, "Reference").select_option("Cloth, Network")
+    select(compare, "Other").select_option("Paint, OpenPBR")
+    check_numbers(compare, SMOOTH, STANDARD, 2e-4)
+
+
+def test_numbers_of_tables(tab: Tab, tmp_path: Path) -> None:
+    files = {
+        "gaps.binary": merl_file("<f4"),
+        "warped.bsdf": tensor_bytes(material((0.0,))),
+        "cells.mbsdf": mbsdf_file(5, 6),
     }
-    assert found["angles"] == pytest.approx(named, rel=2e-4)
-    assert found["pairs"] == pytest.approx(angles.count, abs=2)
+    tables = {}
+    for name, whole in files.items():
+        (tmp_path / name).write_bytes(whole)
+        tables[name] = load_brdf(tmp_path / name)
+    entries = [Entry(name, {"Table": brdf}) for name, brdf in tables.items()]
+    opened(tab, page("Tables", [*entries, Entry("Network", {"Network": SMOOTH})], [studio()]))
+    for name, brdf in tables.items():
+        select(tab, "Reference").select_option(name)
+        select(tab, "Other").select_option("Network")
+        check_numbers(tab, brdf, SMOOTH, 2e-3)
 
 
 def test_pictures_and_their_numbers(compare: Tab) -> None:
@@ -154,12 +166,12 @@ def test_what_is_compared_follows_the_shelf(compare: Tab) -> None:
     compare.page.get_by_role("button", name="Swap").click()
     assert chosen(compare) == ["Cloth, OpenPBR", "Cloth, Network"]
     shelf.press("End")
-    assert chosen(compare) == ["Alone", "Paint, Network"]
-    select(compare, "Other").select_option("Cloth, OpenPBR")
+    assert chosen(compare) == ["Alone", "Cloth, OpenPBR"]
+    select(compare, "Other").select_option("Cloth, Network")
     shelf.press("Home")
-    assert chosen(compare) == ["Paint, Network", "Cloth, OpenPBR"]
+    assert chosen(compare) == ["Paint, Network", "Cloth, Network"]
     compare.page.get_by_role("button", name="OpenPBR").click()
-    assert chosen(compare) == ["Paint, OpenPBR", "Cloth, OpenPBR"]
+    assert chosen(compare) == ["Paint, OpenPBR", "Cloth, Network"]
 
 
 def test_a_material_equals_itself(compare: Tab) -> None:
@@ -173,7 +185,7 @@ def test_a_material_equals_itself(compare: Tab) -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_narrow_windows(chromium: Any, tmp_path: Path, scheme: str) -> None:
     with Tab(chromium, tmp_path, (360, 740), color_scheme=scheme) as tab:
-        opened(tab)
+        opened(tab, content())
         for view in ("Wipe", "Side by side", "Difference", "FLIP"):
             tab.page.get_by_role("button", name=view).click()
             assert tab.page.evaluate("document.documentElement.scrollWidth") <= 360

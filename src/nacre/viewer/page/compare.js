@@ -9,7 +9,11 @@ import { Protocol } from "./protocol.js";
 import { dragged } from "./turning.js";
 
 const MEASURES = [["ssim", "SSIM"], ["psnr", "PSNR (dB)"], ["mae", "MAE"], ["rmse", "RMSE"], ["flip", "FLIP"]];
-const ANGLES = [["log", "Log-cosine error"], ["log95", "its 95th percentile"], ["relative", "Relative error, median"], ["rmse", "RMSE of f cos (1/sr)"]];
+const ANGLES = [
+  ["log_cosine", "Log-cosine error"], ["log_cosine_p95", "its 95th percentile"],
+  ["relative_median", "Relative error, median"], ["rmse_cosine", "RMSE of f cos (1/sr)"],
+];
+const NOTE = "Here: this picture as far as it is. nacre compare: its sphere under its directional light, 128 pixels wide.";
 const KEYS = { PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 }; // parts of the width; see also turning.js
 const PAUSE = 200; // ms after a change of the scene, as numbers take a while
 
@@ -28,7 +32,8 @@ export class Compare {
     this.buttons = [...views.children];
     this.strength = range("Difference", [0, 5, 1, 2], (x) => this.times(2 ** x));
     this.strength.append(made("output"));
-    this.scale = made("div", { className: "scale", role: "img", "aria-label": "FLIP error by color, from 0 to 1" }, made("span", {}, "0"), made("i"), made("span", {}, "1"));
+    const legend = { className: "scale", role: "img", "aria-label": "FLIP error by color, from 0 to 1" };
+    this.scale = made("div", legend, made("span", {}, "0"), made("i"), made("span", {}, "1"));
     this.scale.children[1].style.background = RAMP;
     this.numbers = made("div", { className: "numbers" });
     this.panel = made("div", { className: "compare" },
@@ -39,7 +44,8 @@ export class Compare {
 
   // On the picture: the handle of the wipe, and what is where.
   overlay() {
-    this.handle = made("div", { id: "wipe", tabIndex: 0, role: "slider", "aria-label": "Wipe between the two pictures", "aria-valuemin": 0, "aria-valuemax": 100 });
+    const slider = { role: "slider", "aria-label": "Wipe between the two pictures", "aria-valuemin": 0, "aria-valuemax": 100 };
+    this.handle = made("div", { id: "wipe", tabIndex: 0, ...slider });
     this.captions = made("div", { id: "captions" }, ...Object.keys(VIEWS).map(() => made("span")));
     dragged(this.handle, (across) => this.slide(this.wipe + across / element("frame").clientWidth));
     this.handle.addEventListener("keydown", (e) => {
@@ -95,20 +101,23 @@ export class Compare {
   }
 
   // The material or form of the page is another one. What it is held against stays, unless that was
-  // another form of the material before, or is the same: then it is another form of this one, or
-  // the next on the shelf.
+  // another form of the material before, or is this one.
   changed() {
     const { page } = this, { form, chosen } = page;
-    if (this.pairs?.length !== page.materials.list.reduce((sum, each) => sum + each.forms.length, 0)) this.list();
-    const [before, held] = [this.reference, this.held];
-    const within = held && before && before.material === held.material && chosen !== held.material;
+    if (this.pairs?.length !== page.materials.list.flatMap(({ forms }) => forms).length) this.list();
+    const { reference: before, held } = this, within = held && held.material === before.material && held.material !== chosen;
     this.reference = this.pairs[this.at(form)];
-    if (!held || held.form === form || within) {
-      const others = this.pairs.filter((pair) => pair.material === chosen && pair.form !== form);
-      const place = this.at(form);
-      const alike = within && others.find((pair) => pair.form.label === held.form.label);
-      this.against(alike || (held?.form === form && before !== this.reference && before) || others[0] || this.pairs[(place + 1) % this.pairs.length]);
-    } else this.show();
+    if (held && held.form !== form && !within) this.show();
+    else this.against(this.partner(within ? held : undefined, before));
+  }
+
+  // What the reference is held against first: another form of it, like what was held before; else the
+  // reference before, or the next on the shelf.
+  partner(like, before) {
+    const { reference, pairs } = this;
+    const others = pairs.filter(({ material, form }) => material === reference.material && form !== reference.form);
+    return others.find(({ form }) => form.label === like?.form.label) ?? others[0] ??
+      (before && before !== reference ? before : pairs[(this.at(reference.form) + 1) % pairs.length]);
   }
 
   against(pair) {
@@ -191,7 +200,10 @@ export class Compare {
       this.flip.update(pair, scene.exposure, renderer.drawn);
       measured.mapped = due;
     }
-    if (this.stale || mapped) view(renderer, pair, this.flip.map.textures[0], { view: VIEWS[this.view], wipe: this.wipe, factor: this.factor });
+    if (this.stale || mapped) {
+      const { view: name, wipe, factor } = this;
+      view(renderer, pair, this.flip.map.textures[0], { view: VIEWS[name], wipe, factor });
+    }
     this.stale = false;
     if (counted) this.count(due);
     return state(renderer.frames);
@@ -208,14 +220,16 @@ export class Compare {
   // The numbers, in words.
   said() {
     const { here, protocol } = this.measured;
-    const row = (label, ...values) => made("tr", {}, made("th", { scope: "row" }, label), ...values.map((value) => made("td", {}, said(value))));
+    const row = (label, ...values) =>
+      made("tr", {}, made("th", { scope: "row" }, label), ...values.map((value) => made("td", {}, said(value))));
     const head = (...words) => made("tr", {}, ...words.map((word) => made("th", { scope: "col" }, word)));
     const table = (caption, ...rows) => made("table", {}, made("caption", {}, caption), ...rows);
+    const pairs = protocol ? `${protocol.angles.count.toLocaleString("en")} ` : "";
     this.numbers.replaceChildren(
       table("Errors after a gamma of 2.2", head("", "Here", "nacre compare"),
         ...MEASURES.map(([key, label]) => row(label, here?.[key], protocol?.sphere[key]))),
-      table("Over pairs of directions", ...ANGLES.map(([key, label]) => row(label, protocol?.angles[key]))),
-      made("p", { className: "quiet" }, "Here: this picture as far as it is. nacre compare: its sphere under its directional light, 128 pixels wide."),
+      table(`Over ${pairs}pairs of directions`, ...ANGLES.map(([key, label]) => row(label, protocol?.angles[key]))),
+      made("p", { className: "quiet" }, NOTE),
     );
   }
 }

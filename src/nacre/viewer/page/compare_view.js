@@ -8,7 +8,10 @@ import { HEAD, WHOLE } from "./webgl.js";
 export const VIEWS = { Wipe: 0, "Side by side": 1, Difference: 2, FLIP: 3 };
 
 // Matplotlib's "magma" at steps of 1/16.
-const MAGMA = "000004 0a0822 1d1146 36106a 50127c 691c81 822681 9c2e7f b63779 cf4170 e65163 f5695c fb8761 fea571 fec387 fde0a2 fcfdbf".split(" ");
+const MAGMA = (
+  "000004 0a0822 1d1146 36106a 50127c 691c81 822681 9c2e7f b63779 " +
+  "cf4170 e65163 f5695c fb8761 fea571 fec387 fde0a2 fcfdbf"
+).split(" ");
 const COLORS = MAGMA.map((hex) =>
   `vec3(${[0, 2, 4].map((k) => (parseInt(hex.slice(k, k + 2), 16) / 255).toFixed(4)).join(", ")})`);
 
@@ -44,7 +47,8 @@ void main() {
 export function view(renderer, [first, second], map, { view, wipe, factor }) {
   const { canvas, size, drawn, scene: { exposure, ground, backing } } = renderer, edge = view === VIEWS["Side by side"] ? 2 : 1;
   fit(canvas, size.map((length) => edge * length));
-  renderer.fill(null, renderer.program(WHOLE, VIEWED), { first, second, map, view, wipe, factor, exposure, ground, backing, count: drawn });
+  const values = { first, second, map, view, wipe, factor, exposure, ground, backing, count: drawn };
+  renderer.fill(null, renderer.program(WHOLE, VIEWED), values);
 }
 
 export function fit(canvas, [width, height]) {

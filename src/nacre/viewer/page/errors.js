@@ -46,7 +46,8 @@ function similarity(truth, other, width, height) {
 
 // Sums over all windows of a picture.
 function boxes(value, width, height) {
-  const columns = width - 2 * REACH, across = new Float64Array(columns * height), found = new Float64Array(columns * (height - 2 * REACH));
+  const columns = width - 2 * REACH, across = new Float64Array(columns * height);
+  const found = new Float64Array(columns * (height - 2 * REACH));
   for (let j = 0; j < height; j++)
     for (let i = 0, sum = 0; i < width; i++) {
       sum += value(j * width + i);
@@ -62,27 +63,32 @@ function boxes(value, width, height) {
   return found;
 }
 
-// Errors of reflectances over pairs of directions: four numbers a pair, of which three count, and the
-// directions of light, three numbers a pair.
+// Errors of reflectances over pairs of directions, four numbers a pair, where the true one's fourth is
+// positive; `wi` has three numbers a pair.
 export function angularErrors([truth, other], wi) {
-  const count = wi.length / 3, logarithmic = new Float64Array(count), relative = [];
+  const logarithmic = [], relative = [];
   let squared = 0;
-  for (let k = 0; k < count; k++)
+  for (let k = 0; k < wi.length / 3; k++) {
+    if (!(truth[4 * k + 3] > 0)) continue;
+    let sum = 0;
     for (let c = 0; c < 3; c++) {
       const cosine = wi[3 * k + 2], [f, g] = [truth, other].map((values) => values[4 * k + c]);
-      logarithmic[k] += Math.abs(Math.log1p(f * cosine) - Math.log1p(g * cosine)) / 3;
+      sum += Math.abs(Math.log1p(f * cosine) - Math.log1p(g * cosine));
       squared += ((g - f) * cosine) ** 2;
       if (f > 0) relative.push(Math.abs(g - f) / f);
     }
+    logarithmic.push(sum / 3);
+  }
+  const count = logarithmic.length;
   return {
-    log: logarithmic.reduce((a, b) => a + b, 0) / count, log95: quantile(logarithmic, 0.95),
-    relative: relative.length ? quantile(Float64Array.from(relative), 0.5) : 0,
-    rmse: Math.sqrt(squared / (3 * count)),
+    count, log_cosine: logarithmic.reduce((a, b) => a + b, 0) / count, log_cosine_p95: quantile(logarithmic, 0.95),
+    relative_median: quantile(relative, 0.5), rmse_cosine: Math.sqrt(squared / (3 * count)),
   };
 }
 
-// Linear between the values around it; sorts them.
+// Linear between the values around it; 0 of none.
 function quantile(values, part) {
-  const sorted = values.sort(), at = part * (sorted.length - 1), low = Math.floor(at);
+  if (!values.length) return 0;
+  const sorted = Float64Array.from(values).sort(), at = part * (sorted.length - 1), low = Math.floor(at);
   return sorted[low] + (at - low) * (sorted[Math.min(low + 1, sorted.length - 1)] - sorted[low]);
 }

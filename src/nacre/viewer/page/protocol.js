@@ -68,8 +68,7 @@ export class Protocol {
     Object.assign(this, { renderer, held: new Map() });
   }
 
-  // {sphere, angles, pairs}: errors of the second material against the first, and how many pairs of
-  // directions the angles' rest on.
+  // {sphere, angles}: errors of the second material against the first.
   errors(truth, other) {
     this.places ??= { sphere: sphere(), pairs: pairs() };
     const both = [truth, other], found = both.map((each) => this.held.get(each) ?? this.values(each));
@@ -84,18 +83,18 @@ export class Protocol {
     return {
       sphere: pictureErrors(toned, map, [SIZE, SIZE]),
       angles: angularErrors(found.map(({ angles }) => angles), places.pairs.wi),
-      pairs: places.pairs.wi.length / 3,
     };
   }
 
-  // A material's sphere, four numbers a pixel of which the fourth is 1 on it, and its values at pairs.
+  // A material's sphere, four numbers a pixel of which the fourth is 1 on it, and its values at pairs,
+  // where the fourth is 1 at those that are valid.
   values(material) {
-    const { pixels, lit, wi, wo } = this.places.sphere, picture = new Float32Array(4 * SIZE * SIZE);
+    const { renderer, places } = this, { pixels, lit, wi, wo } = places.sphere;
+    const picture = new Float32Array(4 * SIZE * SIZE), values = renderer.values(material, wi, wo);
     for (const pixel of pixels) picture[4 * pixel + 3] = 1;
-    const values = this.renderer.values(material, wi, wo);
     lit.forEach((pixel, k) => {
       for (let c = 0; c < 3; c++) picture[4 * pixel + c] = values[4 * k + c] * wi[3 * k + 2] * Math.PI;
     });
-    return { picture, angles: this.renderer.values(material, this.places.pairs.wi, this.places.pairs.wo) };
+    return { picture, angles: renderer.values(material, places.pairs.wi, places.pairs.wo, material.known ?? "1.0") };
   }
 }

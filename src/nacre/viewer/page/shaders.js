@@ -159,13 +159,13 @@ uniform sampler2D sums;
 out vec4 color;
 void main() { color = presented(texelFetch(sums, ivec2(gl_FragCoord.xy), 0)); }`;
 
-// Reflectance at pairs of directions that textures hold.
-export const VALUES = (material) => `${HEAD}
+// Reflectance at pairs of directions that textures hold, and something more.
+export const VALUES = (material, more) => `${HEAD}
 ${material}
 uniform sampler2D toward, from;
 out vec4 color;
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec3 wi = texelFetch(toward, at, 0).xyz, wo = texelFetch(from, at, 0).xyz;
-  color = vec4(material_eval(wi, wo), material_pdf(wi, wo));
+  color = vec4(material_eval(wi, wo), ${more});
 }`;
