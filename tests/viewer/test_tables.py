@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -130,9 +129,7 @@ def values(tab: Tab, index: int) -> Floats:
 @pytest.mark.parametrize("name", [*FILES, *(name for _, name in MEASURED), NEAREST])
 def test_values_are_those_of_nacre(tab: Tab, folder: Path, name: str) -> None:
     names = tab.page.evaluate("window.page.materials.list.map((each) => each.name)")
-    brdf = (
-        load_merl(folder / "merl-f8.binary", NEAREST) if name == NEAREST else table(folder, name)
-    )
+    brdf = load_merl(folder / "merl-f8.binary", NEAREST) if name == NEAREST else table(folder, name)
     index = names.index(name)
     wi, wo = pairs()
     found, wanted = values(tab, index), brdf.eval(wi, wo)
