@@ -13,10 +13,11 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.export.glsl import Glsl
+from nacre.metrics import compare
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
-from nacre.render.lights import DirectionalLight
+from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
@@ -25,6 +26,9 @@ from nacre.viewer.tables import SAMPLER, as_table
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
+_DIRECTIONS = 192  # of light
+_GROUND = 0.1  # as behind the page's pictures
+_COMPARED = 128  # pixels along an edge, as nacre compare
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -54,16 +58,25 @@ class Entry:
         Heading of the shelf under which it stands.
     facts
         More to say of it than its forms do.
+    reference
+        The form by which the errors of the others are told, as `nacre compare` measures them; empty
+        for none.
     """
 
     name: str
     forms: Mapping[str, Brdf]
     group: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
+    reference: str = ""
 
 
 class Content:
     """What a page shows, gathered piece by piece; :meth:`page` is the whole.
+
+    Parameters
+    ----------
+    environments
+        At least one. They are exposed; the first lights the thumbnails.
 
     Attributes
     ----------
@@ -72,6 +85,7 @@ class Content:
     """
 
     def __init__(self, environments: Sequence[Environment]) -> None:
+        self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
         self.facts["sampler"] = sampler_source(SAMPLER)
@@ -89,11 +103,21 @@ class Content:
         index = len(self.facts["materials"])
         forms = []
         for label, brdf in entry.forms.items():
-            form = {"label": label, "known": _known(brdf)}
+            known = _known(brdf)
+            if entry.reference and label != entry.reference:
+                known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
+            form = {"label": label, "known": known}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(next(iter(entry.forms.values()))))
+        first = next(iter(entry.forms.values()))
+        thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+
+    def allow(self, network: NeuralBrdf) -> None:
+        """Hold what shows this network, and others of its shape."""
+        key = key_of(network)
+        if all(known["key"] != key for known in self.facts["templates"]):
+            self.facts["templates"].append(asdict(template(network)))
 
     def part(self, name: str, content: bytes) -> str:
         """Keep bytes under a name, which is returned."""
@@ -114,9 +138,7 @@ class Content:
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
-        key = key_of(brdf)
-        if all(known["key"] != key for known in self.facts["templates"]):
-            self.facts["templates"].append(asdict(template(brdf)))
+        self.allow(brdf)
         return {"file": self.part(f"file {name}", encode(brdf))}
 
     def _add_environment(self, environment: Environment) -> None:
@@ -156,15 +178,24 @@ def _known(brdf: Brdf) -> dict[str, str]:
     }
 
 
+def _errors(reference: Brdf, brdf: Brdf) -> str:
+    found = compare(reference, brdf, size=_COMPARED)
+    return "; ".join(
+        f"{each.light} {each.errors.psnr:.1f} dB, FLIP {each.errors.flip:.3f}"
+        for each in found.lights
+    )
+
+
 def _said(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _thumbnail(brdf: Brdf) -> bytes:
-    image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
-    pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
+def _thumbnail(brdf: Brdf, light: Light) -> bytes:
+    image, mask = render_sphere(brdf, light, _THUMBNAIL)
+    shown = np.where(mask[..., None], tone_map(image), _GROUND)
     stream = io.BytesIO()
-    require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
+    picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()
