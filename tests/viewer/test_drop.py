@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,11 +16,13 @@ import pytest
 from nacre.errors import FormatError
 from nacre.formats import formats
 from nacre.neural.file import encode
+from nacre.neural.inputs import INPUTS, input_count, rotates_half_vector
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.numerics.mlp import Layer
 from nacre.render.studio import studio
 from nacre.viewer.content import Entry, page
 from tests.analytic.materials import EXAMPLES
-from tests.export.test_kinds import WRITTEN
+from tests.export.test_kinds import WRITTEN, network
 from tests.measured.support import hemisphere
 from tests.specimens import SPECIMENS, mutated
 from tests.specimens.tables import mbsdf_file
@@ -87,7 +90,7 @@ DROP = """([names, texts]) => {
 def tab(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     with Tab(chromium, tmp_path_factory.mktemp("drop")) as opened:
         opened.open(page("Drop", [Entry("One", {"Only": EXAMPLES["lambert"]})], [studio()]))
-        opened.page.evaluate("() => { window.page.loop = () => {}; }")
+        opened.page.evaluate("() => { window.page.mode.changed = window.page.loop = () => {}; }")
         yield opened
 
 
@@ -160,6 +163,41 @@ def test_a_file_cut_short_is_refused(tab: Tab, kind: str) -> None:
     assert all(brought(tab, NAMES[kind], cut(kind)))
 
 
+NETWORKS = [
+    {"inputs": inputs, "isotropic": isotropic}
+    for inputs, isotropic in itertools.product(INPUTS, (True, False))
+    if not isotropic or rotates_half_vector(inputs, True)
+]
+ANGLED = {"inputs": "enhanced", "isotropic": False, "angle": 0.7, "activation": "squared relu"}
+
+
+@pytest.mark.parametrize(
+    "shape", [*NETWORKS, ANGLED], ids=lambda shape: "-".join(map(str, shape.values()))
+)
+def test_networks_of_any_shape_are_shown(tab: Tab, tmp_path: Path, shape: dict[str, Any]) -> None:
+    count = input_count(shape["inputs"], shape["isotropic"])
+    made = network(count, 9, 5, 7, 3, scale=3.0, **shape)
+    *hidden, last = made.layers
+    made = made.with_layers([*hidden, Layer(last.weights, np.abs(last.biases) + 0.5)])
+    path = tmp_path / "network.safetensors"
+    path.write_bytes(encode(made))
+    index = tab.page.evaluate("window.page.materials.list.length")
+    tab.page.locator("input[type=file]").set_input_files(path)
+    tab.wait(f"window.page.materials.list.length > {index}")
+    wi, wo = (hemisphere(np.random.default_rng(seed), 200) for seed in (0, 1))
+    found = tab.page.evaluate(EVALUATED, [index, wi.ravel().tolist(), wo.ravel().tolist()])
+    wanted = made.eval(wi, wo)
+    assert wanted.std() > 0.02
+    np.testing.assert_allclose(np.reshape(found, (-1, 4))[:, :3], wanted, 5e-4, 1e-3)
+
+
+def test_a_network_too_large_to_draw_is_refused(tab: Tab, tmp_path: Path) -> None:
+    path = tmp_path / "large.safetensors"
+    path.write_bytes(encode(network(6, 100, 100, 3)))
+    tab.page.locator("input[type=file]").set_input_files(path)
+    tab.wait("document.getElementById('trouble').textContent.includes('11103 weights')")
+
+
 def test_a_large_table_does_not_stop_the_page(tab: Tab, tmp_path: Path) -> None:
     path = tmp_path / "large.binary"
     path.write_bytes(np.array([90, 90, 180], "<i4").tobytes() + bytes(8 * 3 * 90 * 90 * 180))
@@ -173,12 +211,12 @@ def test_a_large_table_does_not_stop_the_page(tab: Tab, tmp_path: Path) -> None:
 
 
 def test_files_are_dropped_and_what_fails_is_said(chromium: Any, tmp_path: Path) -> None:
-    network = WRITTEN["smooth"]
-    assert isinstance(network, NeuralBrdf)
+    shown = WRITTEN["smooth"]
+    assert isinstance(shown, NeuralBrdf)
     with Tab(chromium, tmp_path) as tab:
-        tab.open(page("Drop", [Entry("One", {"Network": network})], [studio()]))
+        tab.open(page("Drop", [Entry("One", {"Network": shown})], [studio()]))
         names = "<b>paint.mbsdf", "dark.safetensors", "notes.txt", "cut.binary"
-        contents = mbsdf_file(), encode(network), b"hello", b"\1\0\0\0"
+        contents = mbsdf_file(), encode(shown), b"hello", b"\1\0\0\0"
         texts = [base64.b64encode(content).decode() for content in contents]
         assert tab.page.evaluate(DROP, [names, texts]) == [False, True]
         tab.wait("window.page.materials.list.length === 3")
@@ -194,7 +232,7 @@ def test_files_are_dropped_and_what_fails_is_said(chromium: Any, tmp_path: Path)
         assert tab.page.locator("#name").text_content() == "dark"
         wi, wo = (hemisphere(np.random.default_rng(seed), 50) for seed in (0, 1))
         found = tab.page.evaluate(EVALUATED, [2, wi.ravel().tolist(), wo.ravel().tolist()])
-        wanted = network.eval(wi, wo)
+        wanted = shown.eval(wi, wo)
         np.testing.assert_allclose(np.reshape(found, (-1, 4))[:, :3], wanted, 5e-4, 1e-3)
         tab.keep("drop")
 

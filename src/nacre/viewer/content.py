@@ -21,7 +21,7 @@ from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
-from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table
 
 _THUMBNAIL = 96  # pixels along an edge
@@ -88,7 +88,7 @@ class Content:
         self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
-        self.facts["sampler"] = sampler_source(SAMPLER)
+        self.facts |= {"sampler": sampler_source(SAMPLER), "inputs": input_sources()}
         for environment in environments:
             self._add_environment(environment)
 
