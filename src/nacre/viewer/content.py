@@ -19,7 +19,7 @@ from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
-from nacre.viewer.page import document
+from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, key_of, template
 
 _THUMBNAIL = 96  # pixels along an edge
@@ -88,9 +88,9 @@ class Content:
         for label, brdf in entry.forms.items():
             form = {"label": label, "known": _known(brdf)}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(next(iter(entry.forms.values()))))
+        shot = self.part(f"thumbnail {index}", thumbnail(next(iter(entry.forms.values()))))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
-        self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+        self.facts["materials"].append(shown | {"forms": forms, "thumbnail": shot})
 
     def allow(self, network: NeuralBrdf) -> None:
         """Hold what shows this network, and others of its shape."""
@@ -103,9 +103,9 @@ class Content:
         self.parts[name] = content
         return name
 
-    def page(self, title: str) -> bytes:
+    def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
         """The page, as UTF-8; it needs nothing but a browser."""
-        return document(title, self.facts, self.parts)
+        return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
         if not isinstance(brdf, NeuralBrdf):
@@ -157,8 +157,15 @@ def _said(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _thumbnail(brdf: Brdf) -> bytes:
-    image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
+def thumbnail(brdf: Brdf, size: int = _THUMBNAIL) -> bytes:
+    """A JPEG of a sphere under one lamp, on black, of `size` pixels along an edge.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    image, _ = render_sphere(brdf, DirectionalLight(), size)
     pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
     stream = io.BytesIO()
     require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
