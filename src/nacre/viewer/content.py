@@ -13,17 +13,22 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.export.glsl import Glsl
+from nacre.metrics import compare
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
-from nacre.render.lights import DirectionalLight
+from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import PAGE, document
-from nacre.viewer.programs import NAME, key_of, template
+from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.tables import SAMPLER, as_table
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
+_DIRECTIONS = 192  # of light
+_GROUND = 0.1  # as behind the page's pictures
+_COMPARED = 128  # pixels along an edge, as nacre compare
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -31,6 +36,7 @@ _FACTS = {
     "model": "Model",
     "inputs": "Inputs",
     "layers": "Layers",
+    "grid": "Grid",
     "memory bytes": "Bytes",
     "fitted to": "Fitted to",
     "held out loss": "Held-out loss",
@@ -52,16 +58,27 @@ class Entry:
         Heading of the shelf under which it stands.
     facts
         More to say of it than its forms do.
+    reference
+        The form by which the errors of the others are told, as `nacre compare` measures them; empty
+        for none.
     """
 
     name: str
     forms: Mapping[str, Brdf]
     group: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
+    reference: str = ""
 
 
 class Content:
     """What a page shows, gathered piece by piece; :meth:`page` is the whole.
+
+    Parameters
+    ----------
+    environments
+        At least one. They are exposed; the first lights the thumbnails.
+    thumbnails
+        Whether materials have some, as a shelf needs them.
 
     Attributes
     ----------
@@ -69,9 +86,12 @@ class Content:
         JSON and bytes as the page's scripts read them.
     """
 
-    def __init__(self, environments: Sequence[Environment]) -> None:
+    def __init__(self, environments: Sequence[Environment], *, thumbnails: bool = True) -> None:
+        lit = environments[0].exposed()
+        self._light = EnvironmentLight(lit, _DIRECTIONS) if thumbnails else None
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
+        self.facts["sampler"] = sampler_source(SAMPLER)
         for environment in environments:
             self._add_environment(environment)
 
@@ -86,11 +106,16 @@ class Content:
         index = len(self.facts["materials"])
         forms = []
         for label, brdf in entry.forms.items():
-            form = {"label": label, "known": _known(brdf)}
+            known = _known(brdf)
+            if entry.reference and label != entry.reference:
+                known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
+            form = {"label": label, "known": known}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        shot = self.part(f"thumbnail {index}", thumbnail(next(iter(entry.forms.values()))))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
-        self.facts["materials"].append(shown | {"forms": forms, "thumbnail": shot})
+        if self._light is not None:
+            shot = thumbnail(next(iter(entry.forms.values())), self._light)
+            shown["thumbnail"] = self.part(f"thumbnail {index}", shot)
+        self.facts["materials"].append(shown | {"forms": forms})
 
     def allow(self, network: NeuralBrdf) -> None:
         """Hold what shows this network, and others of its shape."""
@@ -108,6 +133,12 @@ class Content:
         return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
+        if (table := as_table(brdf)) is not None:
+            grids = {
+                key: {**grid.facts(), "part": self.part(f"{key} {name}", grid.values.tobytes())}
+                for key, grid in table.grids.items()
+            }
+            return {"table": {**table.facts, "grids": grids}}
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
@@ -151,22 +182,31 @@ def _known(brdf: Brdf) -> dict[str, str]:
     }
 
 
+def _errors(reference: Brdf, brdf: Brdf) -> str:
+    found = compare(reference, brdf, size=_COMPARED)
+    return "; ".join(
+        f"{each.light} {each.errors.psnr:.1f} dB, FLIP {each.errors.flip:.3f}"
+        for each in found.lights
+    )
+
+
 def _said(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def thumbnail(brdf: Brdf, size: int = _THUMBNAIL) -> bytes:
-    """A JPEG of a sphere under one lamp, on black, of `size` pixels along an edge.
+def thumbnail(brdf: Brdf, light: Light, size: int = _THUMBNAIL) -> bytes:
+    """A JPEG of a sphere, of `size` pixels along an edge.
 
     Raises
     ------
     MissingExtraError
         If Pillow is not installed.
     """
-    image, _ = render_sphere(brdf, DirectionalLight(), size)
-    pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
+    image, mask = render_sphere(brdf, light, size)
+    shown = np.where(mask[..., None], tone_map(image), _GROUND)
     stream = io.BytesIO()
-    require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
+    picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()

@@ -7,6 +7,7 @@ import html
 
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
+from nacre.render.lights import DirectionalLight
 from nacre.render.studio import studio
 from nacre.viewer.content import Content, Entry, thumbnail
 from nacre.viewer.page import SPHERE
@@ -30,7 +31,7 @@ def live(material: object) -> str:
     if not isinstance(material, Brdf):
         return ""
     try:
-        still = base64.b64encode(thumbnail(material, _SIZE)).decode()
+        still = base64.b64encode(thumbnail(material, DirectionalLight(), _SIZE)).decode()
     except NacreError:  # without Pillow
         return ""
     name = html.escape(material.name or type(material).__name__)
@@ -46,7 +47,7 @@ def _frame(brdf: Brdf, name: str) -> str:
     """The page above the picture; "" of what is too large to keep in a notebook, or no formula."""
     if (brdf.nbytes or 0) > _LARGEST:
         return ""
-    content = Content([studio()])
+    content = Content([studio()], thumbnails=False)
     try:
         content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))
     except NacreError:

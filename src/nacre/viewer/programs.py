@@ -11,12 +11,12 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.array import Components
-from nacre.brdf import eval_formula, pdf_formula, sample_formula
+from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
 from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
 from nacre.neural.inputs import has_axes
@@ -24,12 +24,15 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.runtime.data import Datum, as_data
 from nacre.runtime.pairs import inside
-from nacre.sampling import GgxMixture, describe_sampler
+from nacre.sampling import describe_sampler, make_sampler
 from nacre.sampling.mixture import in_frame
 
 NAME = "material"
 """What functions are named after: `material_eval(wi, wo)`, `material_sample(wo, u)` with the
 density as fourth number, `material_pdf(wi, wo)`."""
+
+_Formula: TypeAlias = tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]
+"""What is computed, of components by the names of arguments, and the names of its results."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,25 +117,17 @@ def template(network: NeuralBrdf) -> Template:
     across: _Axis | None = None
     if has_axes(network.inputs, network.isotropic):
         axis = _axis(network.angle, "angle")
-    if isinstance(sampler, GgxMixture) and sampler.angle is not None:
-        across = _axis(sampler.angle, "sampler angle")
-        sampler = dataclasses.replace(sampler, angle=0.0)
-    sampler = as_data(sampler)
+    described = describe_sampler(sampler)
+    if described.get("angle") is not None:
+        across = _axis(described["angle"], "sampler angle")
+        sampler = make_sampler({**described, "angle": 0.0})
 
     def values(wi: Components, wo: Components) -> Sequence[Any]:
         return eval_formula(numbered, _in(axis, wi), _in(axis, wo))
 
-    def drawn(wo: Components, u: Components) -> Sequence[Any]:
-        wi, pdf = sample_formula(sampler, _in(across, wo), inside("u", u))
-        return _in(None if across is None else (across[0], -across[1]), wi), pdf
-
-    def density(wi: Components, wo: Components) -> Sequence[Any]:
-        return pdf_formula(sampler, _in(across, wi), _in(across, wo))
-
-    formulas: dict[str, tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]] = {
+    formulas: dict[str, _Formula] = {
         "eval": (values, PAIR, ("rgb",)),
-        "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
-        "pdf": (density, PAIR, ("pdf",)),
+        **_sampling(as_data(sampler), across),
     }
     language = _Open()
     texts = []
@@ -140,6 +135,32 @@ def template(network: NeuralBrdf) -> Template:
         function = Function.of(name, *formula, expanded=language.expanded)
         texts.append(language.function(function, f"{NAME}_{name}"))
     return Template(key_of(network), "\n\n".join(texts), language.places)
+
+
+def sampler_source(sampler: Sampler) -> str:
+    """`material_sample` and `material_pdf` of a sampler as GLSL, its numbers filled in."""
+    language = GlslLanguage()
+    return "\n\n".join(
+        language.function(Function.of(name, *formula, expanded=language.expanded), f"{NAME}_{name}")
+        for name, formula in _sampling(sampler).items()
+    )
+
+
+def _sampling(sampler: Sampler, across: _Axis | None = None) -> dict[str, _Formula]:
+    """Formulas of a sampler whose axes lie at an angle."""
+    back = None if across is None else (across[0], -across[1])
+
+    def drawn(wo: Components, u: Components) -> Sequence[Any]:
+        wi, pdf = sample_formula(sampler, _in(across, wo), inside("u", u))
+        return _in(back, wi), pdf
+
+    def density(wi: Components, wo: Components) -> Sequence[Any]:
+        return pdf_formula(sampler, _in(across, wi), _in(across, wo))
+
+    return {
+        "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
+        "pdf": (density, PAIR, ("pdf",)),
+    }
 
 
 def _numbered(network: NeuralBrdf) -> NeuralBrdf:

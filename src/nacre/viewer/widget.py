@@ -64,7 +64,7 @@ def content_of(brdf: Brdf) -> bytes:
     NacreError
         As :meth:`nacre.viewer.content.Content.add` does.
     """
-    content = Content([made() for made in ENVIRONMENTS.values()])
+    content = Content([made() for made in ENVIRONMENTS.values()], thumbnails=False)
     content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))
     return gathered(content.facts, content.parts)
 

@@ -46,6 +46,7 @@ export class Renderer extends Context {
   // ground, backing (its opacity), still (points stay at the middles of pixels)}.
   change(scene) {
     Object.assign(this.scene, scene);
+    this.stale = true;
     if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
   }
 
@@ -103,9 +104,10 @@ export class Renderer extends Context {
     this.meshed(this.points, this.program(POINTS, FRAMES), values, this.shapes.get(shape));
   }
 
-  // Show a picture on the canvas.
+  // Show a picture on the canvas, which is then no longer stale.
   present(picture = this.pictures[0]) {
     const { exposure, ground, backing } = this.scene;
+    this.stale = false;
     this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, backing, count: this.drawn });
   }
 
