@@ -20,7 +20,7 @@ from nacre.render.environment import Environment
 from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
-from nacre.viewer.page import document
+from nacre.viewer.page import PAGE, document
 from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table
 
@@ -77,6 +77,8 @@ class Content:
     ----------
     environments
         At least one. They are exposed; the first lights the thumbnails.
+    thumbnails
+        Whether materials have some, as a shelf needs them.
 
     Attributes
     ----------
@@ -84,8 +86,9 @@ class Content:
         JSON and bytes as the page's scripts read them.
     """
 
-    def __init__(self, environments: Sequence[Environment]) -> None:
-        self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
+    def __init__(self, environments: Sequence[Environment], *, thumbnails: bool = True) -> None:
+        lit = environments[0].exposed()
+        self._light = EnvironmentLight(lit, _DIRECTIONS) if thumbnails else None
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
         self.facts |= {"sampler": sampler_source(SAMPLER), "inputs": input_sources()}
@@ -108,10 +111,11 @@ class Content:
                 known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
             form = {"label": label, "known": known}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        first = next(iter(entry.forms.values()))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
-        self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+        if self._light is not None:
+            shot = thumbnail(next(iter(entry.forms.values())), self._light)
+            shown["thumbnail"] = self.part(f"thumbnail {index}", shot)
+        self.facts["materials"].append(shown | {"forms": forms})
 
     def allow(self, network: NeuralBrdf) -> None:
         """Hold what shows this network, and others of its shape."""
@@ -124,9 +128,9 @@ class Content:
         self.parts[name] = content
         return name
 
-    def page(self, title: str) -> bytes:
+    def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
         """The page, as UTF-8; it needs nothing but a browser."""
-        return document(title, self.facts, self.parts)
+        return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
         if (table := as_table(brdf)) is not None:
@@ -192,8 +196,15 @@ def _said(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _thumbnail(brdf: Brdf, light: Light) -> bytes:
-    image, mask = render_sphere(brdf, light, _THUMBNAIL)
+def thumbnail(brdf: Brdf, light: Light, size: int = _THUMBNAIL) -> bytes:
+    """A JPEG of a sphere, of `size` pixels along an edge.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    image, mask = render_sphere(brdf, light, size)
     shown = np.where(mask[..., None], tone_map(image), _GROUND)
     stream = io.BytesIO()
     picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
