@@ -4,6 +4,7 @@
 // something for it), open(), close(), changed() (another material or form is chosen), draw() (what is
 // new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
 
+import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
 
-export const MODES = [Look];
+export const MODES = [Look, Lobes];
