@@ -16,7 +16,7 @@ from nacre.export.glsl import Glsl
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
-from nacre.render.lights import DirectionalLight
+from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
@@ -24,6 +24,8 @@ from nacre.viewer.programs import NAME, key_of, template
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
+_DIRECTIONS = 192  # of light
+_GROUND = 0.1  # as behind the page's pictures
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -63,6 +65,11 @@ class Entry:
 class Content:
     """What a page shows, gathered piece by piece; :meth:`page` is the whole.
 
+    Parameters
+    ----------
+    environments
+        At least one. They are exposed; the first lights the thumbnails.
+
     Attributes
     ----------
     facts, parts
@@ -70,6 +77,7 @@ class Content:
     """
 
     def __init__(self, environments: Sequence[Environment]) -> None:
+        self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
         for environment in environments:
@@ -88,7 +96,8 @@ class Content:
         for label, brdf in entry.forms.items():
             form = {"label": label, "known": _known(brdf)}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(next(iter(entry.forms.values()))))
+        first = next(iter(entry.forms.values()))
+        thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
 
@@ -153,9 +162,10 @@ def _said(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _thumbnail(brdf: Brdf) -> bytes:
-    image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
-    pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
+def _thumbnail(brdf: Brdf, light: Light) -> bytes:
+    image, mask = render_sphere(brdf, light, _THUMBNAIL)
+    shown = np.where(mask[..., None], tone_map(image), _GROUND)
     stream = io.BytesIO()
-    require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
+    picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()

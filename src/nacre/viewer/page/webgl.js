@@ -102,6 +102,12 @@ export class Context {
     gl.deleteRenderbuffer(held);
   }
 
+  clear({ buffer, textures }) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
+    textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
+  }
+
   // Draw the whole of a target, or of the canvas where it is null.
   fill(target, program, values) {
     const { gl, canvas } = this, [width, height] = target?.size ?? [canvas.width, canvas.height];
