@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -33,17 +35,14 @@ SCALE = 0.9  # of the unit sphere in half of it
 
 
 @pytest.fixture(scope="module")
-def content() -> bytes:
+def lobes(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    """One page for all of these tests: each chooses what it needs."""
     sky = Environment(np.ones((16, 32, 3), np.float32))
     entries = [Entry(name, {"As it is": brdf}) for name, brdf in MATERIALS.items()]
-    return page("Lobes", entries, [replace(sky, name="sky")])
-
-
-@pytest.fixture
-def lobes(tab: Tab, content: bytes) -> Tab:
-    tab.open(content)
-    tab.page.click("#tab-lobes")
-    return tab
+    with Tab(chromium, tmp_path_factory.mktemp("lobes")) as tab:
+        tab.open(page("Lobes", entries, [replace(sky, name="sky")]))
+        tab.page.click("#tab-lobes")
+        yield tab
 
 
 def choose(tab: Tab, name: str, theta: float, phi: float, **settings: Any) -> dict[str, Any]:
@@ -71,8 +70,15 @@ def choose(tab: Tab, name: str, theta: float, phi: float, **settings: Any) -> di
     }
 
 
-def near(found: np.ndarray, expected: np.ndarray) -> None:
-    np.testing.assert_allclose(found, expected, rtol=5e-4, atol=1e-3)
+def same(found: np.ndarray, brdf: Brdf, wi: np.ndarray, wo: np.ndarray) -> None:
+    """Values are those of a material, but where the half vector is the normal.
+
+    There an anisotropic network is many-valued, and rounding decides.
+    """
+    known = np.hypot(*(wi + wo).T[:2]) > 1e-3
+    assert known.mean() > 0.8
+    expected = brdf.eval(wi, wo)
+    np.testing.assert_allclose(found.reshape(-1, 3)[known], expected[known], rtol=5e-4, atol=1e-3)
 
 
 @pytest.mark.parametrize("name", ["network", "glossy"])
@@ -82,10 +88,10 @@ def test_values_are_those_of_the_material(lobes, name, degrees):
     found = choose(lobes, name, theta, phi)
     wi = join(from_spherical(theta, phi))
     in_plane = join(from_spherical(found["angles"], phi + math.pi))
-    near(found["rgb"].reshape(-1, 3), brdf.eval(wi, in_plane))
+    same(found["rgb"], brdf, wi, in_plane)
     around = found["directions"].reshape(-1, 3)
     np.testing.assert_allclose(np.linalg.norm(around, axis=1), 1.0, atol=1e-6)
-    near(found["values"].reshape(-1, 3), brdf.eval(wi, around))
+    same(found["values"], brdf, wi, around)
 
 
 def test_the_plot_is_as_high_as_the_figure(lobes):
@@ -109,7 +115,9 @@ def test_curves_are_where_the_scale_puts_their_values(lobes, scale):
         x, y = np.array([p.split(",") for p in re.split("[ML]", path)[1:]], np.float64).T
         x, y = (x - 160.0) / 122.0, (142.0 - y) / 122.0
         np.testing.assert_allclose(np.hypot(x, y), radius[scale][:, channel], atol=2e-4)
-        np.testing.assert_allclose(x, radius[scale][:, channel] * np.sin(found["angles"]), atol=2e-4)
+        np.testing.assert_allclose(
+            x, radius[scale][:, channel] * np.sin(found["angles"]), atol=2e-4
+        )
 
 
 @pytest.mark.parametrize("degrees", [0.0, 60.0])
@@ -133,9 +141,7 @@ def silhouette(tab: Tab, elevation: float) -> np.ndarray:
         elevation,
     )
     tab.page.wait_for_timeout(50)
-    png = tab.page.evaluate("fetch_ => document.getElementById('picture').toDataURL()")
-    import base64
-
+    png = tab.page.evaluate("document.getElementById('picture').toDataURL()")
     picture = Image.open(io.BytesIO(base64.b64decode(png.split(",")[1]))).convert("RGB")
     pixels = np.asarray(picture, np.int32)
     return (np.ptp(pixels, axis=2) < 24) & (pixels.min(axis=2) > 60)

@@ -9,7 +9,12 @@ const LOWEST = 2e-3; // cosine
 const SCALE = 0.9; // of the picture's half
 const PIVOT = [0, 0, 0.3]; // about this point the picture turns
 const GROUND = 0.0103; // what the picture shows around shapes, linear
-const RAYS = { light: [[1, 0.66, 0.13], 0.008, 0], mirror: [[0.35, 0.35, 0.35], 0.005, 18], view: [[0.75, 0.75, 0.75], 0.005, 0] };
+// Color, half of the width, dashes.
+const RAYS = {
+  light: [[1, 0.66, 0.13], 0.008, 0],
+  mirror: [[0.35, 0.35, 0.35], 0.005, 18],
+  view: [[0.75, 0.75, 0.75], 0.005, 0],
+};
 
 // Seen from above the plane, x to the right: columns.
 const TILT = 0.5;
@@ -128,8 +133,9 @@ export class Hemisphere {
   shape(directions, values, scale, channels) {
     const count = directions.length / 3, vertices = new Float32Array(10 * count);
     const bright = (k) => 0.2126 * values[k] + 0.7152 * values[k + 1] + 0.0722 * values[k + 2];
+    const high = (k) => (channels ? Math.max(values[k], values[k + 1], values[k + 2]) : bright(k));
     let peak = 0;
-    for (let k = 0; k < 3 * count; k += 3) peak = Math.max(peak, channels ? Math.max(values[k], values[k + 1], values[k + 2]) : bright(k));
+    for (let k = 0; k < 3 * count; k += 3) peak = Math.max(peak, high(k));
     const radius = (value) => (peak > 0 ? scale.of(Math.min(Math.max(value, 0) / peak, 1)) : 0);
     for (let k = 0; k < count; k++) {
       const rgb = values.subarray(3 * k, 3 * k + 3), highest = Math.max(...rgb, 1e-30);

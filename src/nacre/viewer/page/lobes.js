@@ -13,6 +13,9 @@ const HORIZON = 89.9 * DEGREE;
 const STEP = 0.25 * DEGREE;
 const FAN = Array.from({ length: 24 }, (_, k) => 0.005 * 2000 ** (k / 23) * DEGREE); // up to 10 degrees
 const CHANNELS = ["R", "G", "B"];
+const VALUES = [["cosine", "fᵣ cos θₒ, reflected light"], ["plain", "fᵣ, reflectance"]];
+const COLORS = [["material", "Of the material"], ["channels", "By channel"]];
+const HELP = "Light: drag it, or move it with the arrow keys";
 
 // Angles of views in the plane of incidence, dense about the mirror direction and back to the light.
 export function anglesOf(incidence) {
@@ -43,11 +46,11 @@ export class Lobes {
         this.angle("light", "Light θᵢ", 0, 89, (theta) => this.move({ theta })),
         this.angle("azimuth", "Light φᵢ", -180, 180, (phi) => this.move({ phi })),
         this.angle("view", "View θₒ", -89, 89, (theta) => this.look(theta)),
-        choice("Values", [["cosine", "fᵣ cos θₒ, reflected light"], ["plain", "fᵣ, reflectance"]], (name) => set({ cosine: name === "cosine" })),
+        choice("Values", VALUES, (name) => set({ cosine: name === "cosine" })),
         choice("Scale", Object.entries(SCALES).map(([name, { title }]) => [name, title]), (scale) => set({ scale })),
-        choice("Colors", [["material", "Of the material"], ["channels", "By channel"]], (name) => set({ channels: name === "channels" }))),
+        choice("Colors", COLORS, (name) => set({ channels: name === "channels" }))),
       this.table);
-    this.handle = made("button", { className: "handle", type: "button", title: "Light: drag it, or move it with the arrow keys", "aria-label": "Light", hidden: true });
+    this.handle = made("button", { className: "handle", type: "button", title: HELP, "aria-label": "Light", hidden: true });
     element("frame").append(this.handle);
     // Which way "right" and "down" lead is settled as a drag starts: the light may pass the rim.
     this.handle.addEventListener("pointerdown", () => (this.ways = this.waysNow()));
@@ -150,15 +153,17 @@ export class Lobes {
     const peaks = [0, 1, 2].map((c) => values.filter((_, k) => k % 3 === c).reduce((a, b) => Math.max(a, b), 0));
     const rows = [["At the view", here], ["Highest", peaks], ["Reflected in all", this.around.albedo(this.around.rgb)]];
     const cell = (x) => made("td", {}, rounded(x, 3));
-    const head = made("tr", {}, made("td"), ...CHANNELS.map((name, c) => made("th", { scope: "col" }, made("span", { className: `channel-${c}` }, name))));
-    this.table.replaceChildren(made("caption", {}, this.settings.cosine ? "fᵣ cos θₒ in 1/sr" : "fᵣ in 1/sr", ", and the part of the light that is reflected in all"), head,
+    const head = made("tr", {}, made("td"), ...CHANNELS.map((name, c) => made("th", { scope: "col", className: `channel-${c}` }, name)));
+    const unit = this.settings.cosine ? "fᵣ cos θₒ in 1/sr" : "fᵣ in 1/sr";
+    this.table.replaceChildren(made("caption", {}, `${unit}, and the part of the light that is reflected in all`), head,
       ...rows.map(([title, numbers]) => made("tr", {}, made("th", { scope: "row" }, title), ...Array.from(numbers, cell))));
   }
 
   paint() {
     this.turned = false;
     const { light: { theta, phi }, view, page: { renderer } } = this;
-    const rays = { light: spherical(theta, phi), mirror: spherical(theta, phi + Math.PI), view: spherical(view, phi + Math.PI).map((x) => 1.08 * x) };
+    const toward = (angle) => spherical(angle, phi + Math.PI);
+    const rays = { light: spherical(theta, phi), mirror: toward(theta), view: toward(view).map((x) => 1.08 * x) };
     const [x, y] = this.picture.paint(renderer.scene.turn, rays);
     this.handle.style.left = `${50 + 50 * x}%`;
     this.handle.style.top = `${50 - 50 * y}%`;

@@ -44,7 +44,7 @@ export class Polar {
   constructor(change) {
     this.rings = drawn("g", { class: "rings" });
     this.curves = [0, 1, 2].map((c) => drawn("path", { class: `curve channel-${c}` }));
-    this.mirror = drawn("line", { class: "mirror" });
+    this.mirror = drawn("line", { class: "mirror", x1: CENTER[0], y1: CENTER[1] });
     this.light = this.handle("light", "Light, degrees from the normal", (angle) => change.light(Math.max(-angle, 0)), -1);
     this.view = this.handle("view", "View, degrees from the normal", change.view, 1);
     const spokes = SPOKES.flatMap((degrees) => {
@@ -62,7 +62,8 @@ export class Polar {
   // A ray with a knob at its end; angles of the light count the other way.
   handle(name, label, change, sign) {
     const ray = drawn("line", { x1: CENTER[0], y1: CENTER[1] }), knob = drawn("circle", { r: 7 });
-    const group = drawn("g", { class: `ray ${name}`, role: "slider", tabindex: 0, "aria-label": label, "aria-valuemin": sign < 0 ? 0 : -90, "aria-valuemax": 90 }, ray, knob);
+    const limits = { "aria-valuemin": sign < 0 ? 0 : -90, "aria-valuemax": 90 };
+    const group = drawn("g", { class: `ray ${name}`, role: "slider", tabindex: 0, "aria-label": label, ...limits }, ray, knob);
     group.addEventListener("pointerdown", (e) => {
       group.setPointerCapture(e.pointerId);
       e.preventDefault();
@@ -97,11 +98,13 @@ export class Polar {
     this.rings.replaceChildren(...ringsOf(peak, scale).flatMap(({ value, radius }) =>
       [arc(radius), drawn("text", { x: place(90 * DEGREE, radius)[0], y: CENTER[1] + 14 }, rounded(value, 1))]));
     this.curves.forEach((curve, c) => {
-      const points = Array.from(angles, (angle, k) => pair(place(angle, peak > 0 ? scale.of(Math.max(values[3 * k + c], 0) / peak) : 0)));
+      const radius = (k) => (peak > 0 ? scale.of(Math.max(values[3 * k + c], 0) / peak) : 0);
+      const points = Array.from(angles, (angle, k) => pair(place(angle, radius(k))));
       curve.setAttribute("d", `M${points.join("L")}`);
     });
     const [x, y] = place(incidence, 1);
-    for (const [name, value] of Object.entries({ x1: CENTER[0], y1: CENTER[1], x2: x, y2: y })) this.mirror.setAttribute(name, value);
+    this.mirror.setAttribute("x2", x);
+    this.mirror.setAttribute("y2", y);
     this.light.point(-incidence, 1);
     this.view.point(view, 1);
   }

@@ -50,7 +50,7 @@ export function filled(template, { header, tensors }) {
 function numbersOf(sampler) {
   const fields = ["share", "roughness", "across", "shift"];
   const lobes = (sampler.lobes ?? []).flatMap((lobe) => fields.flatMap((field) => lobe[field]));
-  return [...lobes, ...["uniform", "squared", "cosines"].flatMap((field) => sampler[field] ?? [])];
+  return [...lobes, ...["specular", "exponent", "uniform", "squared", "cosines"].flatMap((field) => sampler[field] ?? [])];
 }
 
 const OPERATIONS = {
