@@ -13,6 +13,7 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.export.glsl import Glsl
+from nacre.metrics import compare
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
@@ -20,12 +21,14 @@ from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
-from nacre.viewer.programs import NAME, key_of, template
+from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.tables import SAMPLER, as_table
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
 _DIRECTIONS = 192  # of light
 _GROUND = 0.1  # as behind the page's pictures
+_COMPARED = 128  # pixels along an edge, as nacre compare
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -33,6 +36,7 @@ _FACTS = {
     "model": "Model",
     "inputs": "Inputs",
     "layers": "Layers",
+    "grid": "Grid",
     "memory bytes": "Bytes",
     "fitted to": "Fitted to",
     "held out loss": "Held-out loss",
@@ -54,12 +58,16 @@ class Entry:
         Heading of the shelf under which it stands.
     facts
         More to say of it than its forms do.
+    reference
+        The form by which the errors of the others are told, as `nacre compare` measures them; empty
+        for none.
     """
 
     name: str
     forms: Mapping[str, Brdf]
     group: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
+    reference: str = ""
 
 
 class Content:
@@ -80,6 +88,7 @@ class Content:
         self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
+        self.facts["sampler"] = sampler_source(SAMPLER)
         for environment in environments:
             self._add_environment(environment)
 
@@ -94,12 +103,21 @@ class Content:
         index = len(self.facts["materials"])
         forms = []
         for label, brdf in entry.forms.items():
-            form = {"label": label, "known": _known(brdf)}
+            known = _known(brdf)
+            if entry.reference and label != entry.reference:
+                known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
+            form = {"label": label, "known": known}
             forms.append(form | self._form(f"{index} {label}", brdf))
         first = next(iter(entry.forms.values()))
         thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+
+    def allow(self, network: NeuralBrdf) -> None:
+        """Hold what shows this network, and others of its shape."""
+        key = key_of(network)
+        if all(known["key"] != key for known in self.facts["templates"]):
+            self.facts["templates"].append(asdict(template(network)))
 
     def part(self, name: str, content: bytes) -> str:
         """Keep bytes under a name, which is returned."""
@@ -111,12 +129,16 @@ class Content:
         return document(title, self.facts, self.parts)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
+        if (table := as_table(brdf)) is not None:
+            grids = {
+                key: {**grid.facts(), "part": self.part(f"{key} {name}", grid.values.tobytes())}
+                for key, grid in table.grids.items()
+            }
+            return {"table": {**table.facts, "grids": grids}}
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
-        key = key_of(brdf)
-        if all(known["key"] != key for known in self.facts["templates"]):
-            self.facts["templates"].append(asdict(template(brdf)))
+        self.allow(brdf)
         return {"file": self.part(f"file {name}", encode(brdf))}
 
     def _add_environment(self, environment: Environment) -> None:
@@ -154,6 +176,14 @@ def _known(brdf: Brdf) -> dict[str, str]:
         for name, title in _FACTS.items()
         if known.get(name) is not None
     }
+
+
+def _errors(reference: Brdf, brdf: Brdf) -> str:
+    found = compare(reference, brdf, size=_COMPARED)
+    return "; ".join(
+        f"{each.light} {each.errors.psnr:.1f} dB, FLIP {each.errors.flip:.3f}"
+        for each in found.lights
+    )
 
 
 def _said(value: object) -> str:
