@@ -155,7 +155,7 @@ export class Lobes {
     const cell = (x) => made("td", {}, rounded(x, 3));
     const head = made("tr", {}, made("td"), ...CHANNELS.map((name, c) => made("th", { scope: "col", className: `channel-${c}` }, name)));
     const unit = this.settings.cosine ? "fᵣ cos θₒ in 1/sr" : "fᵣ in 1/sr";
-    this.table.replaceChildren(made("caption", {}, `${unit}, and the part of the light that is reflected in all`), head,
+    this.table.replaceChildren(made("caption", {}, `${unit}, and the fraction of light that is reflected in all`), head,
       ...rows.map(([title, numbers]) => made("tr", {}, made("th", { scope: "row" }, title), ...Array.from(numbers, cell))));
   }
 

@@ -4,7 +4,7 @@
 // `file` (a network's), `glsl` (a formula's), the names of parts of the page; `table` (see tables.js),
 // whose grids hold their values or the name of their part; or `network` (a file that was read).
 
-import { filled, keyOf } from "./programs.js";
+import { filled, keyOf, numbersFor, open } from "./programs.js";
 import { shown } from "./tables.js";
 import { FileError, readTensors } from "./tensors.js";
 
@@ -39,8 +39,20 @@ export class Materials {
 
   // GLSL of a network's file.
   network(file) {
-    const template = this.templates.get(JSON.stringify(keyOf(file.header)));
-    if (!template) throw new FileError("is a network of a shape that this page does not hold");
-    return filled(template, file);
+    return filled(this.template(file), file);
+  }
+
+  // {glsl, textures} of a network's file, of the same GLSL for all of its shape: for those that change
+  // while they are looked at.
+  varying(file) {
+    const template = this.template(file), numbers = new Float32Array(4 * Math.ceil(template.places.length / 4));
+    numbers.set(numbersFor(template, file));
+    return { glsl: open(template), textures: { material_numbers: numbers } };
+  }
+
+  template(file) {
+    const found = this.templates.get(JSON.stringify(keyOf(file.header)));
+    if (!found) throw new FileError("is a network of a shape that this page does not hold");
+    return found;
   }
 }

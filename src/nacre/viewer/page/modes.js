@@ -6,5 +6,6 @@
 
 import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
+import { Space } from "./space.js";
 
-export const MODES = [Look, Lobes];
+export const MODES = [Look, Lobes, Space];
