@@ -5,6 +5,8 @@
 // new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
 
 import { Compare } from "./compare.js";
+import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
+import { Space } from "./space.js";
 
-export const MODES = [Look, Compare];
+export const MODES = [Look, Compare, Lobes, Space];
