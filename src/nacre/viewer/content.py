@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
+from nacre.array import Image
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.export.glsl import Glsl
+from nacre.export.textures import HeightField
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
+from nacre.runtime.progress import Progress, silent
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
 from nacre.viewer.programs import NAME, key_of, template
+from nacre.viewer.textures import GLSL, PageTexture, formulas, relief
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
@@ -92,6 +98,49 @@ class Content:
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
 
+    def add_texture(
+        self,
+        texture: Btf,
+        heights: HeightField | None = None,
+        facts: Mapping[str, str] | None = None,
+        progress: Progress = silent,
+    ) -> None:
+        """One more texture, which is encoded.
+
+        Parameters
+        ----------
+        texture
+            See :class:`nacre.viewer.textures.PageTexture`.
+        heights
+            For parallax.
+        facts
+            More to say of it.
+        progress
+            Called with the numbers done.
+
+        Raises
+        ------
+        NacreError
+            If no page holds it; the message says why.
+        """
+        held = self.facts.setdefault("textures", [])
+        self.facts[GLSL] = self.part(GLSL, formulas().encode())
+        name = f"texture {len(held)}"
+        packed = PageTexture.of(texture, progress)
+        parts = {each: self.part(f"{name} {each}", of) for each, of in packed.parts().items()}
+        known = {
+            "Texels": f"{texture.width} x {texture.height}",
+            "Error of the codes": _error(texture.describe().get("MSE x 1e4")),
+            "Error of this page": _error(1e4 * packed.error),
+        }
+        shown: dict[str, Any] = {"name": texture.name[:_LONGEST], "parts": parts}
+        shown["known"] = {key: said for key, said in known.items() if said} | dict(facts or {})
+        shown["thumbnail"] = self.part(f"{name} thumbnail", _texture_thumbnail(texture))
+        if heights is not None:
+            relief_facts, field = relief(heights)
+            shown["relief"] = relief_facts | {"part": self.part(f"{name} relief", field)}
+        held.append(shown | packed.facts())
+
     def part(self, name: str, content: bytes) -> str:
         """Keep bytes under a name, which is returned."""
         self.parts[name] = content
@@ -153,9 +202,28 @@ def _said(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
+def _error(squared: object) -> str:
+    """Of reflectance factors, as people compare it with 1, a white surface."""
+    return f"{math.sqrt(1e-4 * squared):.2g} (RMSE)" if isinstance(squared, float) else ""
+
+
 def _thumbnail(brdf: Brdf) -> bytes:
     image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
+    return _jpeg(image)
+
+
+def _texture_thumbnail(texture: Btf) -> bytes:
+    """All of a texture from above, in the light of thumbnails."""
+    light = np.array([DirectionalLight().direction], np.float32)
+    seen = texture.at_directions(light, np.array([[0.0, 0.0, 1.0]], np.float32))
+    return _jpeg(seen.images(slice(None))[0] * light[0, 2])
+
+
+def _jpeg(image: Image) -> bytes:
+    """A picture of linear RGB, no larger than thumbnails are."""
     pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
     stream = io.BytesIO()
-    require("PIL.Image", "render").fromarray(pixels).save(stream, "JPEG", quality=_QUALITY)
+    picture = require("PIL.Image", "render").fromarray(pixels)
+    picture.thumbnail((_THUMBNAIL, _THUMBNAIL))
+    picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()

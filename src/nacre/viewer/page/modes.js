@@ -5,5 +5,6 @@
 // new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
 
 import { Look } from "./look.js";
+import { Textures } from "./textures.js";
 
-export const MODES = [Look];
+export const MODES = [Look, Textures];
