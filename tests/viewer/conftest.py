@@ -6,11 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from nacre.analytic import Ggx
-from nacre.neural.nbrdf import NeuralBrdf
 from studies.parity.runners import browser
 from tests.export.support import needs
 from tests.viewer.tab import Tab

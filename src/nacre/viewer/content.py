@@ -20,16 +20,19 @@ from nacre.export.textures import HeightField
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
-from nacre.render.lights import DirectionalLight
+from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
 from nacre.runtime.progress import Progress, silent
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
 from nacre.viewer.page import document
-from nacre.viewer.programs import NAME, key_of, template
-from nacre.viewer.textures import GLSL, PageTexture, formulas, relief
+from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.tables import SAMPLER, as_table
+from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relief
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
+_DIRECTIONS = 192  # of light
+_GROUND = 0.1  # as behind the page's pictures
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -37,6 +40,7 @@ _FACTS = {
     "model": "Model",
     "inputs": "Inputs",
     "layers": "Layers",
+    "grid": "Grid",
     "memory bytes": "Bytes",
     "fitted to": "Fitted to",
     "held out loss": "Held-out loss",
@@ -69,6 +73,11 @@ class Entry:
 class Content:
     """What a page shows, gathered piece by piece; :meth:`page` is the whole.
 
+    Parameters
+    ----------
+    environments
+        At least one. They are exposed; the first lights the thumbnails.
+
     Attributes
     ----------
     facts, parts
@@ -76,8 +85,10 @@ class Content:
     """
 
     def __init__(self, environments: Sequence[Environment]) -> None:
+        self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
+        self.facts["sampler"] = sampler_source(SAMPLER)
         for environment in environments:
             self._add_environment(environment)
 
@@ -94,7 +105,8 @@ class Content:
         for label, brdf in entry.forms.items():
             form = {"label": label, "known": _known(brdf)}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(next(iter(entry.forms.values()))))
+        first = next(iter(entry.forms.values()))
+        thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
         self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
 
@@ -135,7 +147,7 @@ class Content:
         }
         shown: dict[str, Any] = {"name": texture.name[:_LONGEST], "parts": parts}
         shown["known"] = {key: said for key, said in known.items() if said} | dict(facts or {})
-        shown["thumbnail"] = self.part(f"{name} thumbnail", _texture_thumbnail(texture))
+        shown["thumbnail"] = self.part(f"{name} thumbnail", _jpeg(tone_map(from_above(texture))))
         if heights is not None:
             relief_facts, field = relief(heights)
             shown["relief"] = relief_facts | {"part": self.part(f"{name} relief", field)}
@@ -151,6 +163,12 @@ class Content:
         return document(title, self.facts, self.parts)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
+        if (table := as_table(brdf)) is not None:
+            grids = {
+                key: {**grid.facts(), "part": self.part(f"{key} {name}", grid.values.tobytes())}
+                for key, grid in table.grids.items()
+            }
+            return {"table": {**table.facts, "grids": grids}}
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
@@ -207,23 +225,15 @@ def _error(squared: object) -> str:
     return f"{math.sqrt(1e-4 * squared):.2g} (RMSE)" if isinstance(squared, float) else ""
 
 
-def _thumbnail(brdf: Brdf) -> bytes:
-    image, _ = render_sphere(brdf, DirectionalLight(), _THUMBNAIL)
-    return _jpeg(image)
+def _thumbnail(brdf: Brdf, light: Light) -> bytes:
+    image, mask = render_sphere(brdf, light, _THUMBNAIL)
+    return _jpeg(np.where(mask[..., None], tone_map(image), _GROUND))
 
 
-def _texture_thumbnail(texture: Btf) -> bytes:
-    """All of a texture from above, in the light of thumbnails."""
-    light = np.array([DirectionalLight().direction], np.float32)
-    seen = texture.at_directions(light, np.array([[0.0, 0.0, 1.0]], np.float32))
-    return _jpeg(seen.images(slice(None))[0] * light[0, 2])
-
-
-def _jpeg(image: Image) -> bytes:
-    """A picture of linear RGB, no larger than thumbnails are."""
-    pixels = np.round(255.0 * tone_map(image)).astype(np.uint8)
-    stream = io.BytesIO()
-    picture = require("PIL.Image", "render").fromarray(pixels)
+def _jpeg(shown: Image) -> bytes:
+    """A picture of what screens show, from 0 to 1, no larger than thumbnails are."""
+    picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
     picture.thumbnail((_THUMBNAIL, _THUMBNAIL))
+    stream = io.BytesIO()
     picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()

@@ -10,15 +10,16 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from nacre.array import Components
-from nacre.brdf import eval_formula, pdf_formula, sample_formula
+from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
 from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
 from nacre.neural.nbrdf import NeuralBrdf
+from nacre.numerics.mlp import Layer
 from nacre.runtime.data import as_data
 from nacre.runtime.pairs import inside
 from nacre.sampling import describe_sampler
@@ -26,6 +27,9 @@ from nacre.sampling import describe_sampler
 NAME = "material"
 """What functions are named after: `material_eval(wi, wo)`, `material_sample(wo, u)` with the
 density as fourth number, `material_pdf(wi, wo)`."""
+
+_Formula: TypeAlias = tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]
+"""What is computed, of components by the names of arguments, and the names of its results."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,28 +107,55 @@ def _shape(description: Any) -> Any:
 
 def template(network: NeuralBrdf) -> Template:
     """The text that a network shares with all of its shape."""
-    sampler = as_data(network.sampler)
-
-    def drawn(wo: Components, u: Components) -> Sequence[Any]:
-        return sample_formula(sampler, wo, inside("u", u))
-
-    formulas: dict[str, tuple[Callable[..., Sequence[Any]], Mapping[str, int], Sequence[str]]] = {
-        "eval": (lambda wi, wo: eval_formula(network, wi, wo), PAIR, ("rgb",)),
-        "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
-        "pdf": (lambda wi, wo: pdf_formula(sampler, wi, wo), PAIR, ("pdf",)),
+    numbered = _numbered(network)
+    formulas: dict[str, _Formula] = {
+        "eval": (lambda wi, wo: eval_formula(numbered, wi, wo), PAIR, ("rgb",)),
+        **_sampling(as_data(network.sampler)),
     }
     language = _Open()
     texts = []
     for name, formula in formulas.items():
         function = Function.of(name, *formula, expanded=language.expanded)
-        starts = np.cumsum([0, *(table.size for table in function.tables)])
-        places = [
-            np.arange(start, start + table.size, dtype=np.float64)
-            for start, table in zip(starts, function.tables, strict=False)
-        ]
-        numbered = dataclasses.replace(function, tables=places)
-        texts.append(language.function(numbered, f"{NAME}_{name}"))
+        texts.append(language.function(function, f"{NAME}_{name}"))
     return Template(key_of(network), "\n\n".join(texts), language.places)
+
+
+def sampler_source(sampler: Sampler) -> str:
+    """`material_sample` and `material_pdf` of a sampler as GLSL, its numbers filled in."""
+    language = GlslLanguage()
+    return "\n\n".join(
+        language.function(Function.of(name, *formula, expanded=language.expanded), f"{NAME}_{name}")
+        for name, formula in _sampling(sampler).items()
+    )
+
+
+def _sampling(sampler: Sampler) -> dict[str, _Formula]:
+    def drawn(wo: Components, u: Components) -> Sequence[Any]:
+        return sample_formula(sampler, wo, inside("u", u))
+
+    return {
+        "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
+        "pdf": (lambda wi, wo: pdf_formula(sampler, wi, wo), PAIR, ("pdf",)),
+    }
+
+
+def _numbered(network: NeuralBrdf) -> NeuralBrdf:
+    """A network whose weights are their places: what the formula leaves out stays out."""
+    layers, start = [], 0
+    for layer in network.layers:
+        parts = []
+        for array in layer:
+            places = np.arange(start, start + array.size, dtype=np.float32)
+            parts.append(places.reshape(array.shape))
+            start += array.size
+        layers.append(Layer(*parts))
+    return NeuralBrdf(
+        layers,
+        isotropic=network.isotropic,
+        inputs=network.inputs,
+        activation=network.activation,
+        angle=network.angle,
+    )
 
 
 def _formula(origin: Any) -> Any:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nacre.array import Array, Components, Floats
+from nacre.array import Array, Components, Floats, Image
 from nacre.btf import Btf
 from nacre.errors import NacreError
 from nacre.export.glsl import GlslLanguage
@@ -23,6 +23,7 @@ from nacre.export.textures.accuracy import factors_error
 from nacre.export.textures.atlas import encoded
 from nacre.export.textures.heights import HeightField
 from nacre.export.textures.source import joined
+from nacre.render.lights import DirectionalLight
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.factors import CHROMAS as ALL_CHROMAS
 from nacre.textures.factors import LUMAS as ALL_LUMAS
@@ -185,3 +186,10 @@ def relief(heights: HeightField) -> tuple[dict[str, Any], bytes]:
         "top": float(pixels.max()),
     }
     return facts, pixels.astype("<f2").tobytes()
+
+
+def from_above(texture: Btf) -> Image:
+    """All of an encoded texture in the light of previews, linear RGB, (height, width, 3)."""
+    light = np.array([DirectionalLight().direction], np.float32)
+    seen = texture.at_directions(light, np.array([[0.0, 0.0, 1.0]], np.float32))
+    return np.asarray(seen.images(slice(None))[0] * light[0, 2], np.float32)

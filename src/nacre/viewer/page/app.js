@@ -2,6 +2,7 @@
 
 import { Controls } from "./controls.js";
 import { element, made } from "./dom.js";
+import { Drop } from "./drop.js";
 import { Materials } from "./materials.js";
 import { MODES } from "./modes.js";
 import { Renderer } from "./renderer.js";
@@ -9,12 +10,13 @@ import { Shelf } from "./shelf.js";
 
 export class Page {
   constructor({ facts, bytes }) {
-    Object.assign(this, { facts, bytes, materials: new Materials(facts, bytes) });
     this.renderer = new Renderer(element("picture"));
+    Object.assign(this, { facts, bytes, materials: new Materials(facts, bytes, this.renderer) });
     this.chosen = this.materials.list[0];
     this.form = this.chosen.forms[0];
     this.controls = new Controls(this);
     this.shelf = new Shelf(this, (k) => this.attempt(() => this.choose(k)));
+    this.drop = new Drop(this);
     this.modes = MODES.map((Mode) => new Mode(this)).filter((mode) => mode.available());
     this.tabs();
     this.choose(0);

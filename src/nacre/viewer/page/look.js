@@ -2,7 +2,7 @@
 
 import { made } from "./dom.js";
 
-const CONVERGED = 64; // frames: then noise is about what screens show
+const CONVERGED = 64, LAST = 256; // frames: noise is about what screens show; nothing is seen to change
 
 export class Look {
   constructor(page) {
@@ -30,7 +30,8 @@ export class Look {
   // One frame where it is of use; a word on how far the picture is.
   draw() {
     const { renderer } = this.page;
-    if (renderer.frames < CONVERGED) renderer.frame();
+    if (renderer.frames < LAST) renderer.frame();
+    else if (!renderer.stale) return "converged";
     renderer.present();
     return renderer.frames < CONVERGED ? `${Math.round((100 * renderer.frames) / CONVERGED)} %` : "converged";
   }

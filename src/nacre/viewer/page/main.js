@@ -1,13 +1,19 @@
-// Start of the page.
+// Start of the page, and of the worker that reads files for it by the same script.
 
 import { Page } from "./app.js";
 import { unpacked } from "./container.js";
 import { element } from "./dom.js";
+import { serve } from "./files.js";
 
-unpacked(element("data").textContent)
-  .then((found) => void (window.page = new Page(found)))
-  .catch((error) => {
-    element("trouble").hidden = false;
-    element("trouble").textContent = error.message;
-    document.body.dataset.mode = "none";
-  });
+function start() {
+  unpacked(element("data").textContent)
+    .then((found) => void (window.page = new Page(found)))
+    .catch((error) => {
+      element("trouble").hidden = false;
+      element("trouble").textContent = error.message;
+      document.body.dataset.mode = "none";
+    });
+}
+
+if (globalThis.document) start();
+else serve();

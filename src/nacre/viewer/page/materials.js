@@ -1,14 +1,17 @@
 // The page's materials, and what the renderer needs of them.
 //
 // A material is {name, known, thumbnail, group, forms}; a form of it is {label, known} with one of
-// `file` (a network's), `glsl` (a formula's) or another part of the page by whose name it is read.
+// `file` (a network's), `glsl` (a formula's), the names of parts of the page; `table` (see tables.js),
+// whose grids hold their values or the name of their part; or `network` (a file that was read).
 
 import { filled, keyOf } from "./programs.js";
+import { shown } from "./tables.js";
 import { FileError, readTensors } from "./tensors.js";
 
 export class Materials {
-  constructor(facts, bytes) {
-    Object.assign(this, { list: facts.materials, bytes, read: new Map() });
+  // `context` is what textures are made in.
+  constructor(facts, bytes, context) {
+    Object.assign(this, { list: facts.materials, sampler: facts.sampler, bytes, context, read: new Map() });
     this.templates = new Map(facts.templates.map((each) => [JSON.stringify(JSON.parse(each.key)), each]));
   }
 
@@ -20,7 +23,18 @@ export class Materials {
 
   reading(form) {
     if (form.glsl) return { glsl: new TextDecoder().decode(this.bytes(form.glsl)) };
-    return { glsl: this.network(readTensors(this.bytes(form.file).buffer)) };
+    if (form.table) return shown(this.context, this.whole(form.table), this.sampler);
+    return { glsl: this.network(form.network ?? readTensors(this.bytes(form.file).buffer)) };
+  }
+
+  // A table with the numbers of its parts.
+  whole(table) {
+    const grids = Object.entries(table.grids).map(([name, grid]) => {
+      if (grid.values) return [name, grid];
+      const { buffer } = this.bytes(grid.part);
+      return [name, { ...grid, values: grid.half ? new Uint16Array(buffer) : new Float32Array(buffer) }];
+    });
+    return { ...table, grids: Object.fromEntries(grids) };
   }
 
   // GLSL of a network's file.

@@ -6,7 +6,7 @@
 // they fetch from, by name.
 
 import { tables } from "./light.js";
-import { FRAMES, LIT, POINTS, SHOWN, VALUES } from "./shaders.js";
+import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
 import { Context, WHOLE } from "./webgl.js";
 
@@ -46,6 +46,7 @@ export class Renderer extends Context {
   // ground, still (points stay at the middles of pixels)}.
   change(scene) {
     Object.assign(this.scene, scene);
+    this.stale = true;
     if (Object.keys(scene).some((name) => name !== "exposure" && name !== "ground")) this.restart();
   }
 
@@ -72,20 +73,15 @@ export class Renderer extends Context {
 
   // One frame more of each picture.
   frame() {
-    const { gl, scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
+    const { scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
     const at = this.frames + 0.5;
     const shift = this.frames && !scene.still ? [at * 0.7548776662466927, at * 0.5698402909980532].map((x) => (x % 1) - 0.5) : [0, 0];
-    if (!this.shapes.has(scene.shape)) this.shapes.set(scene.shape, this.mesh(SHAPES[scene.shape](), [3, 3, 3]));
-    const values = { turn: scene.turn, shift: [(2 * shift[0]) / width, (2 * shift[1]) / height], scale: SCALE };
-    this.meshed(this.points, this.program(POINTS, FRAMES), values, this.shapes.get(scene.shape));
+    this.place({ turn: scene.turn, shift: [(2 * shift[0]) / width, (2 * shift[1]) / height], scale: SCALE });
     const [normals, tangents, points] = this.points.textures;
     const pairs = this.frames ? this.pairs : 1;
     for (const picture of this.pictures) {
       const [before, after] = this.frames % 2 ? picture.sums : [...picture.sums].reverse();
-      if (!this.frames) {
-        gl.bindFramebuffer(gl.FRAMEBUFFER, before.buffer);
-        gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
-      }
+      if (!this.frames) this.clear(before);
       this.fill(after, picture.program, {
         before: before.textures[0], normals, tangents, points, ...this.environment, ...picture.textures,
         drawn: this.drawn, pairs, rotation, lamp, irradiance, surroundings,
@@ -96,9 +92,22 @@ export class Renderer extends Context {
     this.drawn += pairs;
   }
 
-  // Show a picture on the canvas.
+  // Draw the points of the shape; the sphere's are exact.
+  place(values) {
+    const { shape } = this.scene;
+    if (shape === "sphere") {
+      this.clear(this.points);
+      this.fill(this.points, this.program(WHOLE, SPHERE), { ...values, size: this.size });
+      return;
+    }
+    if (!this.shapes.has(shape)) this.shapes.set(shape, this.mesh(SHAPES[shape](), [3, 3, 3]));
+    this.meshed(this.points, this.program(POINTS, FRAMES), values, this.shapes.get(shape));
+  }
+
+  // Show a picture on the canvas, which is then no longer stale.
   present(picture = this.pictures[0]) {
     const { exposure, ground } = this.scene;
+    this.stale = false;
     this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, count: this.drawn });
   }
 

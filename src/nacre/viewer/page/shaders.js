@@ -30,6 +30,25 @@ void main() {
   point = vec4(p, 1.0);
 }`;
 
+// The same of the unit sphere, exactly.
+export const SPHERE = `${HEAD}
+uniform mat3 turn;
+uniform vec2 shift, size;
+uniform float scale;
+layout(location = 0) out vec4 normal;
+layout(location = 1) out vec4 tangent;
+layout(location = 2) out vec4 point;
+void main() {
+  vec2 at = (gl_FragCoord.xy / size * 2.0 - 1.0 - shift) / scale;
+  float squared = dot(at, at);
+  if (squared >= 1.0) discard;
+  vec3 n = vec3(at, sqrt(1.0 - squared)), t = cross(turn[1], n);
+  if (dot(t, t) < 1e-12) t = turn[0];
+  normal = vec4(n, 1.0);
+  tangent = vec4(normalize(t - n * dot(n, t)), 1.0);
+  point = vec4(n, 1.0);
+}`;
+
 // Light on the points, added to the sums of earlier frames: half of the directions follow the light
 // and half the material, weighted by the balance heuristic (Veach and Guibas 1995). The fourth sum
 // counts directions. Places in the unit cube are an additive recurrence (Roberts 2018) whose start

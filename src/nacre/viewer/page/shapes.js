@@ -66,10 +66,6 @@ function knot(t) {
 }
 
 export const SHAPES = {
-  sphere: () => lathe((v) => {
-    const theta = Math.PI * (1 - Math.min(Math.max(v, 1e-3), 1 - 1e-3));
-    return [Math.sin(theta), Math.cos(theta)];
-  }, 128, 64),
   // A ball with a groove around it, on a foot.
   ball: () => lathe(ball, 192, 192),
   knot: () => grid(384, 32, (u, v) => {

@@ -3,6 +3,8 @@
 // The same checks as in Python: sizes are never trusted, nothing is allocated before it is known to
 // be in the file.
 
+import { fromHalf } from "./halves.js";
+
 const LIMIT = 1 << 26; // bytes
 const HEADER_LIMIT = 1 << 24;
 const SINGLE = "F32", HALF = "F16";
@@ -65,14 +67,8 @@ function tensor(view, start, name, entry) {
   const values = new Float32Array(count);
   for (let k = 0; k < count; k++) {
     const place = start + from + k * TYPES[dtype];
-    values[k] = dtype === SINGLE ? view.getFloat32(place, true) : half(view.getUint16(place, true));
+    values[k] = dtype === SINGLE ? view.getFloat32(place, true) : fromHalf(view.getUint16(place, true));
   }
   if (!values.every(Number.isFinite)) throw new FileError(`${name}: is not finite`);
   return { shape, values };
-}
-
-function half(bits) {
-  const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, fraction = bits & 1023;
-  if (exponent === 31) return fraction ? NaN : sign * Infinity;
-  return sign * (exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : 2 ** -24 * fraction);
 }

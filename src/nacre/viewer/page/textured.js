@@ -121,10 +121,7 @@ export class Textured {
     gl.cullFace(gl.BACK);
     gl.disable(gl.CULL_FACE);
     const [before, after] = this.frames % 2 ? this.sums : [...this.sums].reverse();
-    if (!this.frames) {
-      gl.bindFramebuffer(gl.FRAMEBUFFER, before.buffer);
-      gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
-    }
+    if (!this.frames) context.clear(before);
     context.fill(after, context.program(WHOLE, ADDED), { before: before.textures[0], one: this.one.textures[0] });
     this.latest = after;
     this.frames += 1;

@@ -76,6 +76,21 @@ export class Context {
     return texture;
   }
 
+  // A 3-D texture whose texels are fetched, of one or three channels: halves where `values` are 16-bit
+  // numbers, else single precision.
+  volume(size, channels, values) {
+    const { gl } = this, texture = gl.createTexture(), half = values instanceof Uint16Array;
+    const [one, three] = half ? [gl.R16F, gl.RGB16F] : [gl.R32F, gl.RGB32F];
+    gl.bindTexture(gl.TEXTURE_3D, texture);
+    gl.texStorage3D(gl.TEXTURE_3D, 1, channels === 3 ? three : one, ...size);
+    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, half ? 2 : 4);
+    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...size, channels === 3 ? gl.RGB : gl.RED, half ? gl.HALF_FLOAT : gl.FLOAT, values);
+    if (gl.getError() === gl.OUT_OF_MEMORY) throw new Error("The graphics card has no memory left for this table.");
+    return texture;
+  }
+
   // Pictures of RGBA floats that are drawn to, with a depth where wanted.
   target(count, [width, height], depth = false) {
     const { gl } = this, buffer = gl.createFramebuffer();
@@ -99,6 +114,12 @@ export class Context {
     gl.deleteFramebuffer(buffer);
     textures.forEach((texture) => gl.deleteTexture(texture));
     gl.deleteRenderbuffer(held);
+  }
+
+  clear({ buffer, textures }) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer);
+    textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
   }
 
   // Draw the whole of a target, or of the canvas where it is null.

@@ -1,0 +1,74 @@
+// Files that are dropped onto the page, or chosen with a button: each becomes a material of the shelf.
+
+import { element, made } from "./dom.js";
+import { ENDINGS, Reading } from "./files.js";
+
+const LONGEST = 200; // characters of a name that are shown
+const GROUP = "Opened here";
+
+export class Drop {
+  constructor(page) {
+    this.page = page;
+    this.last = Promise.resolve();
+    const input = made("input", { type: "file", multiple: true, accept: ENDINGS.join(","), hidden: true });
+    const button = made("button", { type: "button", id: "open" }, "Open files…");
+    button.title = `${ENDINGS.join(", ")}; or drop them anywhere on the page`;
+    this.state = made("p", { id: "reading", role: "status", className: "quiet" });
+    this.veil = made("div", { id: "veil", hidden: true }, made("p", {}, `Drop ${ENDINGS.join(", ")} files to see them`));
+    button.addEventListener("click", () => input.click());
+    input.addEventListener("change", () => {
+      this.open([...input.files]);
+      input.value = "";
+    });
+    element("search").after(button, input, this.state);
+    document.body.append(this.veil);
+    this.listen();
+  }
+
+  listen() {
+    const files = (event) => event.dataTransfer?.types.includes("Files");
+    addEventListener("dragover", (event) => {
+      if (!files(event)) return;
+      event.preventDefault();
+      this.veil.hidden = false;
+    });
+    addEventListener("dragleave", (event) => {
+      if (!event.relatedTarget) this.veil.hidden = true;
+    });
+    addEventListener("drop", (event) => {
+      this.veil.hidden = true;
+      if (!files(event)) return;
+      event.preventDefault();
+      this.open([...event.dataTransfer.files]);
+    });
+  }
+
+  // Read files one after another, behind those that are being read; resolves when all are done.
+  open(files) {
+    this.last = this.last.then(() => this.page.attempt(() => this.all(files)));
+    return this.last;
+  }
+
+  async all(files) {
+    const reading = new Reading(), troubles = [];
+    for (const [k, file] of files.entries()) {
+      const name = file.name.slice(0, LONGEST);
+      this.state.textContent = `Reading ${name}${files.length > 1 ? ` (${k + 1} of ${files.length})` : ""}…`;
+      try {
+        this.add(await reading.read(file));
+      } catch (error) {
+        troubles.push(`${name}: ${error.message}`);
+      }
+    }
+    reading.close();
+    this.state.textContent = "";
+    if (troubles.length) throw new Error(troubles.join("\n"));
+  }
+
+  add({ name, known, network, table }) {
+    const { page } = this;
+    const form = { label: table ? "Measured" : "Network", known: {}, network, table };
+    page.materials.shown(form); // what cannot be drawn does not come onto the shelf
+    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form] });
+  }
+}

@@ -1,0 +1,66 @@
+// Files of materials that people bring: read in a worker, so that the page never waits for them.
+
+import { readMbsdf } from "./mbsdf.js";
+import { readMerl } from "./merl.js";
+import { readRgl } from "./rgl.js";
+import { FileError, readTensors } from "./tensors.js";
+
+const LIMIT = 1 << 28; // bytes
+const READERS = { ".safetensors": readNetwork, ".binary": readMerl, ".bsdf": readRgl, ".mbsdf": readMbsdf };
+
+export const ENDINGS = Object.keys(READERS);
+
+// {name, known, network | table} of a file; throws a FileError that says in words what is wrong.
+export async function read(file) {
+  const ending = file.name.toLowerCase().match(/\.[a-z]*$/)?.[0];
+  if (!Object.hasOwn(READERS, ending)) throw new FileError(`is of a kind that this page does not read; it reads ${ENDINGS.join(", ")}`);
+  if (file.size > LIMIT) throw new FileError(`is larger than ${LIMIT} bytes, the most that this page reads`);
+  const { name, known, ...form } = READERS[ending](await file.arrayBuffer());
+  const short = name || file.name.slice(0, -ending.length);
+  return { name: short, known: { ...known, Bytes: file.size.toLocaleString("en"), File: file.name }, ...form };
+}
+
+function readNetwork(buffer) {
+  const network = readTensors(buffer), { name, parametrisation, sizes, source } = network.header;
+  const known = { Model: "NeuralBrdf", Inputs: `${parametrisation}`, Layers: `${sizes?.join?.("-")}` };
+  if (typeof source?.file === "string") known["Fitted to"] = source.file;
+  return { name: typeof name === "string" ? name : "", known, network };
+}
+
+// The worker's side: a file comes, and what it holds goes back, or what is wrong with it.
+export function serve() {
+  globalThis.onmessage = async ({ data }) => {
+    try {
+      const found = await read(data);
+      const numbers = found.table ? Object.values(found.table.grids) : Object.values(found.network.tensors);
+      postMessage({ found }, [...new Set(numbers.map(({ values }) => values.buffer))]);
+    } catch (error) {
+      postMessage({ trouble: error instanceof FileError ? error.message : `could not be read: ${error.message}` });
+    }
+  };
+}
+
+// The page's side: what a file holds, read by a worker that runs the page's own script.
+export class Reading {
+  constructor() {
+    const script = document.querySelector("script[type=module]").textContent;
+    this.url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
+    this.worker = new Worker(this.url);
+  }
+
+  // One file at a time; rejects with an Error in words.
+  read(file) {
+    const { worker } = this;
+    return new Promise((resolve, reject) => {
+      worker.onmessage = ({ data }) => (data.trouble ? reject(new Error(data.trouble)) : resolve(data.found));
+      worker.onerror = (event) => reject(new Error(`could not be read: ${event.message ?? "the browser runs no workers here"}`));
+      worker.onmessageerror = () => reject(new Error("could not be read: it takes too much memory"));
+      worker.postMessage(file);
+    });
+  }
+
+  close() {
+    this.worker.terminate();
+    URL.revokeObjectURL(this.url);
+  }
+}
