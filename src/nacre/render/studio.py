@@ -29,7 +29,7 @@ _SUN_RADIANCE = (330.0, 285.0, 225.0)
 
 
 @dataclass(frozen=True)
-class _SoftBox:
+class SoftBox:
     """A rectangular lamp with soft edges, seen from the origin.
 
     Parameters
@@ -67,7 +67,7 @@ class _SoftBox:
         for axis, angle in zip(axes, (self.width, self.height), strict=True):
             half = math.tan(math.radians(angle) / 2.0)
             offset = np.abs(directions @ axis) / np.maximum(depth, 1e-6)
-            inside *= 1.0 - _smoothstep(half - _EDGE, half + _EDGE, offset)
+            inside *= 1.0 - smoothstep(half - _EDGE, half + _EDGE, offset)
         return np.where(depth > 0.0, inside, 0.0)[..., None]
 
 
@@ -75,20 +75,22 @@ _EDGE = math.radians(1.5)
 
 _BOXES = (
     # The main lamp: large, slightly warm, high at the right.
-    _SoftBox(48.0, 34.0, 34.0, 42.0, -8.0, (5.6, 5.3, 4.9)),
+    SoftBox(48.0, 34.0, 34.0, 42.0, -8.0, (5.6, 5.3, 4.9)),
     # A long strip, slightly cool, upright at the left: shows the width of a highlight.
-    _SoftBox(-68.0, 14.0, 7.0, 74.0, 6.0, (6.6, 7.0, 7.6)),
+    SoftBox(-68.0, 14.0, 7.0, 74.0, 6.0, (6.6, 7.0, 7.6)),
     # A rim lamp behind, above the horizon: lights the edges from which grazing reflection comes.
-    _SoftBox(158.0, 30.0, 46.0, 16.0, 0.0, (3.6, 3.6, 3.7)),
+    SoftBox(158.0, 30.0, 46.0, 16.0, 0.0, (3.6, 3.6, 3.7)),
 )
 
 
-def _smoothstep(low: float, high: float, x: Floats) -> Floats:
+def smoothstep(low: float, high: float, x: Floats) -> Floats:
+    """From 0 at `low` to 1 at `high`, smooth between."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
-def _mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
+def mix(a: npt.ArrayLike, b: npt.ArrayLike, t: Floats) -> Floats:
+    """`a` where `t` is 0, `b` where it is 1, linear between."""
     return np.asarray(np.asarray(a) * (1.0 - t) + np.asarray(b) * t)
 
 
@@ -111,16 +113,16 @@ def studio() -> Environment:
     sun = np.asarray(_SUN) / np.linalg.norm(_SUN)
     toward_sun = directions @ sun
 
-    sky = _mix(_HORIZON, _ZENITH, np.clip(height, 0.0, 1.0) ** 0.55)
+    sky = mix(_HORIZON, _ZENITH, np.clip(height, 0.0, 1.0) ** 0.55)
     glow = np.exp(4.0 * (toward_sun[..., None] - 1.0)) * np.exp(-3.0 * np.abs(height))
     sky = sky + glow * np.asarray(_GLOW)
-    ground = _mix(np.asarray(_HORIZON) * 0.42, _GROUND, np.clip(-height, 0.0, 1.0) ** 0.4)
-    pixels = _mix(ground, sky, _smoothstep(-0.012, 0.012, height))
+    ground = mix(np.asarray(_HORIZON) * 0.42, _GROUND, np.clip(-height, 0.0, 1.0) ** 0.4)
+    pixels = mix(ground, sky, smoothstep(-0.012, 0.012, height))
 
     for box in _BOXES:
-        pixels = _mix(pixels, box.radiance, box.coverage(directions))
+        pixels = mix(pixels, box.radiance, box.coverage(directions))
     angle = np.arccos(np.clip(toward_sun, -1.0, 1.0))
-    disk = 1.0 - _smoothstep(0.7 * _SUN_RADIUS, 1.3 * _SUN_RADIUS, angle)
+    disk = 1.0 - smoothstep(0.7 * _SUN_RADIUS, 1.3 * _SUN_RADIUS, angle)
     pixels = pixels + disk[..., None] * np.asarray(_SUN_RADIANCE)
 
     mean = sphere_mean(pixels)

@@ -17,6 +17,7 @@ from nacre.color import tone_map
 from nacre.errors import require
 from nacre.export.glsl import Glsl
 from nacre.export.textures import HeightField
+from nacre.metrics import compare
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
@@ -33,6 +34,7 @@ _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
 _DIRECTIONS = 192  # of light
 _GROUND = 0.1  # as behind the page's pictures
+_COMPARED = 128  # pixels along an edge, as nacre compare
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -62,12 +64,16 @@ class Entry:
         Heading of the shelf under which it stands.
     facts
         More to say of it than its forms do.
+    reference
+        The form by which the errors of the others are told, as `nacre compare` measures them; empty
+        for none.
     """
 
     name: str
     forms: Mapping[str, Brdf]
     group: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
+    reference: str = ""
 
 
 class Content:
@@ -103,7 +109,10 @@ class Content:
         index = len(self.facts["materials"])
         forms = []
         for label, brdf in entry.forms.items():
-            form = {"label": label, "known": _known(brdf)}
+            known = _known(brdf)
+            if entry.reference and label != entry.reference:
+                known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
+            form = {"label": label, "known": known}
             forms.append(form | self._form(f"{index} {label}", brdf))
         first = next(iter(entry.forms.values()))
         thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
@@ -153,6 +162,12 @@ class Content:
             shown["relief"] = relief_facts | {"part": self.part(f"{name} relief", field)}
         held.append(shown | packed.facts())
 
+    def allow(self, network: NeuralBrdf) -> None:
+        """Hold what shows this network, and others of its shape."""
+        key = key_of(network)
+        if all(known["key"] != key for known in self.facts["templates"]):
+            self.facts["templates"].append(asdict(template(network)))
+
     def part(self, name: str, content: bytes) -> str:
         """Keep bytes under a name, which is returned."""
         self.parts[name] = content
@@ -172,9 +187,7 @@ class Content:
         if not isinstance(brdf, NeuralBrdf):
             text = "\n\n".join(Glsl().written(brdf, NAME).values())
             return {"glsl": self.part(f"glsl {name}", text.encode())}
-        key = key_of(brdf)
-        if all(known["key"] != key for known in self.facts["templates"]):
-            self.facts["templates"].append(asdict(template(brdf)))
+        self.allow(brdf)
         return {"file": self.part(f"file {name}", encode(brdf))}
 
     def _add_environment(self, environment: Environment) -> None:
@@ -212,6 +225,14 @@ def _known(brdf: Brdf) -> dict[str, str]:
         for name, title in _FACTS.items()
         if known.get(name) is not None
     }
+
+
+def _errors(reference: Brdf, brdf: Brdf) -> str:
+    found = compare(reference, brdf, size=_COMPARED)
+    return "; ".join(
+        f"{each.light} {each.errors.psnr:.1f} dB, FLIP {each.errors.flip:.3f}"
+        for each in found.lights
+    )
 
 
 def _said(value: object) -> str:

@@ -15,11 +15,12 @@ import re
 import struct
 from collections.abc import Mapping
 from importlib import resources
+from types import MappingProxyType
 from typing import Any
 
 _IMPORT = re.compile(r'^import \{([^}]*)\} from "\./([a-z_]+)\.js";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) (\w+))", re.MULTILINE)
-_FIRST = "main"
+_FOLDER = resources.files(__package__) / "page"
 
 
 def packed(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
@@ -33,7 +34,12 @@ def packed(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
     return base64.b64encode(gzip.compress(whole, 9, mtime=0))
 
 
-def document(title: str, facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
+def document(
+    title: str,
+    facts: Mapping[str, Any],
+    parts: Mapping[str, bytes],
+    files: tuple[str, str, str] = ("index.html", "style.css", "main"),
+) -> bytes:
     """The whole page, as UTF-8.
 
     Parameters
@@ -42,50 +48,53 @@ def document(title: str, facts: Mapping[str, Any], parts: Mapping[str, bytes]) -
         Shown as text, whatever it holds.
     facts, parts
         See :func:`packed`.
+    files
+        Markup and style of the folder, and the module that starts the page.
     """
-    folder = resources.files(__package__) / "page"
-    markup, style = ((folder / name).read_text("utf-8") for name in ("index.html", "style.css"))
-    script = _joined(
-        {
-            each.name[:-3]: each.read_text("utf-8")
-            for each in folder.iterdir()
-            if each.name.endswith(".js")
-        }
-    )
-    for part in (script, style):
+    markup, style = ((_FOLDER / name).read_text("utf-8") for name in files[:2])
+    code = script(files[2])
+    for part in (code, style):
         if re.search("</(script|style)", part, re.IGNORECASE):
             raise ValueError("a script or style would end within itself")
     policy = (
-        f"default-src 'none'; script-src '{_hash(script)}' blob:; style-src '{_hash(style)}'; "
+        f"default-src 'none'; script-src '{_hash(code)}' blob:; style-src '{_hash(style)}'; "
         "img-src data: blob:; worker-src blob:; base-uri 'none'; form-action 'none'"
     )
     filled = {
         "POLICY": html.escape(policy),
         "TITLE": html.escape(title),
         "STYLE": style,
-        "SCRIPT": script,
+        "SCRIPT": code,
         "DATA": packed(facts, parts).decode(),
     }
     return re.sub(r"NACRE_([A-Z]+)", lambda found: filled[found[1]], markup).encode()
 
 
-def _hash(text: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+def script(first: str, made: Mapping[str, str] = MappingProxyType({})) -> str:
+    """A module of the folder with all that it imports, as one script: each in a scope of its own.
 
-
-def _joined(modules: Mapping[str, str]) -> str:
-    """Modules as one, each in a scope of its own and after those that it imports."""
+    Parameters
+    ----------
+    first
+        Name of the module; what it exports is in the object `of_` and its name.
+    made
+        Further modules that may be imported, by name.
+    """
     ordered: dict[str, str] = {}
 
     def add(name: str) -> None:
         if name in ordered:
             return
-        text = modules[name]
+        text = made[name] if name in made else (_FOLDER / f"{name}.js").read_text("utf-8")
         for _, other in _IMPORT.findall(text):
             add(other)
         body = _EXPORT.sub("", _IMPORT.sub(r"const {\1} = of_\2;\n", text))
         exported = ", ".join(_EXPORT.findall(text))
         ordered[name] = f"const of_{name} = (() => {{\n{body}\nreturn {{ {exported} }};\n}})();"
 
-    add(_FIRST)
+    add(first)
     return "\n".join(ordered.values())
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -18,11 +19,13 @@ from nacre.array import Components
 from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
 from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
+from nacre.neural.inputs import has_axes
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
-from nacre.runtime.data import as_data
+from nacre.runtime.data import Datum, as_data
 from nacre.runtime.pairs import inside
-from nacre.sampling import describe_sampler
+from nacre.sampling import GgxMixture, describe_sampler
+from nacre.sampling.mixture import in_frame
 
 NAME = "material"
 """What functions are named after: `material_eval(wi, wo)`, `material_sample(wo, u)` with the
@@ -45,8 +48,8 @@ class Template:
     places
         A whole number is the place of a weight: layer after layer, weights before biases, as their
         files hold them. Else it is a formula of the sampler's parameters: ["parameter", n], in the
-        order of its description; ["neg", a]; or ["add", a, b] and the like, of formulas and
-        numbers, computed in double precision.
+        order of its description; ["angle"] and ["sampler angle"], of the axes of both; ["neg", a],
+        ["cos", a], ["add", a, b] and the like, of formulas and numbers, in double precision.
     """
 
     key: str
@@ -79,8 +82,8 @@ class _Open(GlslLanguage):
 def key_of(network: NeuralBrdf) -> str:
     """What the text of a network depends on beside its numbers, as JSON.
 
-    Its inputs, whether it is isotropic, sizes, activation and angle; and the shape of its sampler:
-    the description with the count of numbers for each list of them.
+    Its inputs, whether it is isotropic, sizes and activation; and the shape of its sampler: the
+    description with "number" in place of each number and its count in place of a list of them.
     """
     return json.dumps(
         [
@@ -88,7 +91,6 @@ def key_of(network: NeuralBrdf) -> str:
             network.isotropic,
             list(network.sizes),
             network.activation,
-            network.angle,
             _shape(describe_sampler(network.sampler)),
         ],
         separators=(",", ":"),
@@ -102,15 +104,29 @@ def _shape(description: Any) -> Any:
         if all(isinstance(value, float | int) for value in description):
             return len(description)
         return [_shape(value) for value in description]
-    return description
+    return "number" if isinstance(description, float | int) else description
 
 
 def template(network: NeuralBrdf) -> Template:
-    """The text that a network shares with all of its shape."""
-    numbered = _numbered(network)
+    """The text that a network shares with all of its shape.
+
+    Axes at an angle are those of a network, or a sampler, at none in a frame that lies there.
+    """
+    sampler, numbered = network.sampler, _numbered(network)
+    axis: _Axis | None = None
+    across: _Axis | None = None
+    if has_axes(network.inputs, network.isotropic):
+        axis = _axis(network.angle, "angle")
+    if isinstance(sampler, GgxMixture) and sampler.angle is not None:
+        across = _axis(sampler.angle, "sampler angle")
+        sampler = dataclasses.replace(sampler, angle=0.0)
+
+    def values(wi: Components, wo: Components) -> Sequence[Any]:
+        return eval_formula(numbered, _in(axis, wi), _in(axis, wo))
+
     formulas: dict[str, _Formula] = {
-        "eval": (lambda wi, wo: eval_formula(numbered, wi, wo), PAIR, ("rgb",)),
-        **_sampling(as_data(network.sampler)),
+        "eval": (values, PAIR, ("rgb",)),
+        **_sampling(as_data(sampler), across),
     }
     language = _Open()
     texts = []
@@ -129,18 +145,27 @@ def sampler_source(sampler: Sampler) -> str:
     )
 
 
-def _sampling(sampler: Sampler) -> dict[str, _Formula]:
+def _sampling(sampler: Sampler, across: _Axis | None = None) -> dict[str, _Formula]:
+    """Formulas of a sampler whose axes lie at an angle."""
+    back = None if across is None else (across[0], -across[1])
+
     def drawn(wo: Components, u: Components) -> Sequence[Any]:
-        return sample_formula(sampler, wo, inside("u", u))
+        wi, pdf = sample_formula(sampler, _in(across, wo), inside("u", u))
+        return _in(back, wi), pdf
+
+    def density(wi: Components, wo: Components) -> Sequence[Any]:
+        return pdf_formula(sampler, _in(across, wi), _in(across, wo))
 
     return {
         "sample": (drawn, {"wo": 3, "u": 3}, ("wi", "pdf")),
-        "pdf": (lambda wi, wo: pdf_formula(sampler, wi, wo), PAIR, ("pdf",)),
+        "pdf": (density, PAIR, ("pdf",)),
     }
 
 
 def _numbered(network: NeuralBrdf) -> NeuralBrdf:
-    """A network whose weights are their places: what the formula leaves out stays out."""
+    """A network whose weights are their places, and whose axes lie at none: what the formula leaves
+    out stays out.
+    """
     layers, start = [], 0
     for layer in network.layers:
         parts = []
@@ -154,12 +179,26 @@ def _numbered(network: NeuralBrdf) -> NeuralBrdf:
         isotropic=network.isotropic,
         inputs=network.inputs,
         activation=network.activation,
-        angle=network.angle,
     )
+
+
+_Axis = tuple[Datum, Datum]
+
+
+def _axis(angle: float, name: str) -> _Axis:
+    """Cosine and sine of an angle that files give under a name."""
+    return Datum(math.cos(angle), ("cos", name)), Datum(math.sin(angle), ("sin", name))
+
+
+def _in(axis: _Axis | None, w: Components) -> Components:
+    """A direction in the frame of an axis; as it is where there is none."""
+    return w if axis is None else in_frame(w, *axis)
 
 
 def _formula(origin: Any) -> Any:
     """Origin of a datum as JSON: its place, or what is computed of others."""
+    if isinstance(origin, str):
+        return [origin]
     if isinstance(origin, int):
         return ["parameter", origin]
     if isinstance(origin, tuple):

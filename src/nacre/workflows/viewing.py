@@ -70,7 +70,7 @@ def read_entries(
     """Materials, each with all files of its name in its folder as forms of it.
 
     `gold.binary`, `gold.safetensors` and `gold.mtlx` are one material: measured, a network, and
-    OpenPBR. Networks come first.
+    OpenPBR. Networks come first; errors are told against what was measured, or else the first.
 
     Parameters
     ----------
@@ -98,7 +98,8 @@ def read_entries(
         if forms:
             ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
             name = next(filter(None, names), None) or stem.name
-            yield Entry(name, ordered, several[0].group, {"File": stem.name})
+            reference = next((label for label in (_MEASURED, *ordered) if label in ordered), "")
+            yield Entry(name, ordered, several[0].group, {"File": stem.name}, reference)
 
 
 def _label(brdf: Brdf) -> str:

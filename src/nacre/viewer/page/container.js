@@ -1,8 +1,12 @@
 // What the page carries: JSON and bytes, gzipped, as base64 in an element that nothing runs.
 
 // {facts, bytes(name)} of the element's text.
-export async function unpacked(text) {
-  const packed = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
+export function unpacked(text) {
+  return opened(Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0)));
+}
+
+// The same of the gzipped bytes.
+export async function opened(packed) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const all = new Uint8Array(await new Response(stream).arrayBuffer());
   const length = new DataView(all.buffer).getUint32(0, true);

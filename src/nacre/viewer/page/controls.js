@@ -2,15 +2,15 @@
 
 import { choice, element, made, range } from "./dom.js";
 import { pixelsOf } from "./light.js";
+import { Turning, dragged } from "./turning.js";
 
 const SHAPES = [["sphere", "Sphere"], ["ball", "Ball"], ["cloth", "Cloth"], ["knot", "Knot"]];
-const KEYS = { ArrowLeft: [-12, 0], ArrowRight: [12, 0], ArrowUp: [0, -12], ArrowDown: [0, 12] };
 const DISTANCE = 2.5; // of the lamp, in radii of the shape
 
 export class Controls {
   constructor(page) {
     this.page = page;
-    this.view = { azimuth: 0, elevation: 0 };
+    this.view = new Turning();
     this.lamp = { x: -0.5, y: 0.5 };
     const scene = (change) => page.attempt(() => page.scene(change));
     const lights = page.facts.environments.map((each, k) => [k, each.name]);
@@ -25,7 +25,7 @@ export class Controls {
     this.strength = element("controls").lastChild.firstElementChild;
     this.handle = made("button", { id: "lamp", type: "button", title: "Lamp: drag it, or move it with the arrow keys", "aria-label": "Lamp", hidden: true });
     element("frame").append(this.handle);
-    this.dragged(element("picture"), (across, down) => this.turn(across, down));
+    this.dragged(element("picture"), (across, down) => page.scene({ turn: this.view.by(across, down) }));
     this.dragged(this.handle, (across, down) => {
       const radius = element("picture").getBoundingClientRect().width / 2;
       this.move(this.lamp.x + across / radius, this.lamp.y - down / radius);
@@ -36,23 +36,7 @@ export class Controls {
 
   // Call with pixels across and down as something is dragged or arrow keys are pressed.
   dragged(target, change) {
-    target.addEventListener("pointerdown", (e) => target.setPointerCapture(e.pointerId));
-    target.addEventListener("pointermove", (e) => {
-      if (target.hasPointerCapture(e.pointerId)) this.page.attempt(() => change(e.movementX, e.movementY));
-    });
-    target.addEventListener("keydown", (e) => {
-      if (!KEYS[e.key] || e.altKey || e.ctrlKey || e.metaKey) return;
-      e.preventDefault();
-      this.page.attempt(() => change(...KEYS[e.key]));
-    });
-  }
-
-  turn(across, down) {
-    const { view } = this;
-    view.azimuth += across / 150;
-    view.elevation = Math.min(Math.max(view.elevation + down / 150, -1.5), 1.5);
-    const [c, s, d, t] = [Math.cos(view.azimuth), Math.sin(view.azimuth), Math.cos(view.elevation), Math.sin(view.elevation)];
-    this.page.scene({ turn: [c, s * t, -s * d, 0, d, t, s, -c * t, c * d] });
+    dragged(target, (across, down) => this.page.attempt(() => change(across, down)));
   }
 
   light(k) {

@@ -20,12 +20,13 @@ export function keyOf(header) {
   const activation = ACTIVATIONS[header.version];
   if (header.model !== "nbrdf" || !inputs || !activation || !Array.isArray(header.sizes))
     throw new FileError("is of a kind that this page does not know");
-  return [inputs, isotropic, header.sizes, activation, header.angle ?? 0, shape(header.sampler)];
+  return [inputs, isotropic, header.sizes, activation, shape(header.sampler)];
 }
 
 function shape(value) {
   if (Array.isArray(value))
     return value.every((x) => typeof x === "number") ? value.length : value.map(shape);
+  if (typeof value === "number") return "number";
   if (value === null || typeof value !== "object") return value;
   return Object.fromEntries(Object.keys(value).sort().map((key) => [key, shape(value[key])]));
 }
@@ -40,9 +41,9 @@ export function filled(template, { header, tensors }) {
       if (!found || `${found.shape}` !== `${wanted}`) throw new FileError(`${part}_${layer}: expected ${wanted.join(" x ")} numbers`);
       weights.push(...found.values);
     }
-  const parameters = numbersOf(header.sampler);
+  const known = { numbers: numbersOf(header.sampler), angle: header.angle, "sampler angle": header.sampler.angle };
   const numbers = template.places.map((place) =>
-    literal(typeof place === "number" ? weights[place] : formula(place, parameters)));
+    literal(typeof place === "number" ? weights[place] : formula(place, known)));
   return template.text.replace(/@(\d+)@/g, (_, k) => numbers[k]);
 }
 
@@ -50,7 +51,7 @@ export function filled(template, { header, tensors }) {
 function numbersOf(sampler) {
   const fields = ["share", "roughness", "across", "shift"];
   const lobes = (sampler.lobes ?? []).flatMap((lobe) => fields.flatMap((field) => lobe[field]));
-  return [...lobes, ...["uniform", "squared", "cosines"].flatMap((field) => sampler[field] ?? [])];
+  return [...lobes, ...["uniform", "squared", "cosines", "specular", "exponent"].flatMap((field) => sampler[field] ?? [])];
 }
 
 const OPERATIONS = {
@@ -59,13 +60,16 @@ const OPERATIONS = {
   mul: (a, b) => a * b,
   truediv: (a, b) => a / b,
   neg: (a) => -a,
+  cos: Math.cos,
+  sin: Math.sin,
 };
 
-function formula(place, parameters) {
+function formula(place, known) {
   if (typeof place === "number") return place;
   const [name, ...values] = place;
-  if (name === "parameter") return parameters[values[0]];
-  return OPERATIONS[name](...values.map((value) => formula(value, parameters)));
+  if (name === "parameter") return known.numbers[values[0]];
+  if (!values.length) return known[name];
+  return OPERATIONS[name](...values.map((value) => formula(value, known)));
 }
 
 // A float32 as GLSL reads it; in parentheses where a sign could meet another.

@@ -20,7 +20,7 @@ export class Renderer extends Context {
     this.pairs = 2;
     this.scene = {
       shape: "sphere", turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], rotation: 0, surroundings: 1,
-      lamp: [-0.5, 0.5, Math.SQRT1_2, 0], irradiance: [0, 0, 0], exposure: 1, ground: [0.1, 0.1, 0.1], still: false,
+      lamp: [-0.5, 0.5, Math.SQRT1_2, 0], irradiance: [0, 0, 0], exposure: 1, ground: [0.1, 0.1, 0.1], backing: 1, still: false,
     };
     this.resize(canvas.width, canvas.height);
   }
@@ -43,7 +43,7 @@ export class Renderer extends Context {
   }
 
   // Change the scene: {shape, turn (3 x 3, columns), rotation, surroundings, lamp, irradiance, exposure,
-  // ground, still (points stay at the middles of pixels)}.
+  // ground, backing (its opacity), still (points stay at the middles of pixels)}.
   change(scene) {
     Object.assign(this.scene, scene);
     this.stale = true;
@@ -106,9 +106,9 @@ export class Renderer extends Context {
 
   // Show a picture on the canvas, which is then no longer stale.
   present(picture = this.pictures[0]) {
-    const { exposure, ground } = this.scene;
+    const { exposure, ground, backing } = this.scene;
     this.stale = false;
-    this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, count: this.drawn });
+    this.fill(null, this.program(WHOLE, SHOWN), { sums: picture.latest.textures[0], exposure, ground, backing, count: this.drawn });
   }
 
   // Whether all that was asked for is drawn; `mark` asks anew.

@@ -145,14 +145,14 @@ vec3 displayed(vec3 c) {
 
 export const SHOWN = `${HEAD}
 uniform sampler2D sums;
-uniform float exposure, count;
+uniform float exposure, count, backing;
 uniform vec3 ground;
 out vec4 color;
 ${DISPLAYED}
 void main() {
   vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
   vec3 c = displayed(sum.rgb / max(sum.a, 1.0) * exposure);
-  color = vec4(mix(ground, c, min(sum.a / max(count, 1.0), 1.0)), 1.0);
+  color = mix(vec4(ground, 1.0) * backing, vec4(c, 1.0), min(sum.a / max(count, 1.0), 1.0));
 }`;
 
 // Reflectance at pairs of directions that textures hold.

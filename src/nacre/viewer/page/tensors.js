@@ -5,7 +5,7 @@
 
 import { fromHalf } from "./halves.js";
 
-const LIMIT = 1 << 26; // bytes
+export const LIMIT = 1 << 26; // bytes
 const HEADER_LIMIT = 1 << 24;
 const SINGLE = "F32", HALF = "F16";
 const TYPES = { [SINGLE]: 4, [HALF]: 2 };

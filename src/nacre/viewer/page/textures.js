@@ -13,6 +13,8 @@ const PATHS = {
 };
 
 export class Textures {
+  static alone = true; // shown where there are no materials too
+
   constructor(page) {
     Object.assign(this, { page, title: "Textures", panel: made("div", { className: "textures" }), path: "still" });
     this.held = page.facts.textures ?? [];
@@ -35,7 +37,7 @@ export class Textures {
       button.addEventListener("click", () => say(() => this.choose(k)));
       return button;
     });
-    this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
+    this.light = choice("Lamp path", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
     this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => say(() => textured.change({ depth })));
     this.known = made("dl");
     this.name = made("h2");
@@ -43,7 +45,7 @@ export class Textures {
       this.name,
       made("div", { className: "group", role: "group", "aria-label": "Textures" }, ...this.buttons),
       made("div", { className: "settings" },
-        choice("On a", SHAPES, (shape) => say(() => textured.change({ shape }))),
+        choice("Surface", SHAPES, (shape) => say(() => textured.change({ shape }))),
         this.light,
         range("Repeats", [1, 16, 1, 1], (repeats) => say(() => textured.change({ repeats }))),
         range("Zoom", [1, 8, 0.1, 1.3], (zoom) => say(() => textured.change({ zoom }))),

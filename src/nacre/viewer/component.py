@@ -1,0 +1,80 @@
+"""The web component `<nacre-view>`: one script that shows networks on other people's pages."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from nacre.neural.inputs import ENHANCED, PAPER, RECIPROCAL, input_count
+from nacre.neural.nbrdf import HIDDEN, OUTPUTS, NeuralBrdf
+from nacre.numerics.mlp import RELU, SQUARED_RELU, Layer
+from nacre.render.environment import Environment
+from nacre.render.surroundings import ENVIRONMENTS
+from nacre.sampling import GgxLobe, GgxMixture
+from nacre.sampling.parametrizations import MixtureParametrization
+from nacre.viewer.content import Content
+from nacre.viewer.page import packed, script
+
+
+def component(
+    networks: Iterable[NeuralBrdf] = (), environments: Sequence[Environment] | None = None
+) -> bytes:
+    """The script, as UTF-8, that defines `<nacre-view src="x.safetensors">`.
+
+    It shows networks of the usual shapes: two hidden layers of the default width, and the further
+    one of a scan, with the inputs "enhanced", "paper" or "reciprocal" and the lobes of a fit. Its
+    attributes are `src`, `shape`, `light` (the name of an environment, or "lamp"), `exposure` in
+    stops, and `alt`.
+
+    Parameters
+    ----------
+    networks
+        Of further shapes that it is to show.
+    environments
+        At least one; the package's own where None.
+
+    Raises
+    ------
+    ValueError
+        If there is no environment.
+    """
+    if environments is None:
+        environments = [made() for made in ENVIRONMENTS.values()]
+    if not environments:
+        raise ValueError("a component needs an environment")
+    content = Content(environments)
+    for network in (*usual_networks(), *networks):
+        content.allow(network)
+    data = packed(content.facts, content.parts).decode()
+    text = script("component", {"packed": f'export const PACKED = "{data}";\n'})
+    return f"{{\n{text}\n}}\n".encode()
+
+
+def usual_networks() -> Iterator[NeuralBrdf]:
+    """A network, of no material, for each of the shapes that fits usually have."""
+    cosines = MixtureParametrization.cosines
+    some = (0.1,) * len(cosines)
+    lobe = GgxLobe(some, some, some, some)
+    for inputs, activation, clamp in (
+        (ENHANCED, SQUARED_RELU, ()),
+        (PAPER, RELU, ()),
+        (PAPER, RELU, (OUTPUTS,)),  # of scans
+        (RECIPROCAL, RELU, ()),
+    ):
+        for isotropic in (True, False):
+            sizes = input_count(inputs, isotropic), *HIDDEN, *clamp, OUTPUTS
+            layers = [
+                Layer(np.zeros((a, b), np.float32), np.zeros(b, np.float32))
+                for a, b in itertools.pairwise(sizes)
+            ]
+            for lobes in (1, 2):
+                angle = None if isotropic else 0.0
+                yield NeuralBrdf(
+                    layers,
+                    isotropic=isotropic,
+                    inputs=inputs,
+                    activation=activation,
+                    sampler=GgxMixture((lobe,) * lobes, some, some, cosines, angle),
+                )

@@ -1,0 +1,12 @@
+// Start of a page that is one picture.
+
+import { unpacked } from "./container.js";
+import { element } from "./dom.js";
+import { Materials } from "./materials.js";
+import { View } from "./view.js";
+
+unpacked(element("data").textContent).then(({ facts, bytes }) => {
+  const view = new View(element("view"), { facts, bytes }), [{ name, forms }] = facts.materials;
+  view.start();
+  view.show((context) => new Materials(facts, bytes, context).shown(forms[0]), name);
+});
