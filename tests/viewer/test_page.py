@@ -52,8 +52,7 @@ def changes(tab: Tab, act: Any) -> bool:
     """Whether a picture of a few frames differs from the last by more than noise does."""
 
     def settled() -> list[float]:
-        tab.page.wait_for_timeout(100)  # until an act has had its effect
-        tab.wait("window.page.renderer.frames >= 3")
+        tab.wait("window.page.renderer.frames >= 3 && !window.page.renderer.stale")
         return pixels(tab)
 
     before = settled()

@@ -85,8 +85,9 @@ def _left_out(given: tuple[Path, ...], path: Path, error: NacreError) -> None:
 def _environments(paths: tuple[Path, ...]) -> list[Environment]:
     from nacre.render.environment import load_environment
     from nacre.render.studio import studio
+    from nacre.render.surroundings import late_sun, overcast, room
 
-    return [load_environment(path) for path in paths] or [studio()]
+    return [load_environment(path) for path in paths] or [studio(), overcast(), late_sun(), room()]
 
 
 def _write(content: bytes, output: Path, count: int) -> None:

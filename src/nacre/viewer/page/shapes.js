@@ -31,33 +31,41 @@ const unit = (a) => {
 
 const TURN = 2 * Math.PI;
 
-// A lathe of a profile [radius, height] about +y, its tangent to the east.
-const lathe = (profile, columns, rows) =>
-  grid(columns, rows, (u, v) => {
-    const [radius, height] = profile(v), phi = TURN * u;
-    return [radius * Math.sin(phi), height, radius * Math.cos(phi)];
-  });
-
-// From the middle of the foot's underside to the top.
-const FOOT = [[0, -0.95], [0.45, -0.95], [0.5, -0.93], [0.51, -0.88], [0.48, -0.84], [0.36, -0.8]];
-const MIDDLE = 0.14, RADIUS = 0.83;
-
-function ball(v) {
-  const along = Math.min(Math.max(v, 1e-4), 1 - 1e-4), feet = FOOT.length - 1;
-  if (along < 0.2) {
-    const at = (along / 0.2) * feet, k = Math.min(Math.floor(at), feet - 1), part = at - k;
-    return FOOT[k].map((x, axis) => x + (FOOT[k + 1][axis] - x) * part);
-  }
-  const start = Math.PI - Math.asin(0.36 / RADIUS), theta = start * (1 - (along - 0.2) / 0.8);
-  const groove = step((theta - 1.08) / 0.05) - step((theta - 1.3) / 0.05);
-  const radius = RADIUS * (1 - 0.13 * groove);
-  return [radius * Math.sin(theta), MIDDLE + radius * Math.cos(theta)];
+// A point turned about x, its top toward the viewer.
+function leaned([x, y, z], angle) {
+  const c = Math.cos(angle), s = Math.sin(angle);
+  return [x, c * y - s * z, s * y + c * z];
 }
 
-// From 0 at -1 to 1 at 1.
+const joined = (meshes) => {
+  const starts = meshes.map((_, k) => meshes.slice(0, k).reduce((sum, each) => sum + each.vertices.length / 9, 0));
+  return {
+    vertices: Float32Array.from(meshes.flatMap((each) => [...each.vertices])),
+    indices: Uint32Array.from(meshes.flatMap((each, k) => [...each.indices].map((i) => i + starts[k]))),
+  };
+};
+
+// From 0 at -1 to 1 at 1, with two continuous derivatives.
 function step(x) {
   const t = Math.min(Math.max((x + 1) / 2, 0), 1);
   return t * t * t * (t * (6 * t - 15) + 10);
+}
+
+// A point of a ring about +y.
+function ring(radius, thickness, u, v) {
+  const phi = TURN * u, theta = -TURN * v, out = radius + thickness * Math.cos(theta);
+  return [out * Math.sin(phi), thickness * Math.sin(theta), out * Math.cos(phi)];
+}
+
+// A ball with a groove around its tilted axis, held by a ring.
+const RADIUS = 0.84, GROOVE = [1.08, 1.34], EDGE = 0.035, DEPTH = 0.13;
+
+function ball(u, v) {
+  const theta = Math.PI * (1 - Math.min(Math.max(v, 1e-4), 1 - 1e-4)), phi = TURN * u;
+  const open = step((theta - GROOVE[0]) / EDGE) - step((theta - GROOVE[1]) / EDGE), r = RADIUS * (1 - DEPTH * open);
+  const [x, y, z] = leaned([r * Math.sin(theta) * Math.sin(phi), r * Math.cos(theta), r * Math.sin(theta) * Math.cos(phi)], 0.6);
+  const c = Math.cos(0.42), s = Math.sin(0.42);
+  return [c * x - s * z, y + 0.1, s * x + c * z];
 }
 
 function knot(t) {
@@ -65,20 +73,30 @@ function knot(t) {
   return [radius * Math.cos(2 * t), 0.3 * Math.sin(3 * t), radius * Math.sin(2 * t)];
 }
 
+// A square cloth over a round table: what lies beyond its edge hangs down in folds.
+const TABLE = 0.46, BEND = 0.05, FOLDS = 8;
+
+function cloth(u, v) {
+  const x = 1.9 * (u - 0.5), z = 1.9 * (0.5 - v), r = Math.hypot(x, z), phi = Math.atan2(z, x);
+  const fall = BEND * Math.log1p(Math.exp((r - TABLE) / BEND));
+  const out = r - fall + 0.22 * fall + 0.15 * fall * Math.cos(FOLDS * phi + 0.6 * Math.sin(2 * phi));
+  return [out * Math.cos(phi), 0.3 - 0.92 * fall, out * Math.sin(phi)].map((a) => 1.3 * a);
+}
+
 export const SHAPES = {
-  // A ball with a groove around it, on a foot.
-  ball: () => lathe(ball, 192, 192),
+  ball: () => joined([
+    grid(192, 384, (u, v) => leaned(ball(u, v), 0.12)),
+    grid(128, 32, (u, v) => {
+      const [x, y, z] = ring(0.52, 0.1, u, v);
+      return leaned([x, y - 0.74, z], 0.12);
+    }),
+  ]),
+  cloth: () => grid(200, 200, (u, v) => leaned(cloth(u, v), 0.5)),
   knot: () => grid(384, 32, (u, v) => {
-    const t = TURN * u, step = 1e-3;
-    const forward = unit(minus(knot(t + step), knot(t - step)));
+    const t = TURN * u, ahead = 1e-3;
+    const forward = unit(minus(knot(t + ahead), knot(t - ahead)));
     const side = unit(cross(forward, [0, 1, 0])), up = cross(side, forward), phi = -TURN * v;
-    return knot(t).map((x, k) => x + 0.16 * (Math.cos(phi) * side[k] + Math.sin(phi) * up[k]));
-  }),
-  cloth: () => grid(160, 160, (u, v) => {
-    const x = 1.9 * (u - 0.5), z = 1.9 * (0.5 - v), r = Math.hypot(x, z), phi = Math.atan2(z, x);
-    const fall = Math.max(r - 0.42, 0);
-    const folds = 0.12 * Math.min(fall * 2, 1) * Math.cos(7 * phi);
-    return [x * (1 - 0.28 * fall), 0.42 - 0.9 * fall + folds, z * (1 - 0.28 * fall)];
+    return leaned(knot(t).map((x, k) => x + 0.16 * (Math.cos(phi) * side[k] + Math.sin(phi) * up[k])), 0.5);
   }),
 };
 
