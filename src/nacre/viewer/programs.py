@@ -24,7 +24,7 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.runtime.data import Datum, as_data
 from nacre.runtime.pairs import inside
-from nacre.sampling import GgxMixture, describe_sampler
+from nacre.sampling import describe_sampler, make_sampler
 from nacre.sampling.mixture import in_frame
 
 NAME = "material"
@@ -117,9 +117,10 @@ def template(network: NeuralBrdf) -> Template:
     across: _Axis | None = None
     if has_axes(network.inputs, network.isotropic):
         axis = _axis(network.angle, "angle")
-    if isinstance(sampler, GgxMixture) and sampler.angle is not None:
-        across = _axis(sampler.angle, "sampler angle")
-        sampler = dataclasses.replace(sampler, angle=0.0)
+    described = describe_sampler(sampler)
+    if described.get("angle") is not None:
+        across = _axis(described["angle"], "sampler angle")
+        sampler = make_sampler({**described, "angle": 0.0})
 
     def values(wi: Components, wo: Components) -> Sequence[Any]:
         return eval_formula(numbered, _in(axis, wi), _in(axis, wo))

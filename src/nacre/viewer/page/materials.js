@@ -5,7 +5,7 @@
 // names of parts; `table` (see tables.js), whose grids hold their values or the name of their part; or
 // `network` (a file that was read).
 
-import { filled, keyOf, written } from "./programs.js";
+import { filled, keyOf, numbersFor, open, written } from "./programs.js";
 import { shown } from "./tables.js";
 import { readTensors } from "./tensors.js";
 
@@ -40,7 +40,19 @@ export class Materials {
 
   // GLSL of a network's file; where no template has its shape, with a sampler that serves any material.
   network(file) {
-    const template = this.templates.get(JSON.stringify(keyOf(file.header)));
+    const template = this.template(file);
     return template ? filled(template, file) : written(file, this.inputs, this.sampler);
+  }
+
+  // {glsl, textures} of a network's file, of the same GLSL for all of its shape: for those that change
+  // while they are looked at.
+  varying(file) {
+    const template = this.template(file), numbers = new Float32Array(4 * Math.ceil(template.places.length / 4));
+    numbers.set(numbersFor(template, file));
+    return { glsl: open(template), textures: { material_numbers: numbers } };
+  }
+
+  template(file) {
+    return this.templates.get(JSON.stringify(keyOf(file.header)));
   }
 }

@@ -32,7 +32,19 @@ function shape(value) {
 }
 
 // The text with the numbers of a file; `template` has the key of its header.
-export function filled(template, { header, tensors }) {
+export function filled(template, file) {
+  const numbers = numbersFor(template, file);
+  return template.text.replace(/@(\d+)@/g, (_, k) => literal(numbers[k]));
+}
+
+// The text with its numbers in a uniform, `material_numbers`, padded to whole vectors.
+export function open({ text, places }) {
+  const vector = (_, k) => `material_numbers[${k >> 2}].${"xyzw"[k & 3]}`;
+  return `uniform vec4 material_numbers[${Math.ceil(places.length / 4)}];\n${text.replace(/@(\d+)@/g, vector)}`;
+}
+
+// What fills the places of a template.
+export function numbersFor(template, { header, tensors }) {
   const weights = [];
   for (let layer = 1; layer < header.sizes.length; layer++)
     for (const part of ["weights", "biases"]) {
@@ -42,9 +54,7 @@ export function filled(template, { header, tensors }) {
       weights.push(...found.values);
     }
   const known = { numbers: numbersOf(header.sampler), angle: header.angle, "sampler angle": header.sampler.angle };
-  const numbers = template.places.map((place) =>
-    literal(typeof place === "number" ? weights[place] : formula(place, known)));
-  return template.text.replace(/@(\d+)@/g, (_, k) => numbers[k]);
+  return template.places.map((place) => (typeof place === "number" ? weights[place] : formula(place, known)));
 }
 
 const MOST = 1 << 13; // weights of a network that is written here: more take browsers seconds to compile
