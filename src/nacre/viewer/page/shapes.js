@@ -1,4 +1,5 @@
-// Meshes with normals and tangents, as {vertices, indices}: position, normal, tangent of each vertex.
+// Meshes with normals and tangents, as {vertices, indices, columns, rows}: position, normal,
+// tangent of each vertex, of a grid of so many cells, row by row.
 
 function grid(columns, rows, point) {
   const vertices = new Float32Array((columns + 1) * (rows + 1) * 9), indices = [];
@@ -9,7 +10,7 @@ function grid(columns, rows, point) {
       const a = j * (columns + 1) + i, b = a + columns + 1;
       indices.push(a, a + 1, b, a + 1, b + 1, b);
     }
-  return { vertices, indices: Uint32Array.from(indices) };
+  return { vertices, indices: Uint32Array.from(indices), columns, rows };
 }
 
 // A point of a surface with its normal and its tangent along u, by differences.
@@ -97,4 +98,36 @@ export const SHAPES = {
     const side = unit(cross(forward, [0, 1, 0])), up = cross(side, forward), phi = -TURN * v;
     return leaned(knot(t).map((x, k) => x + 0.16 * (Math.cos(phi) * side[k] + Math.sin(phi) * up[k])), 0.5);
   }),
+};
+
+// Folds that hang, deeper toward the hem: a point of a square cloth. Across it goes on as far as the
+// cloth is long there, so that a texture is not stretched.
+const FOLDS = 3, DEEPEST = 0.06, EDGE = 1.36;
+const depthAt = (v) => DEEPEST * (1 - 0.75 * v);
+
+// Lengths along a fold of some depth up to steps of it; all folds are alike.
+function lengths(depth, steps = 24) {
+  const phase = TURN * FOLDS, found = [0];
+  for (let k = 0; k < steps; k++) found.push(found[k] + Math.hypot(1, phase * depth * Math.cos((TURN * (k + 0.5)) / steps)) / steps);
+  return found;
+}
+
+function folded(u, v) {
+  const along = lengths(depthAt(v)), steps = along.length - 1;
+  const fold = Math.floor(u * FOLDS), rest = (u * FOLDS - fold) * along[steps];
+  let k = 0;
+  while (k < steps - 1 && along[k + 1] <= rest) k++;
+  const x = (fold + (k + (rest - along[k]) / (along[k + 1] - along[k])) / steps) / FOLDS;
+  return [x - 0.5, v - 0.5, depthAt(v) * Math.sin(TURN * FOLDS * x)].map((a) => EDGE * a);
+}
+
+// What textures lie on, seen from the front: a grid with `extent`, its width and height as it lies flat;
+// `closed` where it meets itself, so that a texture has to go around a whole number of times.
+export const LAID = {
+  plane: () => ({ ...grid(48, 48, (u, v) => [EDGE * (u - 0.5), EDGE * (v - 0.5), 0]), extent: [EDGE, EDGE] }),
+  cylinder: () => ({
+    ...grid(96, 12, (u, v) => [0.6 * Math.sin(TURN * (u - 0.5)), 1.5 * (v - 0.5), 0.6 * Math.cos(TURN * (u - 0.5))]),
+    extent: [0.6 * TURN, 1.5], closed: true,
+  }),
+  cloth: () => ({ ...grid(160, 40, folded), extent: [EDGE * lengths(depthAt(0.5)).at(-1), EDGE] }),
 };
