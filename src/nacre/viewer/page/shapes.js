@@ -102,23 +102,23 @@ export const SHAPES = {
 
 // Folds that hang, deeper toward the hem: a point of a square cloth. Across it goes on as far as the
 // cloth is long there, so that a texture is not stretched.
-const FOLDS = 3, DEEPEST = 0.06, EDGE = 1.36;
+const HANGING = 3, DEEPEST = 0.06, EDGE = 1.36;
 const depthAt = (v) => DEEPEST * (1 - 0.75 * v);
 
 // Lengths along a fold of some depth up to steps of it; all folds are alike.
 function lengths(depth, steps = 24) {
-  const phase = TURN * FOLDS, found = [0];
+  const phase = TURN * HANGING, found = [0];
   for (let k = 0; k < steps; k++) found.push(found[k] + Math.hypot(1, phase * depth * Math.cos((TURN * (k + 0.5)) / steps)) / steps);
   return found;
 }
 
 function folded(u, v) {
   const along = lengths(depthAt(v)), steps = along.length - 1;
-  const fold = Math.floor(u * FOLDS), rest = (u * FOLDS - fold) * along[steps];
+  const fold = Math.floor(u * HANGING), rest = (u * HANGING - fold) * along[steps];
   let k = 0;
   while (k < steps - 1 && along[k + 1] <= rest) k++;
-  const x = (fold + (k + (rest - along[k]) / (along[k + 1] - along[k])) / steps) / FOLDS;
-  return [x - 0.5, v - 0.5, depthAt(v) * Math.sin(TURN * FOLDS * x)].map((a) => EDGE * a);
+  const x = (fold + (k + (rest - along[k]) / (along[k + 1] - along[k])) / steps) / HANGING;
+  return [x - 0.5, v - 0.5, depthAt(v) * Math.sin(TURN * HANGING * x)].map((a) => EDGE * a);
 }
 
 // What textures lie on, seen from the front: a grid with `extent`, its width and height as it lies flat;
