@@ -46,10 +46,12 @@ def command(
 
     The page is one file that needs nothing else, for screens and for sending; without --output it
     is served on this machine until Ctrl-C. Of a folder, all materials in it and below are shown.
-    Files of one name in one folder are one material: measured, as a network, in standard form.
+    Files of one name in one folder are one material: measured, as a network, in standard form. An
+    encoded texture has the height field (.exr) of its name, if there is one beside it.
     """
+    from nacre.formats import is_btf
     from nacre.viewer.content import Content
-    from nacre.workflows.viewing import find_materials, read_entries
+    from nacre.workflows.viewing import find_materials, read_entries, read_texture
 
     if output is not None and output.suffix.lower() != _PAGE:
         raise NacreError(f"{output}: expected a name that ends in {_PAGE}")
@@ -60,10 +62,20 @@ def command(
     title = title or (paths[0].stem if len(paths) == 1 else "Materials")
     content = Content(_environments(environment))
     line = progress(title, "reading")
+    textures = [shown for shown in found if is_btf(shown.path)]
+    others = [shown for shown in found if shown not in textures]
     count = 0
-    for count, entry in enumerate(read_entries(found, partial(_left_out, paths)), 1):
+    for entry in read_entries(others, partial(_left_out, paths)):
+        count += 1
         line("reading", count, len(found), entry.name)
         content.add(entry)
+    for shown in textures:
+        line("reading", count, len(found), shown.path.stem)
+        try:
+            content.add_texture(*read_texture(shown.path), {"File": shown.path.stem})
+            count += 1
+        except NacreError as error:
+            _left_out(paths, shown.path, error)
     if not count:
         raise NacreError("no material could be read")
     line("writing", 0, 1)

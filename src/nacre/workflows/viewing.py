@@ -9,8 +9,10 @@ from pathlib import Path
 
 from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.formats import formats, identify, load_brdf
+from nacre.export.textures import HeightField
+from nacre.formats import formats, identify, load_brdf, load_btf
 from nacre.io.files import PathLike
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.viewer.content import Entry
@@ -100,6 +102,19 @@ def read_entries(
             name = next(filter(None, names), None) or stem.name
             reference = next((label for label in (_MEASURED, *ordered) if label in ordered), "")
             yield Entry(name, ordered, several[0].group, {"File": stem.name}, reference)
+
+
+def read_texture(path: PathLike) -> tuple[Btf, HeightField | None]:
+    """A texture, and its height field: the OpenEXR image of its name beside it, if there is one.
+
+    Raises
+    ------
+    NacreError
+        If one of them cannot be read.
+    """
+    texture, field = load_btf(path), Path(path).with_suffix(".exr")
+    there = field.is_file() and field != Path(path)
+    return texture, HeightField.read(field) if there else None
 
 
 def _label(brdf: Brdf) -> str:
