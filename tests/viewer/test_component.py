@@ -156,6 +156,7 @@ def test_attributes_keys_and_another_place_change_the_picture(host: Host):
         f"const moved = {FIRST}; moved.remove(); document.body.append(moved);"
         "moved.src = 'usual%201.safetensors'"
     )
+    host.wait(f"{FIRST}.view.words[0].endsWith('1')")
     assert np.abs(host.picture() - turned)[..., :3].mean() > 0.01
     assert host.errors == []
 

@@ -2,11 +2,12 @@
 
 import { readMbsdf } from "./mbsdf.js";
 import { readMerl } from "./merl.js";
+import { readNetwork } from "./networks.js";
 import { readRgl } from "./rgl.js";
-import { FileError, readTensors } from "./tensors.js";
+import { FileError } from "./tensors.js";
 
 const LIMIT = 1 << 28; // bytes
-const READERS = { ".safetensors": readNetwork, ".binary": readMerl, ".bsdf": readRgl, ".mbsdf": readMbsdf };
+const READERS = { ".safetensors": networkOf, ".binary": readMerl, ".bsdf": readRgl, ".mbsdf": readMbsdf };
 
 export const ENDINGS = Object.keys(READERS);
 
@@ -20,9 +21,9 @@ export async function read(file) {
   return { name: short, known: { ...known, Bytes: file.size.toLocaleString("en"), File: file.name }, ...form };
 }
 
-function readNetwork(buffer) {
-  const network = readTensors(buffer), { name, parametrisation, sizes, source } = network.header;
-  const known = { Model: "NeuralBrdf", Inputs: `${parametrisation}`, Layers: `${sizes?.join?.("-")}` };
+function networkOf(buffer) {
+  const network = readNetwork(buffer), { name, parametrisation, sizes, source } = network.header;
+  const known = { Model: "NeuralBrdf", Inputs: parametrisation, Layers: sizes.join("-") };
   if (typeof source?.file === "string") known["Fitted to"] = source.file;
   return { name: typeof name === "string" ? name : "", known, network };
 }

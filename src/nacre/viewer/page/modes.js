@@ -5,7 +5,10 @@
 // new, on the picture; returns a word on its state), and, if it wants, lit(change) (the scene changed).
 // One that needs no material has a static alone, true.
 
+import { Compare } from "./compare.js";
+import { Lobes } from "./lobes.js";
 import { Look } from "./look.js";
+import { Space } from "./space.js";
 import { Textures } from "./textures.js";
 
-export const MODES = [Look, Textures];
+export const MODES = [Look, Compare, Lobes, Space, Textures];

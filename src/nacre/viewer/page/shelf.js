@@ -27,6 +27,11 @@ export class Shelf {
     this.count();
   }
 
+  // Where the thumbnail of a material is; empty where it has none.
+  picture(k) {
+    return this.items[k].querySelector("img")?.src ?? "";
+  }
+
   // The part of the list for a group, made when first asked for.
   group(name) {
     const known = [...this.list.children].find((each) => each.dataset.group === name);

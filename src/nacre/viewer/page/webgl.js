@@ -22,6 +22,14 @@ export class Context {
     return this.linkedPrograms.get(key);
   }
 
+  // Give back a program that is not needed again.
+  forget(program) {
+    const { gl } = this;
+    for (const [key, known] of this.linkedPrograms) if (known === program) this.linkedPrograms.delete(key);
+    gl.getAttachedShaders(program.program).forEach((shader) => gl.deleteShader(shader));
+    gl.deleteProgram(program.program);
+  }
+
   linked(vertex, fragment) {
     const { gl } = this, program = gl.createProgram();
     for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -43,8 +51,8 @@ export class Context {
     return { program, uniforms };
   }
 
-  // Use a program with values for its uniforms: numbers, lists of them (of vectors too), or textures. What it does
-  // not have is passed over.
+  // Use a program with values for its uniforms: numbers, lists of them (of vectors too), or textures.
+  // What it does not have is passed over.
   use({ program, uniforms }, values) {
     const { gl } = this;
     gl.useProgram(program);
@@ -60,7 +68,10 @@ export class Context {
       } else if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(where, false, value);
       else if (type === gl.INT || type === gl.BOOL) gl.uniform1i(where, value);
       else if (type === gl.UNSIGNED_INT) gl.uniform1ui(where, value);
-      else gl[`uniform${{ [gl.FLOAT_VEC2]: 2, [gl.FLOAT_VEC3]: 3, [gl.FLOAT_VEC4]: 4 }[type] ?? 1}fv`](where, [value].flat());
+      else {
+        const size = { [gl.FLOAT_VEC2]: 2, [gl.FLOAT_VEC3]: 3, [gl.FLOAT_VEC4]: 4 }[type] ?? 1;
+        gl[`uniform${size}fv`](where, ArrayBuffer.isView(value) ? value : [value].flat());
+      }
     }
   }
 
