@@ -245,7 +245,7 @@ def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
         page.get_by_role("combobox", name="Surface").select_option(shape)
         tab.wait(f"{status} === 'converged'")
         tab.keep(f"textures-{shape}")
-    page.get_by_role("tab", name="Textures").press("ArrowLeft")
+    page.get_by_role("tab", name="Look").click()
     assert page.get_by_role("heading", name="Gray plastic").is_visible()
     assert not page.get_by_role("button", name="Lamp").is_visible()
     tab.wait("window.page.renderer.frames > 0")
