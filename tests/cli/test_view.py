@@ -94,22 +94,25 @@ def test_damaged_files_in_a_folder_are_passed_over(folder: Path, capsys: Any) ->
     assert len(facts(Path("page.html"))["materials"]) == 1
 
 
-def test_a_texture_has_the_heights_of_its_name(folder: Path, capsys: Any) -> None:
+def test_textures_are_shown_and_one_may_have_a_height_field(folder: Path, capsys: Any) -> None:
     require_mitsuba()
     Path("cloths").mkdir()
     texture = made_texture.texture()
     save_latent_map(texture.latent, "cloths/cloth.safetensors")
-    write_heights(made_texture.heights().heights, "cloths/cloth.exr")
-    save_latent_map(texture.latent, "plain.safetensors")
-    said = run_json(capsys, "view", "cloths", "plain.safetensors", "other.json", "-o", "page.html")
-    assert said["materials"] == 3
-    held = facts(Path("page.html"))["textures"]
-    assert [each["known"]["File"] for each in held] == ["cloth", "plain"]
-    assert ["relief" in each for each in held] == [True, False]
-    assert (held[0]["relief"]["width"], held[0]["relief"]["height"]) == (12, 9)
+    write_heights(made_texture.heights().heights, "heights.exr")
     raw = TableBtf(np.zeros((2, 2, 4, 3), np.float32), texture.wi[:4], texture.wo[:4])
-    nacre.save(raw, "raw.npz")
-    assert_refused(capsys, "is not encoded", "view", "raw.npz", "-o", "x.html")
+    nacre.save(raw, "cloths/raw.npz")
+    command = "view", "cloths", "other.json", "-o", "page.html"
+    assert run(*command, "--height-field", "heights.exr", "--json", "--depth", 2) == 0
+    said = capsys.readouterr()
+    assert "is not encoded" in said.err
+    assert json.loads(said.out)["materials"] == 2
+    (held,) = facts(Path("page.html"))["textures"]
+    heights = 2.0 * made_texture.heights().heights
+    highest = heights.max() - heights.mean()
+    assert held["relief"]["top"] == pytest.approx(highest, rel=1e-3)
+    assert_refused(capsys, "is not encoded", "view", "cloths/raw.npz", "-o", "x.html")
+    assert_refused(capsys, "not of 0", "view", "other.json", "--height-field", "heights.exr")
 
 
 def test_files_of_others_are_kept(folder: Path, capsys: Any) -> None:

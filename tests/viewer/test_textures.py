@@ -243,7 +243,7 @@ def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
     tab.wait(f"{status}.endsWith('a second')")
     page.get_by_role("button", name="Lamp").press("ArrowLeft")
     tab.wait(f"{status} === 'converged'")
-    assert page.get_by_role("combobox", name="Lamp path").input_value() == "still"
+    assert page.get_by_role("combobox", name="Lamp").input_value() == "still"
     assert not page.get_by_role("slider", name="Relief").is_visible()
     page.get_by_role("button", name=HOSTILE).press("Enter")
     assert page.get_by_role("slider", name="Relief").is_visible()

@@ -11,8 +11,8 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.export.textures import HeightField
-from nacre.formats import formats, identify, load_brdf, load_btf
+from nacre.export.textures.atlas import encoded
+from nacre.formats import formats, identify, load, load_brdf
 from nacre.io.files import PathLike
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.viewer.content import Entry
@@ -66,10 +66,10 @@ def _below(root: Path) -> Iterator[Shown]:
             yield Shown(path, path.parent.relative_to(root).as_posix().removeprefix("."))
 
 
-def read_entries(
+def read_materials(
     files: Iterable[Shown], left_out: Callable[[Path, NacreError], None] | None = None
-) -> Iterator[Entry]:
-    """Materials, each with all files of its name in its folder as forms of it.
+) -> Iterator[Entry | Btf]:
+    """Reflectances, each with all files of its name in its folder as forms of it; and textures.
 
     `gold.binary`, `gold.safetensors` and `gold.mtlx` are one material: measured, a network, and
     OpenPBR. Networks come first; errors are told against what was measured, or else the first.
@@ -88,33 +88,28 @@ def read_entries(
         names = []
         for shown in several:
             try:
-                brdf = load_brdf(shown.path)
+                material = load(shown.path)
+                if isinstance(material, Btf) and material.texel_count == 1:
+                    material = load_brdf(shown.path)
+                if isinstance(material, Btf):
+                    encoded(material)  # or no page holds it
             except NacreError as error:
                 if left_out is None:
                     raise
                 left_out(shown.path, error)
                 continue
-            label = _label(brdf)
-            forms[label if label not in forms else f"{label} ({shown.path.suffix})"] = brdf
-            names.append(brdf.name)
+            if isinstance(material, Btf):
+                yield material
+                continue
+            label = _label(material)
+            label = label if label not in forms else f"{label} ({shown.path.suffix})"
+            forms[label] = material
+            names.append(material.name)
         if forms:
             ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
             name = next(filter(None, names), None) or stem.name
             reference = next((label for label in (_MEASURED, *ordered) if label in ordered), "")
             yield Entry(name, ordered, several[0].group, {"File": stem.name}, reference)
-
-
-def read_texture(path: PathLike) -> tuple[Btf, HeightField | None]:
-    """A texture, and its height field: the OpenEXR image of its name beside it, if there is one.
-
-    Raises
-    ------
-    NacreError
-        If one of them cannot be read.
-    """
-    texture, field = load_btf(path), Path(path).with_suffix(".exr")
-    there = field.is_file() and field != Path(path)
-    return texture, HeightField.read(field) if there else None
 
 
 def _label(brdf: Brdf) -> str:
