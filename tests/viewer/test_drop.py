@@ -71,6 +71,16 @@ WATCH = """() => {
     return open.call(drop, files);
   };
 }"""
+PICTURES = """async () => {
+  const found = [];
+  for (const image of document.querySelectorAll(".material img")) {
+    await image.decode();
+    const canvas = document.createElement("canvas").getContext("2d");
+    canvas.drawImage(image, 0, 0);
+    found.push([...canvas.getImageData(0, 0, 96, 96).data]);
+  }
+  return found;
+}"""
 DROP = """([names, texts]) => {
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const dataTransfer = new DataTransfer();
@@ -234,6 +244,9 @@ def test_files_are_dropped_and_what_fails_is_said(chromium: Any, tmp_path: Path)
         found = tab.page.evaluate(EVALUATED, [2, wi.ravel().tolist(), wo.ravel().tolist()])
         wanted = shown.eval(wi, wo)
         np.testing.assert_allclose(np.reshape(found, (-1, 4))[:, :3], wanted, 5e-4, 1e-3)
+        packed, _, drawn = tab.page.evaluate(PICTURES)
+        assert np.abs(np.subtract(packed, drawn)).mean() < 4.0
+        assert np.std(drawn) > 20.0
         tab.keep("drop")
 
 

@@ -30,7 +30,7 @@ MATERIALS: dict[str, Brdf] = {
     "diffuse": Lambert(diffuse=(0.5, 0.5, 0.5)),
 }
 NAMES = list(MATERIALS)
-EDGE = 512  # pixels of the picture
+EDGE = 160  # pixels of the picture: software draws it
 SCALE = 0.9  # of the unit sphere in half of it
 
 
@@ -41,6 +41,7 @@ def lobes(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[T
     entries = [Entry(name, {"As it is": brdf}) for name, brdf in MATERIALS.items()]
     with Tab(chromium, tmp_path_factory.mktemp("lobes")) as tab:
         tab.open(page("Lobes", entries, [replace(sky, name="sky")]))
+        tab.page.evaluate(f"window.page.renderer.resize({EDGE}, {EDGE})")
         tab.page.click("#tab-lobes")
         yield tab
 
@@ -55,9 +56,10 @@ def choose(tab: Tab, name: str, theta: float, phi: float, **settings: Any) -> di
             mode.set(settings);
             mode.draw();
             const { plane, around, polar } = mode;
+            const some = (values) => [...values.filter((_, k) => Math.floor(k / 3) % 17 === 0)];
             return {
                 angles: [...plane.angles], rgb: [...plane.rgb],
-                directions: [...around.directions], values: [...around.rgb],
+                directions: some(around.directions), values: some(around.rgb),
                 albedo: around.albedo(around.rgb), peak: mode.peak,
                 paths: polar.curves.map((curve) => curve.getAttribute("d")),
             };
@@ -129,13 +131,14 @@ def test_all_reflected_light_is_the_albedo(lobes, degrees):
 
 
 def silhouette(tab: Tab, elevation: float) -> np.ndarray:
-    """Where the gray surface is seen from an elevation above its plane, bool (512, 512)."""
+    """Where the gray surface is seen from an elevation above its plane, bool (EDGE, EDGE)."""
     from PIL import Image
 
     tab.page.evaluate(
         """(elevation) => {
             const { page } = window;
-            page.controls.turn(0, 150 * (elevation - 0.5 - page.controls.view.elevation));
+            const [c, s] = [Math.cos(elevation - 0.5), Math.sin(elevation - 0.5)];
+            page.scene({ turn: [1, 0, 0, 0, c, s, 0, -s, c] });
             page.mode.draw();
         }""",
         elevation,
@@ -188,3 +191,28 @@ def test_the_light_follows_the_lamp_and_the_keys(lobes):
     lamp = np.array(page.evaluate("window.page.renderer.scene.lamp"))[:3]
     np.testing.assert_allclose(lamp / np.linalg.norm(lamp), toward, atol=1e-6)
     assert page.locator(".handle").is_hidden()
+
+
+def test_the_light_is_dragged_in_the_plot_and_on_the_picture(lobes):
+    page = lobes.page
+    page.click("#tab-lobes")
+    choose(lobes, "glossy", 0.3, 0.0)
+    box = page.locator(".polar").bounding_box()
+    unit = box["width"] / 320
+    middle = box["x"] + 160 * unit, box["y"] + 142 * unit
+    knob = page.locator(".ray.light circle").bounding_box()
+    page.mouse.move(knob["x"] + knob["width"] / 2, knob["y"] + knob["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(middle[0] - 80 * unit * math.sin(1.0), middle[1] - 80 * unit * math.cos(1.0))
+    page.mouse.up()
+    assert page.evaluate("window.page.mode.light.theta") == pytest.approx(1.0, abs=0.02)
+    lobes.wait("!window.page.mode.old && !window.page.mode.turned")
+    page.locator(".handle").hover()
+    page.mouse.down()
+    knob = page.locator(".handle").bounding_box()
+    page.mouse.move(knob["x"] + knob["width"] / 2 + 30, knob["y"] + knob["height"] / 2)
+    page.mouse.up()
+    lobes.wait("!window.page.mode.old && !window.page.mode.turned")
+    moved = page.locator(".handle").bounding_box()
+    assert moved["x"] > knob["x"] + 10
+    lobes.keep("lobes")

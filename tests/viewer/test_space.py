@@ -57,6 +57,7 @@ def space(
 ) -> Iterator[Tab]:
     with Tab(chromium, tmp_path_factory.mktemp("space")) as tab:
         tab.open(content.page("Space"))
+        tab.page.evaluate("window.page.renderer.resize(64, 64)")  # software draws it
         tab.page.click("#tab-space")
         yield tab
 

@@ -188,6 +188,7 @@ export class Compare {
       this.flip = new Flip(renderer, size);
       this.lit();
     }
+    this.count();
     if (renderer.frames < LAST) {
       renderer.frame();
       this.stale = true;
@@ -200,20 +201,23 @@ export class Compare {
       this.flip.update(pair, scene.exposure, renderer.drawn);
       measured.mapped = due;
     }
+    if (counted) Object.assign(measured, { counted: due, drawn: true });
     if (this.stale || mapped) {
       const { view: name, wipe, factor } = this;
       view(renderer, pair, this.flip.map.textures[0], { view: VIEWS[name], wipe, factor });
     }
     this.stale = false;
-    if (counted) this.count(due);
     return state(renderer.frames);
   }
 
-  // Find the numbers of the pictures as they are.
-  count(due) {
-    const { measured, flip } = this, { toned, map } = flip.read();
-    Object.assign(measured, { counted: due, here: pictureErrors(toned, map, flip.size) });
-    measured.protocol ??= this.protocol.errors(...this.materials);
+  // Find numbers of what is drawn by now, some at a time: the page waits for them.
+  count() {
+    const { measured, flip } = this;
+    if (measured.drawn) {
+      const { toned, map } = flip.read();
+      Object.assign(measured, { drawn: false, here: pictureErrors(toned, map, flip.size) });
+    } else if (measured.here && !measured.protocol) measured.protocol = this.protocol.errors(...this.materials);
+    else return;
     this.said();
   }
 

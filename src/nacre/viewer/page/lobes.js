@@ -50,7 +50,8 @@ export class Lobes {
         choice("Scale", Object.entries(SCALES).map(([name, { title }]) => [name, title]), (scale) => set({ scale })),
         choice("Colors", COLORS, (name) => set({ channels: name === "channels" }))),
       this.table);
-    this.handle = made("button", { className: "handle", type: "button", title: HELP, "aria-label": "Light", hidden: true });
+    const facts = { className: "handle", type: "button", title: HELP, "aria-label": "Light", hidden: true };
+    this.handle = made("button", facts);
     element("frame").append(this.handle);
     // Which way "right" and "down" lead is settled as a drag starts: the light may pass the rim.
     this.handle.addEventListener("pointerdown", () => (this.ways = this.waysNow()));
@@ -77,11 +78,14 @@ export class Lobes {
 
   close() {
     this.handle.hidden = true;
+    this.page.describe();
     const [x, y] = spherical(this.light.theta, this.light.phi);
     if (this.moved) this.page.controls.move(x, y);
   }
 
   changed() {
+    const { chosen, form } = this.page;
+    element("picture").setAttribute("aria-label", `Lobe of ${chosen.name}, ${form.label}; arrow keys turn it`);
     this.material = this.page.materials.shown(this.page.form);
     this.measure();
   }
@@ -153,7 +157,8 @@ export class Lobes {
     const peaks = [0, 1, 2].map((c) => values.filter((_, k) => k % 3 === c).reduce((a, b) => Math.max(a, b), 0));
     const rows = [["At the view", here], ["Highest", peaks], ["Reflected in all", this.around.albedo(this.around.rgb)]];
     const cell = (x) => made("td", {}, rounded(x, 3));
-    const head = made("tr", {}, made("td"), ...CHANNELS.map((name, c) => made("th", { scope: "col", className: `channel-${c}` }, name)));
+    const titles = CHANNELS.map((name, c) => made("th", { scope: "col", className: `channel-${c}` }, name));
+    const head = made("tr", {}, made("td"), ...titles);
     const unit = this.settings.cosine ? "fᵣ cos θₒ in 1/sr" : "fᵣ in 1/sr";
     this.table.replaceChildren(made("caption", {}, `${unit}, and the fraction of light that is reflected in all`), head,
       ...rows.map(([title, numbers]) => made("tr", {}, made("th", { scope: "row" }, title), ...Array.from(numbers, cell))));

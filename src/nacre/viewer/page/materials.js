@@ -1,8 +1,9 @@
 // The page's materials, and what the renderer needs of them.
 //
-// A material is {name, known, thumbnail, group, forms}; a form of it is {label, known} with one of
-// `file` (a network's), `glsl` (a formula's), the names of parts of the page; `table` (see tables.js),
-// whose grids hold their values or the name of their part; or `network` (a file that was read).
+// A material is {name, known, group, forms} with a `thumbnail` (a part of the page) or a `picture` (its
+// address); a form of it is {label, known} with one of `file` (a network's) and `glsl` (a formula's),
+// names of parts; `table` (see tables.js), whose grids hold their values or the name of their part; or
+// `network` (a file that was read).
 
 import { filled, keyOf, numbersFor, open, written } from "./programs.js";
 import { shown } from "./tables.js";

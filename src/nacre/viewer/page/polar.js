@@ -54,7 +54,8 @@ export class Polar {
         drawn("text", { x: u, y: v + 4 }, `${Math.abs(degrees)}°`),
       ];
     });
-    this.svg = drawn("svg", { class: "polar", viewBox: "0 0 320 166", role: "group", "aria-label": "Polar plot in the plane of incidence" },
+    const facts = { class: "polar", viewBox: "0 0 320 166", role: "group", "aria-label": "Polar plot in the plane of incidence" };
+    this.svg = drawn("svg", facts,
       drawn("g", { class: "grid" }, arc(1), ...spokes), this.rings, this.mirror,
       drawn("g", { class: "curves" }, ...this.curves), this.view, this.light);
   }

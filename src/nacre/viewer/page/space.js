@@ -86,6 +86,7 @@ around it and decoded to a network here. At a material that is close to it, not 
     if (before === this.own && before !== program) renderer.forget(before);
     this.own = program;
     element("name").textContent = this.name;
+    element("picture").setAttribute("aria-label", `${this.name}; arrow keys turn it`);
     element("forms").replaceChildren();
     element("known").replaceChildren();
   }
