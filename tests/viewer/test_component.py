@@ -37,7 +37,8 @@ class Host:
     def __init__(self, page: Any, address: str, folder: Path) -> None:
         self.page, self._address, self._folder = page, address, folder
         self.errors: list[str] = []
-        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self._thrown: list[str] = []
+        page.on("pageerror", lambda error: self._thrown.append(str(error)))
         page.on("console", lambda said: self.errors.append(said.text))
 
     def open(self, markup: str) -> None:
@@ -47,6 +48,7 @@ class Host:
     def wait(self, condition: str) -> None:
         began = time.monotonic()
         while not self.page.evaluate(f"Boolean({condition})"):
+            assert self._thrown == []
             assert time.monotonic() - began < 60.0, condition
             self.page.wait_for_timeout(20)
 
