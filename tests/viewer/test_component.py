@@ -176,7 +176,7 @@ def test_twenty_elements_share_a_browser_that_keeps_few_contexts(host: Host):
 
 def test_what_fails_is_said_in_words(host: Host):
     elements = {
-        'src="cut.safetensors"': "cut.safetensors: weights_2: reaches past the end",
+        'src="cut.safetensors"': "cut.safetensors: weights_2 reaches past the end",
         'src="gone.safetensors"': "gone.safetensors: cannot be fetched: 404",
         'src="narrow.safetensors"': "narrow.safetensors: is a network of a shape that",
         'src="index.html"': "index.html: ends within the header",
