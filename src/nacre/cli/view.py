@@ -36,7 +36,7 @@ _PAGE, _SCRIPT = ".html", ".js"
     option("--map mapped", is_flag=True),
     "Add a map of the materials, to look between them: 0.6 MB.",
     option("--height-field", options.INPUT, applies="btf"),
-    "Gray image for parallax of the texture; see nacre render.",
+    "Gray image for parallax of a single texture; without, NAME.exr beside it if it is there.",
     option("--depth", options.FiniteRange(0.0), applies="btf", shown="0.1; 1 of .exr"),
     "Depth of the height field from black to white, in widths of the texture.",
     option("--component", is_flag=True),
@@ -105,17 +105,16 @@ def _page(
     left_out: Callable[[Path, NacreError], None],
 ) -> tuple[bytes, int]:
     """The page, and how many materials and textures it holds."""
-    from nacre.btf import Btf
     from nacre.viewer.content import Content
     from nacre.viewer.space import add_space
-    from nacre.workflows.viewing import read_materials
+    from nacre.workflows.viewing import Texture, read_materials
 
     content = Content(_environments(chosen["environment"]))
     entries: list[Entry] = []
-    textures: list[Btf] = []
+    textures: list[Texture] = []
     for material in read_materials(found, left_out):
-        line("reading", len(entries) + len(textures), len(found), material.name)
-        if isinstance(material, Btf):
+        line("reading", len(entries) + len(textures), len(found))
+        if isinstance(material, Texture):
             textures.append(material)
         else:
             content.add(material)
@@ -123,7 +122,7 @@ def _page(
     if chosen["height_field"] is not None and len(textures) != 1:
         raise NacreError(f"--height-field: is of one texture, not of {len(textures)}")
     for texture in textures:
-        content.add_texture(texture, _heights(chosen), progress=line)
+        content.add_texture(texture.btf, _heights(chosen) or texture.heights, progress=line)
     if not entries and not textures:
         raise NacreError("no material could be read")
     if chosen["mapped"] and not add_space(content, entries, progress=line):

@@ -11,6 +11,7 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
+from nacre.export.textures import HeightField
 from nacre.export.textures.atlas import encoded
 from nacre.formats import formats, identify, load, load_brdf
 from nacre.io.files import PathLike
@@ -18,6 +19,7 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.viewer.content import Entry
 
 _NETWORK, _MEASURED = "Network", "Measured"
+_HEIGHTS = ".exr"
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,14 @@ class Shown:
 
     path: Path
     group: str
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An encoded texture, and its height field where it has one."""
+
+    btf: Btf
+    heights: HeightField | None
 
 
 def find_materials(paths: Iterable[PathLike]) -> list[Shown]:
@@ -68,8 +78,10 @@ def _below(root: Path) -> Iterator[Shown]:
 
 def read_materials(
     files: Iterable[Shown], left_out: Callable[[Path, NacreError], None] | None = None
-) -> Iterator[Entry | Btf]:
+) -> Iterator[Entry | Texture]:
     """Reflectances, each with all files of its name in its folder as forms of it; and textures.
+
+    Textures have to be encoded; a gray image of the same name (`.exr`) is the height field of one.
 
     `gold.binary`, `gold.safetensors` and `gold.mtlx` are one material: measured, a network, and
     OpenPBR. Networks come first; errors are told against what was measured, or else the first.
@@ -99,7 +111,8 @@ def read_materials(
                 left_out(shown.path, error)
                 continue
             if isinstance(material, Btf):
-                yield material
+                image = shown.path.with_suffix(_HEIGHTS)
+                yield Texture(material, HeightField.read(image) if image.is_file() else None)
                 continue
             label = _label(material)
             label = label if label not in forms else f"{label} ({shown.path.suffix})"
