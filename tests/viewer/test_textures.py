@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -70,13 +71,20 @@ def turned(azimuth: float, elevation: float) -> Floats:
     return np.array([[c, 0, s], [s * t, d, -c * t], [-s * d, t, c * d]])
 
 
+@pytest.fixture(scope="module")
+def shown(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    """The page, for pictures that tests ask for."""
+    with Tab(chromium, tmp_path_factory.mktemp("textures")) as opened:
+        opened.open(content())
+        yield opened
+
+
 def shot(
     tab: Tab, chosen: int, view: dict[str, Any], turn: Floats, light: Floats, w: float = 0.0
 ) -> Floats:
     """The page's picture, shape (SIZE, SIZE, 4), the lowest row first: radiance and coverage. The
     light has irradiance pi: from a direction, or at distance 1 of a place if `w` is 1.
     """
-    tab.open(content())
     scene = {"turn": turn.T.ravel().tolist(), "lamp": [*light.tolist(), w]}
     found = tab.page.evaluate(RENDER, [chosen, view, scene, SIZE])
     return np.frombuffer(base64.b64decode(found), "<f4").reshape(SIZE, SIZE, 4)
@@ -131,9 +139,9 @@ TURNS = {"upright": (0.0, 0.0), "turned": (0.7, 0.0), "tilted": (-0.3, 0.6)}
 
 
 @pytest.mark.parametrize("name", TURNS)
-def test_a_plane_shows_what_codes_decode_to(tab: Tab, name: str) -> None:
+def test_a_plane_shows_what_codes_decode_to(shown: Tab, name: str) -> None:
     turn, light = turned(*TURNS[name]), unit(-0.4, 0.5, 0.8)
-    found = shot(tab, 0, {"shape": "plane"}, turn, light)
+    found = shot(shown, 0, {"shape": "plane"}, turn, light)
     uv, inside = on_plane(turn)
     assert (found[inside, 3] == 1.0).all()
     wi, wo = (np.asarray(turn.T @ w, np.float32) for w in (light, unit(0, 0, 1)))
@@ -141,7 +149,7 @@ def test_a_plane_shows_what_codes_decode_to(tab: Tab, name: str) -> None:
     assert rmse(found[inside, :3], expected) < 0.006  # of a deviation of 0.03 to 0.07
 
 
-def test_relief_is_met_where_a_render_meets_it(tab: Tab) -> None:
+def test_relief_is_met_where_a_render_meets_it(shown: Tab) -> None:
     mi = require_mitsuba()
     from nacre.render.textures.relief import Relief
 
@@ -152,15 +160,15 @@ def test_relief_is_met_where_a_render_meets_it(tab: Tab) -> None:
     field = Relief(mi, heights.heights, heights.depth, ASPECT)
     met = field.seen(mi.Point2f(*(mi.Float(uv[inside, k]) for k in (0, 1))), [*map(float, wo)])
     seen = np.stack([np.array(met.x), np.array(met.y)], axis=-1)
-    found = shot(tab, 1, {"shape": "plane"}, turn, light)[inside, :3]
+    found = shot(shown, 1, {"shape": "plane"}, turn, light)[inside, :3]
     expected = between(decoded(wi, wo), seen) * wi[2]
     flat = between(decoded(wi, wo), uv[inside]) * wi[2]
     assert rmse(found, expected) < 0.005 < rmse(found, flat)
 
 
-def test_a_cylinder_shows_what_codes_decode_to_by_a_lamp(tab: Tab) -> None:
+def test_a_cylinder_shows_what_codes_decode_to_by_a_lamp(shown: Tab) -> None:
     lamp = np.array([-1.2, 0.7, 2.0])
-    found = shot(tab, 0, {"shape": "cylinder"}, np.eye(3), lamp, 1.0)
+    found = shot(shown, 0, {"shape": "cylinder"}, np.eye(3), lamp, 1.0)
     x, y = pixels()
     inside = (np.abs(x) < 0.9 * RADIUS) & (np.abs(y) < 0.7)
     chosen = np.random.default_rng(3).permutation(np.flatnonzero(inside))[:150]
@@ -187,12 +195,12 @@ def test_a_cylinder_shows_what_codes_decode_to_by_a_lamp(tab: Tab) -> None:
 
 
 @pytest.mark.parametrize("level", [1, 2])
-def test_far_textures_show_means(tab: Tab, level: int) -> None:
+def test_far_textures_show_means(shown: Tab, level: int) -> None:
     """At distances where a pixel is as wide as two texels, and as a single texel of all."""
     wi, wo = unit(-0.4, 0.5, 0.8), unit(0, 0, 1)
     levels = filtered_reflectance(made_texture.texture().latent, wi[None], wo[None])
     repeats = 2.0**level * SIZE * SCALE * EDGE / 2.0 / made_texture.WIDTH
-    found = shot(tab, 0, {"shape": "plane", "repeats": repeats}, np.eye(3), wi)
+    found = shot(shown, 0, {"shape": "plane", "repeats": repeats}, np.eye(3), wi)
     uv, inside = on_plane(np.eye(3))
     expected = between(levels[level - 1][:, :, 0], repeats * uv)[inside] * wi[2]
     assert rmse(found[inside, :3], expected) < 0.006
@@ -235,7 +243,7 @@ def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
     tab.wait(f"{status}.endsWith('a second')")
     page.get_by_role("button", name="Lamp").press("ArrowLeft")
     tab.wait(f"{status} === 'converged'")
-    assert page.get_by_role("combobox", name="Lamp path").input_value() == "still"
+    assert page.get_by_role("combobox", name="Lamp").input_value() == "still"
     assert not page.get_by_role("slider", name="Relief").is_visible()
     page.get_by_role("button", name=HOSTILE).press("Enter")
     assert page.get_by_role("slider", name="Relief").is_visible()
@@ -245,7 +253,7 @@ def test_the_mode_by_mouse_and_keys(tab: Tab) -> None:
         page.get_by_role("combobox", name="Surface").select_option(shape)
         tab.wait(f"{status} === 'converged'")
         tab.keep(f"textures-{shape}")
-    page.get_by_role("tab", name="Textures").press("ArrowLeft")
+    page.get_by_role("tab", name="Look").click()
     assert page.get_by_role("heading", name="Gray plastic").is_visible()
     assert not page.get_by_role("button", name="Lamp").is_visible()
     tab.wait("window.page.renderer.frames > 0")

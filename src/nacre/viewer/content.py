@@ -156,7 +156,7 @@ class Content:
         known = {
             "Texels": f"{texture.width} x {texture.height}",
             "Error of the codes": _error(texture.describe().get("MSE x 1e4")),
-            "Error of this page": _error(1e4 * packed.error),
+            "Added on this page": _error(1e4 * packed.error),
         }
         shown: dict[str, Any] = {"name": texture.name[:_LONGEST], "parts": parts}
         shown["known"] = {key: said for key, said in known.items() if said} | dict(facts or {})

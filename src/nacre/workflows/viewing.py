@@ -11,6 +11,7 @@ from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
+from nacre.export.textures.atlas import encoded
 from nacre.formats import formats, identify, load, load_brdf
 from nacre.io.files import PathLike
 from nacre.neural.nbrdf import NeuralBrdf
@@ -90,6 +91,8 @@ def read_materials(
                 material = load(shown.path)
                 if isinstance(material, Btf) and material.texel_count == 1:
                     material = load_brdf(shown.path)
+                if isinstance(material, Btf):
+                    encoded(material)  # or no page holds it
             except NacreError as error:
                 if left_out is None:
                     raise

@@ -1,7 +1,7 @@
 // Meshes with normals and tangents, as {vertices, indices, columns, rows}: position, normal,
 // tangent of each vertex, of a grid of so many cells, row by row.
 
-function grid(columns, rows, point) {
+export function grid(columns, rows, point) {
   const vertices = new Float32Array((columns + 1) * (rows + 1) * 9), indices = [];
   for (let j = 0, k = 0; j <= rows; j++)
     for (let i = 0; i <= columns; i++, k += 9) vertices.set(frame(point, i / columns, j / rows), k);
@@ -29,7 +29,7 @@ const unit = (a) => {
   return a.map((x) => x / length);
 };
 
-const TURN = 2 * Math.PI;
+export const TURN = 2 * Math.PI;
 
 // A point turned about x, its top toward the viewer.
 function leaned([x, y, z], angle) {
@@ -98,36 +98,4 @@ export const SHAPES = {
     const side = unit(cross(forward, [0, 1, 0])), up = cross(side, forward), phi = -TURN * v;
     return leaned(knot(t).map((x, k) => x + 0.16 * (Math.cos(phi) * side[k] + Math.sin(phi) * up[k])), 0.5);
   }),
-};
-
-// Folds that hang, deeper toward the hem: a point of a square cloth. Across it goes on as far as the
-// cloth is long there, so that a texture is not stretched.
-const WAVES = 3, DEEPEST = 0.06, SIDE = 1.36;
-const depthAt = (v) => DEEPEST * (1 - 0.75 * v);
-
-// Lengths along a fold of some depth up to steps of it; all folds are alike.
-function lengths(depth, steps = 24) {
-  const phase = TURN * WAVES, found = [0];
-  for (let k = 0; k < steps; k++) found.push(found[k] + Math.hypot(1, phase * depth * Math.cos((TURN * (k + 0.5)) / steps)) / steps);
-  return found;
-}
-
-function folded(u, v) {
-  const along = lengths(depthAt(v)), steps = along.length - 1;
-  const fold = Math.floor(u * WAVES), rest = (u * WAVES - fold) * along[steps];
-  let k = 0;
-  while (k < steps - 1 && along[k + 1] <= rest) k++;
-  const x = (fold + (k + (rest - along[k]) / (along[k + 1] - along[k])) / steps) / WAVES;
-  return [x - 0.5, v - 0.5, depthAt(v) * Math.sin(TURN * WAVES * x)].map((a) => SIDE * a);
-}
-
-// What textures lie on, seen from the front: a grid with `extent`, its width and height as it lies flat;
-// `closed` where it meets itself, so that a texture has to go around a whole number of times.
-export const LAID = {
-  plane: () => ({ ...grid(48, 48, (u, v) => [SIDE * (u - 0.5), SIDE * (v - 0.5), 0]), extent: [SIDE, SIDE] }),
-  cylinder: () => ({
-    ...grid(96, 12, (u, v) => [0.6 * Math.sin(TURN * (u - 0.5)), 1.5 * (v - 0.5), 0.6 * Math.cos(TURN * (u - 0.5))]),
-    extent: [0.6 * TURN, 1.5], closed: true,
-  }),
-  cloth: () => ({ ...grid(160, 40, folded), extent: [SIDE * lengths(depthAt(0.5)).at(-1), SIDE] }),
 };

@@ -4,8 +4,8 @@
 // vary slowly along a surface: vertices have the functions, pixels only read weights. Each frame is
 // moved by part of a pixel, and added to those before until something changes.
 
+import { EDGE, LAID } from "./laid.js";
 import { SHOWN } from "./shaders.js";
-import { LAID } from "./shapes.js";
 import { ADDED, TEXELS, VERTICES } from "./texture_shaders.js";
 import { WHOLE } from "./webgl.js";
 
@@ -93,7 +93,7 @@ export class Textured {
 
   // How often the texture lies along both edges of a shape.
   repeats({ extent: [width, height], closed }, aspect) {
-    const [plane] = LAID.plane().extent, wanted = (this.view.repeats * width) / plane;
+    const wanted = (this.view.repeats * width) / EDGE;
     const across = closed ? Math.max(Math.round(wanted), 1) : wanted;
     return [across, (across * height * aspect) / width];
   }

@@ -37,7 +37,7 @@ export class Textures {
       button.addEventListener("click", () => say(() => this.choose(k)));
       return button;
     });
-    this.light = choice("Lamp path", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
+    this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
     this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => say(() => textured.change({ depth })));
     this.known = made("dl");
     this.name = made("h2");
