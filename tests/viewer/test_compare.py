@@ -193,6 +193,39 @@ def test_narrow_windows(chromium: Any, tmp_path: Path, scheme: str) -> None:
             tab.keep(f"compare {view.lower()} {scheme}")
 
 
+def test_the_lamp_is_where_it_shines_in_every_view(compare: Tab) -> None:
+    compare.page.locator("[data-control=lamp] input").fill("1")
+    lamp, frame = compare.page.locator("#lamp"), compare.page.locator("#frame").bounding_box()
+    for view, part in (("Wipe", 1.0), ("Side by side", 0.5), ("FLIP", 1.0)):
+        compare.page.get_by_role("button", name=view, exact=True).click()
+        compare.wait("!window.page.mode.stale")
+        before, box = where(compare), lamp.bounding_box()
+        assert np.allclose(before, place(box, frame, part), atol=0.01)
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        compare.page.mouse.move(x, y)
+        compare.page.mouse.down()
+        compare.page.mouse.move(x + 40, y + 20)
+        compare.page.mouse.up()
+        assert np.allclose(where(compare), place(lamp.bounding_box(), frame, part), atol=0.01)
+        assert np.allclose(
+            place(lamp.bounding_box(), frame, part)[0] - before[0],
+            80 / (frame["width"] * part),
+            atol=0.01,
+        )
+
+
+def where(tab: Tab) -> Floats:
+    """The lamp's direction, right and up."""
+    return np.array(tab.page.evaluate("window.page.renderer.scene.lamp.slice(0, 2)")) / 2.5
+
+
+def place(box: dict[str, float], frame: dict[str, float], part: float) -> Floats:
+    """Where a handle is on a picture at the upper left of a frame, from its middle in radii."""
+    x, y = (box[a] + box[b] / 2 - frame[a] for a, b in (("x", "width"), ("y", "height")))
+    half = part * frame["width"] / 2
+    return np.array([x / half - 1.0, 1.0 - y / half]) / 0.97
+
+
 def test_keys_and_pointer_move_the_wipe(compare: Tab) -> None:
     handle = compare.page.get_by_role("slider", name="Wipe between")
     for key, wanted in (("ArrowRight", 52), ("PageDown", 42), ("End", 100), ("Home", 0)):

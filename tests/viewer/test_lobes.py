@@ -196,7 +196,7 @@ def test_the_light_follows_the_lamp_and_the_keys(lobes):
 def test_the_light_is_dragged_in_the_plot_and_on_the_picture(lobes):
     page = lobes.page
     page.click("#tab-lobes")
-    choose(lobes, "glossy", 0.3, 0.0)
+    choose(lobes, "glossy", 0.3, -0.5 * math.pi)
     box = page.locator(".polar").bounding_box()
     unit = box["width"] / 320
     middle = box["x"] + 160 * unit, box["y"] + 142 * unit

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,12 +64,15 @@ def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None
     options.check_outputs([output], [shown.path for shown in found])
     title = chosen["title"] or (paths[0].stem if len(paths) == 1 else "Materials")
     line = progress(title, "reading")
-    page, count = _page(title, paths, found, chosen, line)
+    failed: list[Path] = []
+    page, count = _page(title, found, chosen, line, partial(_left_out, paths, failed))
     line.end()
     if output is not None:
         _write(page, output, count)
     else:
         _serve(page, chosen["port"], chosen["opened"], count)
+    if failed:
+        raise SystemExit(1)
 
 
 def _check(paths: tuple[Path, ...], output: Path | None, chosen: Mapping[str, Any]) -> None:
@@ -96,10 +99,10 @@ def _check(paths: tuple[Path, ...], output: Path | None, chosen: Mapping[str, An
 
 def _page(
     title: str,
-    given: tuple[Path, ...],
     found: Sequence[Shown],
     chosen: Mapping[str, Any],
     line: Line,
+    left_out: Callable[[Path, NacreError], None],
 ) -> tuple[bytes, int]:
     """The page, and how many materials and textures it holds."""
     from nacre.btf import Btf
@@ -110,7 +113,7 @@ def _page(
     content = Content(_environments(chosen["environment"]))
     entries: list[Entry] = []
     textures: list[Btf] = []
-    for material in read_materials(found, partial(_left_out, given)):
+    for material in read_materials(found, left_out):
         line("reading", len(entries) + len(textures), len(found), material.name)
         if isinstance(material, Btf):
             textures.append(material)
@@ -129,11 +132,12 @@ def _page(
     return content.page(title), len(entries) + len(textures)
 
 
-def _left_out(given: tuple[Path, ...], path: Path, error: NacreError) -> None:
+def _left_out(given: tuple[Path, ...], failed: list[Path], path: Path, error: NacreError) -> None:
     """What cannot be read is said and passed over where it was met in a folder."""
     if path in given:
         raise error
     fail(str(error))
+    failed.append(path)
 
 
 def _environments(paths: tuple[Path, ...]) -> list[Environment]:

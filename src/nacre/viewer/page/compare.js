@@ -230,7 +230,7 @@ export class Compare {
     const table = (caption, ...rows) => made("table", {}, made("caption", {}, caption), ...rows);
     const pairs = protocol ? `${protocol.angles.count.toLocaleString("en")} ` : "";
     this.numbers.replaceChildren(
-      table("Errors after a gamma of 2.2", head("", "Here", "nacre compare"),
+      table("Errors after a gamma of 2.2", head("Measure", "Here", "nacre compare"),
         ...MEASURES.map(([key, label]) => row(label, here?.[key], protocol?.sphere[key]))),
       table(`Over ${pairs}pairs of directions`, ...ANGLES.map(([key, label]) => row(label, protocol?.angles[key]))),
       made("p", { className: "quiet" }, NOTE),

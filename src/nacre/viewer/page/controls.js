@@ -27,7 +27,7 @@ export class Controls {
     element("frame").append(this.handle);
     this.dragged(element("picture"), (across, down) => page.scene({ turn: this.view.by(across, down) }));
     this.dragged(this.handle, (across, down) => {
-      const radius = element("picture").getBoundingClientRect().width / 2;
+      const { canvas, size } = page.renderer, radius = (canvas.clientWidth / 2) * (size[0] / canvas.width);
       this.move(this.lamp.x + across / radius, this.lamp.y - down / radius);
     });
     this.light(0);
@@ -62,7 +62,7 @@ export class Controls {
     this.lamp = { x: x / length, y: y / length };
     const z = Math.sqrt(1 - this.lamp.x ** 2 - this.lamp.y ** 2);
     this.page.scene({ lamp: [...[this.lamp.x, this.lamp.y, z].map((a) => a * DISTANCE), 1] });
-    this.handle.style.left = `${50 + 48.5 * this.lamp.x}%`;
-    this.handle.style.top = `${50 - 48.5 * this.lamp.y}%`;
+    this.handle.style.setProperty("--x", `${this.lamp.x}`);
+    this.handle.style.setProperty("--y", `${this.lamp.y}`);
   }
 }

@@ -39,7 +39,7 @@ export class Lobes {
     this.picture = new Hemisphere(page.renderer);
     this.inputs = {};
     const set = (change) => page.attempt(() => this.set(change));
-    this.table = made("table", { className: "numbers" });
+    this.table = made("table");
     this.panel = made("div", { className: "lobes" },
       this.polar.svg,
       made("div", { className: "settings" },

@@ -116,13 +116,15 @@ vec3 between(vec2 at, int level) {
 void main() {
   vec2 size = vec2(textureSize(weights, 0).xy), across = dFdx(uv) * size, down = dFdy(uv) * size;
   float level = clamp(log2(max(length(across), length(down))), 0.0, float(levels - 1));
+  vec3 way = lamp.xyz - lamp.w * p;
+  float squared = dot(way, way), cosine = dot(normalize(n), way) * inversesqrt(squared);
+  color = vec4(0.0, 0.0, 0.0, 1.0);
+  if (cosine <= 0.0 || wo.z <= 0.0) return;
   int fine = int(level);
   vec2 at = met(normalize(wo));
   vec3 factor = between(at, fine);
   if (level > float(fine)) factor = mix(factor, between(at, fine + 1), level - float(fine));
-  vec3 way = lamp.xyz - lamp.w * p;
-  float squared = dot(way, way), cosine = dot(normalize(n), way) * inversesqrt(squared);
-  color = vec4(irradiance / mix(1.0, squared, lamp.w) * factor * max(cosine, 0.0) / 3.14159265358979, 1.0);
+  color.rgb = irradiance / mix(1.0, squared, lamp.w) * factor * cosine / 3.14159265358979;
 }`;
 
 // A picture more, on the sum of those before.
