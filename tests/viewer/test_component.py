@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import itertools
 import threading
 import time
 from collections.abc import Iterator
@@ -17,10 +18,12 @@ import pytest
 
 from nacre.color import srgb_to_linear
 from nacre.neural.file import save
-from nacre.neural.nbrdf import NeuralBrdf
+from nacre.neural.nbrdf import HIDDEN, NeuralBrdf
+from nacre.numerics.mlp import Layer
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
-from nacre.viewer.component import component, usual_networks
+from nacre.sampling import GgxLobe, GgxMixture
+from nacre.viewer.component import component
 from tests.export.support import needs
 from tests.viewer.test_page import AXE
 from tests.viewer.test_programs import mixture, network
@@ -76,22 +79,17 @@ class Quiet(SimpleHTTPRequestHandler):
 
 
 def usual(seed: int) -> NeuralBrdf:
-    """A network of a usual shape with some weights."""
-    found = next(usual_networks())
+    """A network of the shape that fits have, with some weights."""
     generator = np.random.default_rng(seed)
     layers = [
-        tuple(generator.normal(0.0, 0.25, part.shape).astype(np.float32) for part in layer)
-        for layer in found.layers
+        Layer(*(generator.normal(0.0, 0.25, shape).astype(np.float32) for shape in ((a, b), b)))
+        for a, b in itertools.pairwise((6, *HIDDEN, 3))
     ]
-    made = [type(layer)(*parts) for layer, parts in zip(found.layers, layers, strict=True)]
-    return NeuralBrdf(
-        made,
-        isotropic=True,
-        inputs=found.inputs,
-        activation=found.activation,
-        sampler=found.sampler,
-        name=f"Usual <b>{seed}",
-    )
+    some = (0.1,) * 3
+    sampler = GgxMixture((GgxLobe(some, some, some, some),), some, some, (0.1, 0.45, 1.0))
+    name = f"Usual <b>{seed}"
+    settings = {"inputs": "enhanced", "activation": "squared relu", "sampler": sampler}
+    return NeuralBrdf(layers, name=name, **settings)
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +102,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     save(network(3, mixture(0.3), 0.2), path / "narrow.safetensors")
     whole = (path / "usual 1.safetensors").read_bytes()
     (path / "cut.safetensors").write_bytes(whole[: len(whole) // 2])
+    (path / "other.safetensors").write_bytes(whole.replace(b"nbrdf", b"other"))
     return path
 
 
@@ -165,6 +164,17 @@ def test_attributes_keys_and_another_place_change_the_picture(host: Host):
     assert host.errors == []
 
 
+def test_a_network_of_no_usual_shape_is_shown_too(host: Host):
+    host.open('<nacre-view src="narrow.safetensors" light="lamp"></nacre-view>')
+    host.page.evaluate(f"{FIRST}.style.width = '64px'")
+    found = host.picture()
+    assert found[32, 32, 3] == 1.0
+    expected, _ = render_sphere(network(3, mixture(0.3), 0.2), DirectionalLight(), 64)
+    shown = srgb_to_linear(found[28:36, 28:36, :3]).mean(axis=(0, 1))
+    np.testing.assert_allclose(shown, np.clip(expected, 0, 1)[28:36, 28:36].mean((0, 1)), atol=0.01)
+    assert host.errors == []
+
+
 def test_twenty_elements_share_a_browser_that_keeps_few_contexts(host: Host):
     host.open('<nacre-view src="usual%201.safetensors" light="lamp"></nacre-view>' * 20)
     host.page.evaluate(
@@ -176,10 +186,10 @@ def test_twenty_elements_share_a_browser_that_keeps_few_contexts(host: Host):
 
 def test_what_fails_is_said_in_words(host: Host):
     elements = {
-        'src="cut.safetensors"': "cut.safetensors: weights_2 reaches past the end",
+        'src="cut.safetensors"': "weights_2 reaches past the end",
         'src="gone.safetensors"': "gone.safetensors: cannot be fetched: 404",
-        'src="narrow.safetensors"': "narrow.safetensors: is a network of a shape that",
-        'src="index.html"': "index.html: ends within the header",
+        'src="other.safetensors"': "other.safetensors: is of a kind that",
+        'src="index.html"': "ends within the header",
         'src="http://127.0.0.1:1/x.safetensors"': "x.safetensors: cannot be fetched",
         'shape="cube"': 'shape "cube" is none of sphere',
         'light="moon"': 'light "moon" is none of studio, overcast, late sun, room, lamp',

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -18,20 +18,15 @@ from nacre.viewer.content import Content
 from nacre.viewer.page import packed, script
 
 
-def component(
-    networks: Iterable[NeuralBrdf] = (), environments: Sequence[Environment] | None = None
-) -> bytes:
+def component(environments: Sequence[Environment] | None = None) -> bytes:
     """The script, as UTF-8, that defines `<nacre-view src="x.safetensors">`.
 
-    It shows networks of the usual shapes: two hidden layers of the default width, and the further
-    one of a scan, with the inputs "enhanced", "paper" or "reciprocal" and the lobes of a fit. Its
-    attributes are `src`, `shape`, `light` (the name of an environment, or "lamp"), `exposure` in
-    stops, and `alt`.
+    It shows any network; those of the usual shapes converge sooner, for their own samplers are
+    used. Its attributes are `src`, `shape`, `light` (the name of an environment, or "lamp"),
+    `exposure` in stops, and `alt`.
 
     Parameters
     ----------
-    networks
-        Of further shapes that it is to show.
     environments
         At least one; the package's own where None.
 
@@ -45,26 +40,21 @@ def component(
     if not environments:
         raise ValueError("a component needs an environment")
     content = Content(environments)
-    for network in (*usual_networks(), *networks):
+    for network in _usual_networks():
         content.allow(network)
     data = packed(content.facts, content.parts).decode()
     text = script("component", {"packed": f'export const PACKED = "{data}";\n'})
     return f"{{\n{text}\n}}\n".encode()
 
 
-def usual_networks() -> Iterator[NeuralBrdf]:
+def _usual_networks() -> Iterator[NeuralBrdf]:
     """A network, of no material, for each of the shapes that fits usually have."""
     cosines = MixtureParametrization.cosines
     some = (0.1,) * len(cosines)
     lobe = GgxLobe(some, some, some, some)
-    for inputs, activation, clamp in (
-        (ENHANCED, SQUARED_RELU, ()),
-        (PAPER, RELU, ()),
-        (PAPER, RELU, (OUTPUTS,)),  # of scans
-        (RECIPROCAL, RELU, ()),
-    ):
+    for inputs, activation in ((ENHANCED, SQUARED_RELU), (PAPER, RELU), (RECIPROCAL, RELU)):
         for isotropic in (True, False):
-            sizes = input_count(inputs, isotropic), *HIDDEN, *clamp, OUTPUTS
+            sizes = input_count(inputs, isotropic), *HIDDEN, OUTPUTS
             layers = [
                 Layer(np.zeros((a, b), np.float32), np.zeros(b, np.float32))
                 for a, b in itertools.pairwise(sizes)
