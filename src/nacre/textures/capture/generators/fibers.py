@@ -77,8 +77,9 @@ def strays(
     radius: float,
     curl: float,
     loft: float,
-) -> tuple[Floats, Indices, Curls]:
-    """Heights with stray fibers that follow the surface, and which one is seen, -1 where none is.
+) -> tuple[Floats, Indices, Floats]:
+    """Heights with stray fibers that follow the surface, which one is seen, -1 where none is, and
+    the azimuth of each, in radians.
 
     For `count` to `loft` see :func:`curled`; heights are in periods, shape (size, size).
     """
@@ -91,7 +92,7 @@ def strays(
     hairs = Curls(points, hairs.owner, hairs.azimuth, radius)
     top, owner = hairs.seen(size)
     visible = top > height
-    return np.where(visible, top, height), np.where(visible, owner, -1), hairs
+    return np.where(visible, top, height), np.where(visible, owner, -1), hairs.azimuth
 
 
 def _smoothed(height: Floats, cells: float) -> Floats:

@@ -21,7 +21,6 @@ from nacre.textures.capture.patterns import (
     smooth_step,
 )
 
-
 _INSIDE = 0.4
 """Fraction of diffuse light that a clear coat reflects back into the wood."""
 _THREAD_SPECULAR = 0.05
@@ -150,9 +149,11 @@ class Wood(Generator):
         if self.variation > 0.0:
             width, tone = self.variation * random.uniform(-1.0, 1.0, (2, self.rings))[:, year]
             place = place + 0.4 * late * width + 0.15 * tone
-        pore, ray = self._details(random, late, pore)
+        fine, ray = self._details(random, late)
+        place = place + 0.6 * fine + 0.4 * ray  # as brown as late wood, and darker still
         albedo = blend(linear(self.palette), place) * (1.0 - 0.55 * pore)[..., None]
-        albedo = albedo * (1.0 - 0.4 * ray)[..., None]
+        albedo = albedo * (1.0 - 0.4 * np.maximum(fine, ray))[..., None]
+        pore = np.maximum(pore, fine)
         edge = np.zeros_like(x)
         if self.gap > 0.0 and self.planks > 1:
             side = abs(x * self.planks - plank - 0.5)
@@ -164,23 +165,23 @@ class Wood(Generator):
         lost = _INSIDE * self.finish
         albedo = albedo * (1.0 - lost) / (1.0 - lost * albedo)
         specular = self.specular * (1.0 - 0.6 * pore * bare)
-        rough = (v + self.finish * (self.finish_roughness - v) for v in (self.along, self.across))
+        along, across = (
+            bare * alpha + self.finish * self.finish_roughness
+            for alpha in (self.along, self.across)
+        )
         direction = 0.5 * np.pi + np.radians(self.chatoyance) * slow
         height = (1.0 - 0.8 * self.finish) * height - 0.02 * edge
-        return cover(height, albedo, specular, *rough, direction, self.tint * bare)
+        return cover(height, albedo, specular, along, across, direction, self.tint * bare)
 
-    def _details(
-        self, random: np.random.Generator, late: Floats, pore: Floats
-    ) -> tuple[Floats, Floats]:
-        """Pores with fine ones, most of them in early wood, and ends of rays, each 0 to 1."""
-        size, ray = len(late), np.zeros_like(late)
+    def _details(self, random: np.random.Generator, late: Floats) -> tuple[Floats, Floats]:
+        """Fine pores, most of them in early wood, and ends of rays, each 0 to 1."""
+        size, fine, ray = len(late), np.zeros_like(late), np.zeros_like(late)
         if self.fine_pores > 0.0:
-            streaks = noise(random, size, 130.0, 14.0) + 0.9 * (self.fine_pores - 0.5)
-            pore = np.maximum(pore, smooth_step(0.9, 1.7, streaks + 0.9 * (0.5 - late)))
+            streaks = noise(random, size, 150.0, 24.0) + 0.9 * (self.fine_pores - 0.5)
+            fine = smooth_step(0.9, 1.7, streaks + 0.9 * (0.5 - late))
         if self.rays > 0.0:
-            spindles = noise(random, size, 100.0, 8.0) + 0.9 * (self.rays - 0.5)
-            ray = smooth_step(1.2, 2.0, spindles)
-        return pore, ray
+            ray = smooth_step(1.2, 2.0, noise(random, size, 100.0, 8.0) + 0.9 * (self.rays - 0.5))
+        return fine, ray
 
 
 @dataclass(frozen=True)
