@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import lazy_loader
 
+from nacre.runtime.described import drawn_by as _drawn_by
+
 if TYPE_CHECKING:
     from nacre import (
         analytic,
@@ -91,6 +93,16 @@ __getattr__, _, _ = lazy_loader.attach(
     submodules=set(__all__).difference(["__version__"], *_ATTRIBUTES.values()),
     submod_attrs=_ATTRIBUTES,
 )
+
+
+def _live(material: object) -> str:
+    """What notebooks draw of a material; imported when the first is shown."""
+    from nacre.viewer.notebook import live
+
+    return live(material)
+
+
+_drawn_by(_live)
 
 
 def __dir__() -> list[str]:

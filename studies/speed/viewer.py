@@ -46,7 +46,7 @@ def opened(chromium: Any, path: Path, size: tuple[int, int]) -> tuple[Any, float
     page = chromium.new_page(viewport={"width": size[0], "height": size[1]})
     start = time.perf_counter()
     page.goto(path.resolve().as_uri())
-    while not page.evaluate("Boolean(window.page && window.page.renderer.frames)"):
+    while not page.evaluate("Boolean(document.getElementById('status').textContent)"):
         if time.perf_counter() - start > _SECONDS:
             raise NacreError(f"{path}: shows no picture")
         time.sleep(0.005)

@@ -15,12 +15,18 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import nacre
 from nacre.analytic import Ggx
+from nacre.btf import TableBtf
 from nacre.neural import Recipe
+from nacre.textures.height_file import write_heights
+from nacre.textures.latent_file import save_latent_map
 from tests.cli.support import assert_refused, run, run_json
+from tests.export import made_texture
+from tests.variants import require_mitsuba
 
 GGX = Ggx(name="Gray", diffuse=(0.2, 0.1, 0.05), specular=(0.04, 0.04, 0.04), roughness=0.3)
 
@@ -86,6 +92,27 @@ def test_damaged_files_in_a_folder_are_passed_over(folder: Path, capsys: Any) ->
     assert run("view", "metals", "-o", "page.html") == 0
     assert "cut.safetensors" in capsys.readouterr().err
     assert len(facts(Path("page.html"))["materials"]) == 1
+
+
+def test_textures_are_shown_and_one_may_have_a_height_field(folder: Path, capsys: Any) -> None:
+    require_mitsuba()
+    Path("cloths").mkdir()
+    texture = made_texture.texture()
+    save_latent_map(texture.latent, "cloths/cloth.safetensors")
+    write_heights(made_texture.heights().heights, "heights.exr")
+    raw = TableBtf(np.zeros((2, 2, 4, 3), np.float32), texture.wi[:4], texture.wo[:4])
+    nacre.save(raw, "cloths/raw.npz")
+    command = "view", "cloths", "other.json", "-o", "page.html"
+    assert run(*command, "--height-field", "heights.exr", "--json", "--depth", 2) == 0
+    said = capsys.readouterr()
+    assert "is not encoded" in said.err
+    assert json.loads(said.out)["materials"] == 2
+    (held,) = facts(Path("page.html"))["textures"]
+    heights = 2.0 * made_texture.heights().heights
+    highest = heights.max() - heights.mean()
+    assert held["relief"]["top"] == pytest.approx(highest, rel=1e-3)
+    assert_refused(capsys, "is not encoded", "view", "cloths/raw.npz", "-o", "x.html")
+    assert_refused(capsys, "not of 0", "view", "other.json", "--height-field", "heights.exr")
 
 
 def test_files_of_others_are_kept(folder: Path, capsys: Any) -> None:

@@ -21,6 +21,8 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.lights import DirectionalLight
 from nacre.render.sphere import render_sphere
 from nacre.viewer.component import component, usual_networks
+from tests.export.support import needs
+from tests.viewer.test_page import AXE
 from tests.viewer.test_programs import mixture, network
 
 PAGE = """<!doctype html><meta charset="utf-8"><title>Host</title>
@@ -156,6 +158,7 @@ def test_attributes_keys_and_another_place_change_the_picture(host: Host):
         f"const moved = {FIRST}; moved.remove(); document.body.append(moved);"
         "moved.src = 'usual%201.safetensors'"
     )
+    host.wait(f"{FIRST}.view.words[0].endsWith('1')")
     assert np.abs(host.picture() - turned)[..., :3].mean() > 0.01
     assert host.errors == []
 
@@ -184,6 +187,19 @@ def test_what_fails_is_said_in_words(host: Host):
     for k, words in enumerate(elements.values()):
         assert words in host.words(f"document.querySelectorAll('nacre-view')[{k}]")
     assert host.page.get_by_role("alert").count() == len(elements)
+
+
+def test_axe_finds_nothing(host: Host):
+    needs(None if AXE.is_file() else "axe-core (make tools, with npm)")
+    host.open(
+        '<html lang="en"><main><h1>Ours</h1>'
+        '<nacre-view src="usual%201.safetensors"></nacre-view>'
+        '<nacre-view shape="cube"></nacre-view>'
+    )
+    host.picture()
+    host.page.evaluate(f"() => {{ {AXE.read_text('utf-8')} }}")
+    found = host.page.evaluate("() => axe.run()")
+    assert [(each["id"], each["help"]) for each in found["violations"]] == []
 
 
 def test_a_browser_without_webgl2_is_told(host: Host):

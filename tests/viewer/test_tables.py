@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from tests.data import require_data
 from tests.measured.support import hemisphere, material, tensor_bytes
 from tests.specimens.tables import mbsdf_file
 from tests.viewer.tab import Tab
+from tests.viewer.test_pictures import environment, integrated, rendered
 
 AZIMUTHS = {
     "isotropic": (0.0,),
@@ -52,6 +54,11 @@ FILES: dict[str, bytes] = {
 MEASURED = ("rgl", "cg_sunflower_rgb.bsdf"), ("mbsdf", "carpaint_blue.mbsdf")
 NEAREST = "nearest"
 
+WITHOUT_PICTURES = """() => {
+  const { page } = window;
+  page.drop.add = ({ name, table }) => page.materials.list.push({ name, forms: [{ table }] });
+  page.loop = () => {};
+}"""
 VALUES = """([k, wi, wo]) => {
   const { materials, renderer } = window.page;
   const shown = materials.shown(materials.list[k].forms[0]);
@@ -87,9 +94,11 @@ def tab(chromium: Any, folder: Path) -> Iterator[Tab]:
     names = [*FILES, *(name for _, name in MEASURED)]
     entries = [Entry(name, {"Measured": table(folder, name)}) for name in names]
     entries.append(Entry(NEAREST, {"Measured": load_merl(folder / "merl-f8.binary", NEAREST)}))
+    with mock.patch("nacre.viewer.content._THUMBNAIL", 4):  # they would take most of the time
+        content = page("Tables", entries, [studio()])
     with Tab(chromium, folder) as opened:
-        opened.open(page("Tables", entries, [studio()]))
-        opened.page.evaluate("() => { window.page.mode.changed = window.page.loop = () => {}; }")
+        opened.open(content)
+        opened.page.evaluate(WITHOUT_PICTURES)
         paths = [path(folder, name) for name in names]
         opened.page.locator("input[type=file]").set_input_files(paths)
         opened.wait(f"window.page.materials.list.length === {len(entries) + len(names)}")
@@ -145,6 +154,24 @@ def test_a_file_gives_the_table_that_is_packed_of_it(tab: Tab, name: str) -> Non
     at = [*FILES, *(name for _, name in MEASURED)].index(name)
     first, second = (tab.page.evaluate(GRIDS, k) for k in (at, at + len(FILES) + 3))
     assert first == second
+
+
+def test_patches_agree_with_integration(tab: Tab, folder: Path) -> None:
+    name = "gray.mbsdf"
+    brdf, index = table(folder, name), list(FILES).index(name)
+    sums, normals, tangents, _ = rendered(tab, index, 0)
+    lighting = environment(tab)
+    rows, columns = np.nonzero(normals[..., 2] > 0.3)
+    found, wanted = [], []
+    for at in np.random.default_rng(0).choice(len(rows), 12, replace=False):
+        pixel = rows[at], columns[at]
+        n, t = (np.float64(axes[pixel][:3]) for axes in (normals, tangents))
+        wanted.append(integrated(brdf, lighting, np.stack([t, np.cross(n, t), n], 1)))
+        found.append(sums[pixel][:3] / sums[pixel][3])
+    difference = np.array(found) - np.array(wanted)
+    error = difference.std(axis=0, ddof=1) / math.sqrt(len(found))
+    assert (error < 0.02 * np.mean(wanted, axis=0)).all()
+    assert (np.abs(difference.mean(axis=0)) < 4.5 * error).all()
 
 
 def test_halves_are_those_of_numpy() -> None:

@@ -2,77 +2,131 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
-from nacre.cli.progress import progress
+from nacre.cli.progress import Line, progress
 from nacre.cli.report import counted, fail, note, report
 from nacre.errors import NacreError
 
 if TYPE_CHECKING:
+    from nacre.export.textures import HeightField
     from nacre.render.environment import Environment
+    from nacre.viewer.content import Entry
+    from nacre.workflows.viewing import Shown
 
-_PAGE = ".html"
+_PAGE, _SCRIPT = ".html", ".js"
 
 
 @make(
     "view",
-    options.inputs_argument(),
+    options.argument("paths", nargs=-1, metavar="INPUT..."),
     options.output_option("Page to write (.html).", required=False, shown="none: it is served"),
     option("--title", metavar="TEXT", shown="the name of INPUT"),
     "Heading of the page.",
     option("--environment", options.INPUT, multiple=True, shown="the built-in ones"),
     "Light from a latitude-longitude map (.exr, .hdr, .png); several for a choice of them.",
+    option("--map mapped", is_flag=True),
+    "Add a map of the materials, to look between them: 0.6 MB.",
+    option("--height-field", options.INPUT, applies="btf"),
+    "Gray image for parallax of the texture; see nacre render.",
+    option("--depth", options.FiniteRange(0.0), applies="btf", shown="0.1; 1 of .exr"),
+    "Depth of the height field from black to white, in widths of the texture.",
+    option("--component", is_flag=True),
+    "Write the script that defines the element <nacre-view> for other pages (.js), and no page.",
     option("--port", click.IntRange(0, 65535), default=0, shown="any that is free"),
     "Port of this machine to serve the page on.",
     option("--open/--no-open opened", default=True),
     "Open the page that is served in a browser.",
 )
-def command(
-    paths: tuple[Path, ...],
-    output: Path | None,
-    title: str | None,
-    environment: tuple[Path, ...],
-    port: int,
-    opened: bool,
-) -> None:
+def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None:
     """Show materials on a page in a browser: turned in the light, and side by side.
 
     The page is one file that needs nothing else, for screens and for sending; without --output it
     is served on this machine until Ctrl-C. Of a folder, all materials in it and below are shown.
     Files of one name in one folder are one material: measured, as a network, in standard form.
+    Textures have to be encoded, by nacre fit.
     """
-    from nacre.viewer.content import Content
-    from nacre.workflows.viewing import find_materials, read_entries
+    _check(paths, output, chosen)
+    if chosen["component"] and output is not None:
+        _write_component(output)
+        return
+    from nacre.workflows.viewing import find_materials
 
-    if output is not None and output.suffix.lower() != _PAGE:
-        raise NacreError(f"{output}: expected a name that ends in {_PAGE}")
-    if output is not None and (options.is_given("port") or options.is_given("opened")):
-        raise click.UsageError("--port and --open are for a page that is served, without --output")
     found = find_materials(paths)
     options.check_outputs([output], [shown.path for shown in found])
-    title = title or (paths[0].stem if len(paths) == 1 else "Materials")
-    content = Content(_environments(environment))
+    title = chosen["title"] or (paths[0].stem if len(paths) == 1 else "Materials")
     line = progress(title, "reading")
-    count = 0
-    for count, entry in enumerate(read_entries(found, partial(_left_out, paths)), 1):
-        line("reading", count, len(found), entry.name)
-        content.add(entry)
-    if not count:
-        raise NacreError("no material could be read")
-    line("writing", 0, 1)
-    page = content.page(title)
+    page, count = _page(title, paths, found, chosen, line)
     line.end()
     if output is not None:
         _write(page, output, count)
     else:
-        _serve(page, port, opened, count)
+        _serve(page, chosen["port"], chosen["opened"], count)
+
+
+def _check(paths: tuple[Path, ...], output: Path | None, chosen: Mapping[str, Any]) -> None:
+    """Refuse what does not go together.
+
+    Raises
+    ------
+    UsageError
+        With the words that say what does.
+    """
+    component = chosen["component"]
+    if bool(paths) == component:
+        raise click.UsageError("expected INPUT..., or --component alone")
+    if component and output is None:
+        raise click.UsageError("--component: expected --output, such as nacre-view.js")
+    ending = _SCRIPT if component else _PAGE
+    if output is not None and output.suffix.lower() != ending:
+        raise NacreError(f"{output}: expected a name that ends in {ending}")
+    if output is not None and (options.is_given("port") or options.is_given("opened")):
+        raise click.UsageError("--port and --open are for a page that is served, without --output")
+    if chosen["depth"] is not None and chosen["height_field"] is None:
+        raise click.UsageError("--depth is of a --height-field")
+
+
+def _page(
+    title: str,
+    given: tuple[Path, ...],
+    found: Sequence[Shown],
+    chosen: Mapping[str, Any],
+    line: Line,
+) -> tuple[bytes, int]:
+    """The page, and how many materials and textures it holds."""
+    from nacre.btf import Btf
+    from nacre.viewer.content import Content
+    from nacre.viewer.space import add_space
+    from nacre.workflows.viewing import read_materials
+
+    content = Content(_environments(chosen["environment"]))
+    entries: list[Entry] = []
+    textures: list[Btf] = []
+    for material in read_materials(found, partial(_left_out, given)):
+        line("reading", len(entries) + len(textures), len(found), material.name)
+        if isinstance(material, Btf):
+            textures.append(material)
+        else:
+            content.add(material)
+            entries.append(material)
+    if chosen["height_field"] is not None and len(textures) != 1:
+        raise NacreError(f"--height-field: is of one texture, not of {len(textures)}")
+    for texture in textures:
+        content.add_texture(texture, _heights(chosen), progress=line)
+    if not entries and not textures:
+        raise NacreError("no material could be read")
+    if chosen["mapped"] and not add_space(content, entries, progress=line):
+        raise NacreError(f"--map: {len(entries)} materials are too few, or too many have no code")
+    line("writing", 0, 1)
+    return content.page(title), len(entries) + len(textures)
 
 
 def _left_out(given: tuple[Path, ...], path: Path, error: NacreError) -> None:
@@ -84,9 +138,28 @@ def _left_out(given: tuple[Path, ...], path: Path, error: NacreError) -> None:
 
 def _environments(paths: tuple[Path, ...]) -> list[Environment]:
     from nacre.render.environment import load_environment
-    from nacre.render.studio import studio
+    from nacre.render.surroundings import ENVIRONMENTS
 
-    return [load_environment(path) for path in paths] or [studio()]
+    return [load_environment(path) for path in paths] or [make() for make in ENVIRONMENTS.values()]
+
+
+def _heights(chosen: Mapping[str, Any]) -> HeightField | None:
+    from nacre.export.textures import HeightField
+
+    path = chosen["height_field"]
+    return HeightField.read(path, chosen["depth"]) if path is not None else None
+
+
+def _write_component(output: Path) -> None:
+    from nacre.io.files import atomic_path
+    from nacre.viewer.component import component
+
+    options.check_outputs([output], [])
+    script = component()
+    with atomic_path(output) as path:
+        path.write_bytes(script)
+    data = {"output": str(output), "size_bytes": len(script)}
+    report(f"{output}: {len(script):,} bytes", data)
 
 
 def _write(content: bytes, output: Path, count: int) -> None:

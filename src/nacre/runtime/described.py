@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 import html
 import textwrap
+from collections.abc import Callable
 from typing import Any
 
 from nacre.errors import printable
@@ -31,12 +32,28 @@ class Described(Frozen):
         return printable(f"<{type(self).__name__} {self.name!r}{about}>")
 
     def _repr_html_(self) -> str:
-        """The facts as a table, for notebooks."""
+        """A picture where there is one, and the facts as a table, for notebooks."""
         rows = (
             f"<tr><th>{html.escape(key)}</th><td>{html.escape(str(value))}</td></tr>"
             for key, value in self.describe().items()
         )
-        return f"<table>{''.join(rows)}</table>"
+        return f"{_draw(self)}<table>{''.join(rows)}</table>"
+
+
+def _nothing(_: Described) -> str:
+    return ""
+
+
+_draw: Callable[[Described], str] = _nothing
+
+
+def drawn_by(draw: Callable[[Described], str]) -> None:
+    """Let notebooks show what a function makes of a material, as HTML, above its facts.
+
+    What draws stands on what is drawn, so it cannot be imported here.
+    """
+    global _draw
+    _draw = draw
 
 
 def readable_size(size: int) -> str:

@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
+from nacre.array import Image
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.color import tone_map
 from nacre.errors import require
 from nacre.export.glsl import Glsl
+from nacre.export.textures import HeightField
 from nacre.metrics import compare
 from nacre.neural.file import encode
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.render.environment import Environment
 from nacre.render.lights import EnvironmentLight, Light
 from nacre.render.sphere import render_sphere
+from nacre.runtime.progress import Progress, silent
 from nacre.viewer.environments import MAP_SIZE, shared_exponents, smaller
-from nacre.viewer.page import document
-from nacre.viewer.programs import NAME, key_of, sampler_source, template
+from nacre.viewer.page import PAGE, document
+from nacre.viewer.programs import NAME, input_sources, key_of, sampler_source, template
 from nacre.viewer.tables import SAMPLER, as_table
+from nacre.viewer.textures import GLSL, PageTexture, formulas, from_above, relief
 
 _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
@@ -77,6 +83,8 @@ class Content:
     ----------
     environments
         At least one. They are exposed; the first lights the thumbnails.
+    thumbnails
+        Whether materials have some, as a shelf needs them.
 
     Attributes
     ----------
@@ -84,11 +92,12 @@ class Content:
         JSON and bytes as the page's scripts read them.
     """
 
-    def __init__(self, environments: Sequence[Environment]) -> None:
-        self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
+    def __init__(self, environments: Sequence[Environment], *, thumbnails: bool = True) -> None:
+        lit = environments[0].exposed()
+        self._light = EnvironmentLight(lit, _DIRECTIONS) if thumbnails else None
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
-        self.facts["sampler"] = sampler_source(SAMPLER)
+        self.facts |= {"sampler": sampler_source(SAMPLER), "inputs": input_sources()}
         for environment in environments:
             self._add_environment(environment)
 
@@ -108,10 +117,54 @@ class Content:
                 known[f"Against {entry.reference}"] = _errors(entry.forms[entry.reference], brdf)
             form = {"label": label, "known": known}
             forms.append(form | self._form(f"{index} {label}", brdf))
-        first = next(iter(entry.forms.values()))
-        thumbnail = self.part(f"thumbnail {index}", _thumbnail(first, self._light))
         shown = {"name": entry.name[:_LONGEST], "group": entry.group, "known": dict(entry.facts)}
-        self.facts["materials"].append(shown | {"forms": forms, "thumbnail": thumbnail})
+        if self._light is not None:
+            shot = thumbnail(next(iter(entry.forms.values())), self._light)
+            shown["thumbnail"] = self.part(f"thumbnail {index}", shot)
+        self.facts["materials"].append(shown | {"forms": forms})
+
+    def add_texture(
+        self,
+        texture: Btf,
+        heights: HeightField | None = None,
+        facts: Mapping[str, str] | None = None,
+        progress: Progress = silent,
+    ) -> None:
+        """One more texture, which is encoded.
+
+        Parameters
+        ----------
+        texture
+            See :class:`nacre.viewer.textures.PageTexture`.
+        heights
+            For parallax.
+        facts
+            More to say of it.
+        progress
+            Called with the numbers done.
+
+        Raises
+        ------
+        NacreError
+            If no page holds it; the message says why.
+        """
+        held = self.facts.setdefault("textures", [])
+        self.facts[GLSL] = self.part(GLSL, formulas().encode())
+        name = f"texture {len(held)}"
+        packed = PageTexture.of(texture, progress)
+        parts = {each: self.part(f"{name} {each}", of) for each, of in packed.parts().items()}
+        known = {
+            "Texels": f"{texture.width} x {texture.height}",
+            "Error of the codes": _error(texture.describe().get("MSE x 1e4")),
+            "Added on this page": _error(1e4 * packed.error),
+        }
+        shown: dict[str, Any] = {"name": texture.name[:_LONGEST], "parts": parts}
+        shown["known"] = {key: said for key, said in known.items() if said} | dict(facts or {})
+        shown["thumbnail"] = self.part(f"{name} thumbnail", _jpeg(tone_map(from_above(texture))))
+        if heights is not None:
+            relief_facts, field = relief(heights)
+            shown["relief"] = relief_facts | {"part": self.part(f"{name} relief", field)}
+        held.append(shown | packed.facts())
 
     def allow(self, network: NeuralBrdf) -> None:
         """Hold what shows this network, and others of its shape."""
@@ -124,9 +177,9 @@ class Content:
         self.parts[name] = content
         return name
 
-    def page(self, title: str) -> bytes:
+    def page(self, title: str, files: tuple[str, str, str] = PAGE) -> bytes:
         """The page, as UTF-8; it needs nothing but a browser."""
-        return document(title, self.facts, self.parts)
+        return document(title, self.facts, self.parts, files)
 
     def _form(self, name: str, brdf: Brdf) -> dict[str, Any]:
         if (table := as_table(brdf)) is not None:
@@ -192,10 +245,27 @@ def _said(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _thumbnail(brdf: Brdf, light: Light) -> bytes:
-    image, mask = render_sphere(brdf, light, _THUMBNAIL)
-    shown = np.where(mask[..., None], tone_map(image), _GROUND)
-    stream = io.BytesIO()
+def thumbnail(brdf: Brdf, light: Light, size: int = _THUMBNAIL) -> bytes:
+    """A JPEG of a sphere, of `size` pixels along an edge.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    image, mask = render_sphere(brdf, light, size)
+    return _jpeg(np.where(mask[..., None], tone_map(image), _GROUND), size)
+
+
+def _error(squared: object) -> str:
+    """Of reflectance factors, as people compare it with 1, a white surface."""
+    return f"{math.sqrt(1e-4 * squared):.2g} (RMSE)" if isinstance(squared, float) else ""
+
+
+def _jpeg(shown: Image, size: int = _THUMBNAIL) -> bytes:
+    """A picture of what screens show, from 0 to 1, of at most `size` pixels along an edge."""
     picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    picture.thumbnail((size, size))
+    stream = io.BytesIO()
     picture.save(stream, "JPEG", quality=_QUALITY)
     return stream.getvalue()

@@ -23,22 +23,32 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) (\w+))", r
 _FOLDER = resources.files(__package__) / "page"
 
 
-def packed(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
-    """JSON and named bytes as the page reads them (`container.js`); the same each time."""
+PAGE = "index.html", "style.css", "main"
+SPHERE = "sphere.html", "sphere.css", "sphere"
+"""Markup, style, and the module that starts: of the whole viewer, and of one picture."""
+
+
+def gathered(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
+    """JSON and named bytes as the page reads them (`container.js`), gzipped; the same each time."""
     places, start = {}, 0
     for name, content in parts.items():
         places[name] = start, len(content)
         start += len(content)
     text = json.dumps({**facts, "parts": places}, separators=(",", ":")).encode()
     whole = struct.pack("<I", len(text)) + text + b"".join(parts.values())
-    return base64.b64encode(gzip.compress(whole, 9, mtime=0))
+    return gzip.compress(whole, 9, mtime=0)
+
+
+def packed(facts: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
+    """The same in base64."""
+    return base64.b64encode(gathered(facts, parts))
 
 
 def document(
     title: str,
     facts: Mapping[str, Any],
     parts: Mapping[str, bytes],
-    files: tuple[str, str, str] = ("index.html", "style.css", "main"),
+    files: tuple[str, str, str] = PAGE,
 ) -> bytes:
     """The whole page, as UTF-8.
 
@@ -47,9 +57,9 @@ def document(
     title
         Shown as text, whatever it holds.
     facts, parts
-        See :func:`packed`.
+        See :func:`gathered`.
     files
-        Markup and style of the folder, and the module that starts the page.
+        :data:`PAGE` or :data:`SPHERE`.
     """
     markup, style = ((_FOLDER / name).read_text("utf-8") for name in files[:2])
     code = script(files[2])

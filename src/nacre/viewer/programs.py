@@ -19,12 +19,12 @@ from nacre.array import Components
 from nacre.brdf import Sampler, eval_formula, pdf_formula, sample_formula
 from nacre.export.glsl import GlslLanguage
 from nacre.export.program import PAIR, Function
-from nacre.neural.inputs import has_axes
+from nacre.neural.inputs import INPUTS, has_axes, network_inputs, rotates_half_vector
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.runtime.data import Datum, as_data
 from nacre.runtime.pairs import inside
-from nacre.sampling import GgxMixture, describe_sampler
+from nacre.sampling import describe_sampler, make_sampler
 from nacre.sampling.mixture import in_frame
 
 NAME = "material"
@@ -117,9 +117,10 @@ def template(network: NeuralBrdf) -> Template:
     across: _Axis | None = None
     if has_axes(network.inputs, network.isotropic):
         axis = _axis(network.angle, "angle")
-    if isinstance(sampler, GgxMixture) and sampler.angle is not None:
-        across = _axis(sampler.angle, "sampler angle")
-        sampler = dataclasses.replace(sampler, angle=0.0)
+    described = describe_sampler(sampler)
+    if described.get("angle") is not None:
+        across = _axis(described["angle"], "sampler angle")
+        sampler = make_sampler({**described, "angle": 0.0})
 
     def values(wi: Components, wo: Components) -> Sequence[Any]:
         return eval_formula(numbered, _in(axis, wi), _in(axis, wo))
@@ -143,6 +144,36 @@ def sampler_source(sampler: Sampler) -> str:
         language.function(Function.of(name, *formula, expanded=language.expanded), f"{NAME}_{name}")
         for name, formula in _sampling(sampler).items()
     )
+
+
+def input_sources() -> dict[str, str]:
+    """GLSL of the inputs of networks: what a page needs to write a network of any sizes.
+
+    `material_first(wi, wo)` are the first four inputs and `material_second(wi, wo)` the others,
+    with zeros for what is missing, as if the angle of the axes were 0. By "enhanced true" and the
+    like: the name of the inputs and whether networks are isotropic.
+    """
+    language = GlslLanguage()
+
+    def source(inputs: str, isotropic: bool) -> str:
+        def part(of: slice) -> Callable[..., Sequence[Any]]:
+            return lambda wi, wo: ((*network_inputs(wi, wo, isotropic, inputs), *(0.0,) * 4)[of],)
+
+        parts = {"first": part(slice(4)), "second": part(slice(4, 8))}
+        return "\n\n".join(
+            language.function(
+                Function.of(name, formula, PAIR, ("x",), expanded=language.expanded),
+                f"{NAME}_{name}",
+            )
+            for name, formula in parts.items()
+        )
+
+    return {
+        f"{inputs} {str(isotropic).lower()}": source(inputs, isotropic)
+        for inputs in INPUTS
+        for isotropic in (True, False)
+        if not isotropic or rotates_half_vector(inputs, True)
+    }
 
 
 def _sampling(sampler: Sampler, across: _Axis | None = None) -> dict[str, _Formula]:

@@ -9,8 +9,10 @@ from pathlib import Path
 
 from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf
+from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
-from nacre.formats import formats, identify, load_brdf
+from nacre.export.textures.atlas import encoded
+from nacre.formats import formats, identify, load, load_brdf
 from nacre.io.files import PathLike
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.viewer.content import Entry
@@ -64,10 +66,10 @@ def _below(root: Path) -> Iterator[Shown]:
             yield Shown(path, path.parent.relative_to(root).as_posix().removeprefix("."))
 
 
-def read_entries(
+def read_materials(
     files: Iterable[Shown], left_out: Callable[[Path, NacreError], None] | None = None
-) -> Iterator[Entry]:
-    """Materials, each with all files of its name in its folder as forms of it.
+) -> Iterator[Entry | Btf]:
+    """Reflectances, each with all files of its name in its folder as forms of it; and textures.
 
     `gold.binary`, `gold.safetensors` and `gold.mtlx` are one material: measured, a network, and
     OpenPBR. Networks come first; errors are told against what was measured, or else the first.
@@ -86,15 +88,23 @@ def read_entries(
         names = []
         for shown in several:
             try:
-                brdf = load_brdf(shown.path)
+                material = load(shown.path)
+                if isinstance(material, Btf) and material.texel_count == 1:
+                    material = load_brdf(shown.path)
+                if isinstance(material, Btf):
+                    encoded(material)  # or no page holds it
             except NacreError as error:
                 if left_out is None:
                     raise
                 left_out(shown.path, error)
                 continue
-            label = _label(brdf)
-            forms[label if label not in forms else f"{label} ({shown.path.suffix})"] = brdf
-            names.append(brdf.name)
+            if isinstance(material, Btf):
+                yield material
+                continue
+            label = _label(material)
+            label = label if label not in forms else f"{label} ({shown.path.suffix})"
+            forms[label] = material
+            names.append(material.name)
         if forms:
             ordered = dict(sorted(forms.items(), key=lambda form: form[0] != _NETWORK))
             name = next(filter(None, names), None) or stem.name

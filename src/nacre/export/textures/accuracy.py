@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
@@ -31,8 +33,28 @@ def error_lines(texture: Btf, atlas: TextureAtlas) -> list[str]:
 
 
 def mean_squared_error(atlas: TextureAtlas, latent: LatentMap) -> float:
-    """Of reflectance factors at some texels and pairs of directions, which are as dense as the
-    product of their cosines.
+    """Of the arrays of an atlas; see :func:`factors_error`."""
+    weights = atlas.level_weights()[0].reshape(-1, LUMAS + 2 * CHROMAS).astype(np.float32)
+    return factors_error(latent, weights, atlas.function_rows(), LUMAS)
+
+
+def factors_error(
+    latent: LatentMap, weights: Floats, functions: npt.NDArray[Any], lumas: int
+) -> float:
+    """Mean square of errors of reflectance factors, at some texels and pairs of directions, which
+    are as dense as the product of their cosines.
+
+    Parameters
+    ----------
+    latent
+        What is exact.
+    weights
+        Of its texels, shape (t, lumas + 2 chromas).
+    functions
+        At the nodes of a grid of directions, shape (nodes, lumas + chromas); see
+        :class:`nacre.textures.factors.Factors`.
+    lumas
+        How many functions are of luma.
     """
     random = np.random.default_rng(0)
     u = random.random((4, _PAIRS))
@@ -41,30 +63,28 @@ def mean_squared_error(atlas: TextureAtlas, latent: LatentMap) -> float:
     chosen = np.sort(random.permutation(len(codes))[:_TEXELS])
     decode = on_all_cores(latent.codec, latent.codec.decoder(light, view))
     expected = decode(codes[chosen].astype(np.float32))
-    level = atlas.level_weights()[0]
-    weights = level.reshape(len(codes), -1)[chosen].astype(np.float32)
-    return float(np.mean(np.square(_decoded(weights, _functions(atlas, light, view)) - expected)))
+    found = _decoded(weights[chosen], _between_nodes(functions, light, view), lumas)
+    return float(np.mean(np.square(found - expected)))
 
 
-def _functions(atlas: TextureAtlas, light: Floats, view: Floats) -> Floats:
-    """Functions between nodes, shape (n, numbers)."""
-    size = atlas.resolution
+def _between_nodes(functions: npt.NDArray[Any], light: Floats, view: Floats) -> Floats:
+    """Functions at pairs of directions, shape (n, numbers)."""
+    size = round(len(functions) ** 0.25)
     axes = []
     for w in (light, view):
         for place in grid_place(split(w), size):
             low = np.minimum(place.astype(np.intp), size - 2)
             axes.append(((low, 1.0 - (place - low)), (low + 1, place - low)))
-    total = np.zeros((len(light), 4 * len(atlas.functions)))
+    total = np.zeros((len(light), functions.shape[1]))
     for (lx, a), (ly, b), (vx, c), (vy, d) in itertools.product(*axes):
-        pixels = atlas.functions[:, ly * size + vy, lx * size + vx]
-        values = pixels.swapaxes(0, 1).reshape(len(light), -1).astype(np.float32)
+        values = functions[((ly * size + lx) * size + vy) * size + vx].astype(np.float32)
         total += (a * b * c * d)[:, None] * values
     return total
 
 
-def _decoded(weights: Floats, functions: Floats) -> Floats:
+def _decoded(weights: Floats, functions: Floats, lumas: int) -> Floats:
     """Reflectance factors of texels (t, numbers), shape (t, n, 3)."""
-    luma, chroma = functions[:, :LUMAS].T, functions[:, LUMAS:].T
-    ends = LUMAS, LUMAS + CHROMAS, LUMAS + 2 * CHROMAS
+    luma, chroma = functions[:, :lumas].T, functions[:, lumas:].T
+    ends = lumas, lumas + len(chroma), lumas + 2 * len(chroma)
     first, second = (weights[:, start:end] @ chroma for start, end in itertools.pairwise(ends))
-    return join(join_components(weights[:, :LUMAS] @ luma, first, second))
+    return join(join_components(weights[:, :lumas] @ luma, first, second))

@@ -111,6 +111,12 @@ class TextureAtlas:
             found.append(pixels[top : top + rows, left : left + columns])
         return found
 
+    def function_rows(self) -> Halves:
+        """Functions at nodes, shape (nodes, numbers); lights are more significant than views."""
+        size = self.resolution
+        grid = self.functions.transpose(1, 2, 0, 3).reshape(size, size, size, size, -1)
+        return np.ascontiguousarray(grid.swapaxes(1, 2).reshape(size**4, -1))
+
     def textures(self) -> dict[str, Halves]:
         """All arrays, by what their names end with."""
         found = {"weights": self.weights, "functions": self.functions, "lobes": self.lobes}

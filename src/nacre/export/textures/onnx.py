@@ -43,7 +43,7 @@ def _eval(texture: Btf, atlas: TextureAtlas, name: str) -> bytes:
     graph.function(_texels(atlas))
     graph.function(_nodes(atlas.resolution))
     weights = graph.rows(_table(atlas), "texels")
-    functions = graph.rows(_functions(atlas), "nodes")
+    functions = graph.rows(atlas.function_rows(), "nodes")
     functions = graph.weighted("node_shares", _NODES, functions)
     luma, *pair = graph.parts(weights, [LUMAS, CHROMAS, CHROMAS], 2)
     luma_functions, chroma_functions = graph.parts(functions, [LUMAS, CHROMAS], 2)
@@ -211,11 +211,3 @@ def _nodes(resolution: int) -> Function:
 def _table(atlas: TextureAtlas) -> Halves:
     """Weights of all levels, one after the other, shape (texels, numbers)."""
     return np.concatenate([level.reshape(-1, level.shape[2]) for level in atlas.level_weights()])
-
-
-def _functions(atlas: TextureAtlas) -> Halves:
-    """Functions at nodes, shape (nodes, numbers); lights are more significant than views."""
-    size = atlas.resolution
-    layers = atlas.functions
-    grid = layers.transpose(1, 2, 0, 3).reshape(size, size, size, size, -1)
-    return np.ascontiguousarray(grid.swapaxes(1, 2).reshape(size**4, -1))

@@ -12,20 +12,26 @@ export class Page {
   constructor({ facts, bytes }) {
     this.renderer = new Renderer(element("picture"));
     Object.assign(this, { facts, bytes, materials: new Materials(facts, bytes, this.renderer) });
-    this.chosen = this.materials.list[0];
-    this.form = this.chosen.forms[0];
     this.controls = new Controls(this);
     this.shelf = new Shelf(this, (k) => this.attempt(() => this.choose(k)));
     this.drop = new Drop(this);
-    this.modes = MODES.map((Mode) => new Mode(this)).filter((mode) => mode.available());
-    this.tabs();
-    this.choose(0);
+    this.start();
     this.loop();
+  }
+
+  // Offer the modes that have something to show: without materials, those that show something else.
+  start() {
+    const [first] = this.materials.list;
+    Object.assign(this, { chosen: first, form: first?.forms[0] });
+    this.modes = MODES.filter((Mode) => first || Mode.alone).map((Mode) => new Mode(this)).filter((mode) => mode.available());
+    this.tabs();
+    if (first) this.choose(0);
   }
 
   tabs() {
     const list = element("modes");
     list.hidden = this.modes.length < 2;
+    for (const each of [list, element("panels")]) each.replaceChildren();
     this.modes.forEach((mode, k) => {
       const name = mode.title.toLowerCase();
       const tab = made("button", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` }, mode.title);
@@ -74,7 +80,8 @@ export class Page {
   add(material) {
     this.materials.list.push(material);
     this.shelf.add(material);
-    this.choose(this.materials.list.length - 1);
+    if (!this.chosen) this.start();
+    else this.choose(this.materials.list.length - 1);
   }
 
   describe() {

@@ -21,6 +21,7 @@ export class Controls {
       range("Exposure", [-4, 4, 0.1, 0], (x) => scene({ exposure: 2 ** x })),
       range("Lamp", [0, 4, 0.1, 0], (x) => this.shine(x)),
     );
+    for (const each of element("controls").children) each.dataset.control = each.firstChild.textContent.toLowerCase();
     this.strength = element("controls").lastChild.firstElementChild;
     this.handle = made("button", { id: "lamp", type: "button", title: "Lamp: drag it, or move it with the arrow keys", "aria-label": "Lamp", hidden: true });
     element("frame").append(this.handle);

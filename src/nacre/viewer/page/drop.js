@@ -2,6 +2,7 @@
 
 import { element, made } from "./dom.js";
 import { ENDINGS, Reading } from "./files.js";
+import { thumbnail } from "./thumbnail.js";
 
 const LONGEST = 200; // characters of a name that are shown
 const GROUP = "Opened here";
@@ -68,7 +69,8 @@ export class Drop {
   add({ name, known, network, table }) {
     const { page } = this;
     const form = { label: table ? "Measured" : "Network", known: {}, network, table };
-    page.materials.shown(form); // what cannot be drawn does not come onto the shelf
-    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form] });
+    // What cannot be drawn does not come onto the shelf.
+    const picture = thumbnail(page.renderer, page.materials.shown(form));
+    page.add({ name: name.slice(0, LONGEST), group: GROUP, known, forms: [form], picture });
   }
 }

@@ -2,11 +2,13 @@
 
 import { readMbsdf } from "./mbsdf.js";
 import { readMerl } from "./merl.js";
+import { readNetwork } from "./networks.js";
+import { keyOf } from "./programs.js";
 import { readRgl } from "./rgl.js";
-import { FileError, readTensors } from "./tensors.js";
+import { FileError } from "./tensors.js";
 
 const LIMIT = 1 << 28; // bytes
-const READERS = { ".safetensors": readNetwork, ".binary": readMerl, ".bsdf": readRgl, ".mbsdf": readMbsdf };
+const READERS = { ".safetensors": networkOf, ".binary": readMerl, ".bsdf": readRgl, ".mbsdf": readMbsdf };
 
 export const ENDINGS = Object.keys(READERS);
 
@@ -17,12 +19,12 @@ export async function read(file) {
   if (file.size > LIMIT) throw new FileError(`is larger than ${LIMIT} bytes, the most that this page reads`);
   const { name, known, ...form } = READERS[ending](await file.arrayBuffer());
   const short = name || file.name.slice(0, -ending.length);
-  return { name: short, known: { ...known, Bytes: file.size.toLocaleString("en"), File: file.name }, ...form };
+  return { name: short, known: { ...known, File: file.name, "File bytes": file.size.toLocaleString("en") }, ...form };
 }
 
-function readNetwork(buffer) {
-  const network = readTensors(buffer), { name, parametrisation, sizes, source } = network.header;
-  const known = { Model: "NeuralBrdf", Inputs: `${parametrisation}`, Layers: `${sizes?.join?.("-")}` };
+function networkOf(buffer) {
+  const network = readNetwork(buffer), { name, sizes, source } = network.header;
+  const known = { Model: "NeuralBrdf", Inputs: keyOf(network.header)[0], Layers: sizes.join("-") };
   if (typeof source?.file === "string") known["Fitted to"] = source.file;
   return { name: typeof name === "string" ? name : "", known, network };
 }

@@ -2,7 +2,11 @@
 
 import { made } from "./dom.js";
 
-const CONVERGED = 64, LAST = 256; // frames: noise is about what screens show; nothing is seen to change
+const CONVERGED = 64; // frames: noise is about what screens show
+export const LAST = 256; // nothing is seen to change
+
+// A word on how far a picture is.
+export const state = (frames) => (frames < CONVERGED ? `${Math.round((100 * frames) / CONVERGED)} %` : "converged");
 
 export class Look {
   constructor(page) {
@@ -31,8 +35,8 @@ export class Look {
   draw() {
     const { renderer } = this.page;
     if (renderer.frames < LAST) renderer.frame();
-    else if (!renderer.stale) return "converged";
+    else if (!renderer.stale) return state(LAST);
     renderer.present();
-    return renderer.frames < CONVERGED ? `${Math.round((100 * renderer.frames) / CONVERGED)} %` : "converged";
+    return state(renderer.frames);
   }
 }

@@ -1,5 +1,6 @@
 // GLSL that looks up reflectance in tables: material_eval(wi, wo) by the kind of a table, as
-// nacre.measured.merl_table, mbsdf_table and rgl interpolate it. Grids are 3-D textures.
+// nacre.measured.merl_table, mbsdf_table and rgl interpolate it, and material_known(wi, wo), whether
+// it is valid there. Grids are 3-D textures.
 
 const ANGLES = `
 const float MATERIAL_PI = 3.14159265358979;
@@ -9,7 +10,8 @@ float material_azimuth(vec2 w) { return w == vec2(0.0) ? 0.0 : atan(w.y, w.x); }
 // Linear between nodes, or that below; nodes without a valid sample, which are negative, do not take part.
 const merl = ({ nearest }) => `${ANGLES}
 uniform sampler3D material_nodes;  // over phi_d, theta_d and theta_h
-vec3 material_eval(vec3 wi, vec3 wo) {
+// Weighted values of the nodes with a valid sample, and the sum of their weights.
+vec4 material_sum(vec3 wi, vec3 wo) {
   vec3 h = wi + wo;
   h *= inversesqrt(max(dot(h, h), 1e-30));
   float s = length(h.xy);
@@ -29,8 +31,13 @@ vec3 material_eval(vec3 wi, vec3 wo) {
     vec3 value = texelFetch(material_nodes, ivec3(node.x == count.x ? 0 : node.x, node.yz), 0).rgb;
     if (min(value.r, min(value.g, value.b)) >= 0.0) sum += weight.x * weight.y * weight.z * vec4(value, 1.0);
   }
+  return sum;
+}
+vec3 material_eval(vec3 wi, vec3 wo) {
+  vec4 sum = material_sum(wi, wo);
   return sum.rgb / max(sum.a, 1e-30) * MATERIAL_SCALE;
-}`;
+}
+bool material_known(vec3 wi, vec3 wo) { return material_sum(wi, wo).a >= 1.0 - 1e-5; }`;
 
 // Linear between the centers of cells.
 const mbsdf = ({ grids }) => `${ANGLES}
@@ -49,7 +56,8 @@ vec3 material_eval(vec3 wi, vec3 wo) {
     sum += weight.x * weight.y * weight.z * texelFetch(material_nodes, node, 0).${grids.nodes.channels === 3 ? "rgb" : "rrr"};
   }
   return max(sum, 0.0) * MATERIAL_SCALE;
-}`;
+}
+bool material_known(vec3 wi, vec3 wo) { return true; }`;
 
 // The map of Dupuy and Jakob 2018 from half vectors to a square, run backwards; slices of the tables
 // belong to azimuths and polar angles of wo.
@@ -141,6 +149,11 @@ ${reduction === 1 ? "" : "  phi = -abs(phi);\n"}  vec2 along;
 ${jacobian ? `  vec2 seen = vec2(sqrt(theta * 2.0 / MATERIAL_PI), phi / (2.0 * MATERIAL_PI) + 0.5);
   scale *= material_bilinear(material_ndf, point) / (4.0 * max(material_bilinear(material_sigma, seen), 1e-20));
 ` : ""}  return max(scale * color, 0.0);
+}
+
+bool material_known(vec3 wi, vec3 wo) {
+  vec3 f = material_eval(wi, wo);
+  return max(f.r, max(f.g, f.b)) > 0.0;
 }`;
 
 const KINDS = { merl, mbsdf, rgl };

@@ -1,17 +1,18 @@
 // The page's materials, and what the renderer needs of them.
 //
-// A material is {name, known, thumbnail, group, forms}; a form of it is {label, known} with one of
-// `file` (a network's), `glsl` (a formula's), the names of parts of the page; `table` (see tables.js),
-// whose grids hold their values or the name of their part; or `network` (a file that was read).
+// A material is {name, known, group, forms} with a `thumbnail` (a part of the page) or a `picture` (its
+// address); a form of it is {label, known} with one of `file` (a network's) and `glsl` (a formula's),
+// names of parts; `table` (see tables.js), whose grids hold their values or the name of their part; or
+// `network` (a file that was read).
 
-import { filled, keyOf } from "./programs.js";
+import { filled, keyOf, numbersFor, open, written } from "./programs.js";
 import { shown } from "./tables.js";
-import { FileError, readTensors } from "./tensors.js";
+import { readTensors } from "./tensors.js";
 
 export class Materials {
   // `context` is what textures are made in.
   constructor(facts, bytes, context) {
-    Object.assign(this, { list: facts.materials, sampler: facts.sampler, bytes, context, read: new Map() });
+    Object.assign(this, { list: facts.materials, sampler: facts.sampler, inputs: facts.inputs, bytes, context, read: new Map() });
     this.templates = new Map(facts.templates.map((each) => [JSON.stringify(JSON.parse(each.key)), each]));
   }
 
@@ -37,10 +38,21 @@ export class Materials {
     return { ...table, grids: Object.fromEntries(grids) };
   }
 
-  // GLSL of a network's file.
+  // GLSL of a network's file; where no template has its shape, with a sampler that serves any material.
   network(file) {
-    const template = this.templates.get(JSON.stringify(keyOf(file.header)));
-    if (!template) throw new FileError("is a network of a shape that this page does not hold");
-    return filled(template, file);
+    const template = this.template(file);
+    return template ? filled(template, file) : written(file, this.inputs, this.sampler);
+  }
+
+  // {glsl, textures} of a network's file, of the same GLSL for all of its shape: for those that change
+  // while they are looked at.
+  varying(file) {
+    const template = this.template(file), numbers = new Float32Array(4 * Math.ceil(template.places.length / 4));
+    numbers.set(numbersFor(template, file));
+    return { glsl: open(template), textures: { material_numbers: numbers } };
+  }
+
+  template(file) {
+    return this.templates.get(JSON.stringify(keyOf(file.header)));
   }
 }

@@ -32,7 +32,19 @@ function shape(value) {
 }
 
 // The text with the numbers of a file; `template` has the key of its header.
-export function filled(template, { header, tensors }) {
+export function filled(template, file) {
+  const numbers = numbersFor(template, file);
+  return template.text.replace(/@(\d+)@/g, (_, k) => literal(numbers[k]));
+}
+
+// The text with its numbers in a uniform, `material_numbers`, padded to whole vectors.
+export function open({ text, places }) {
+  const vector = (_, k) => `material_numbers[${k >> 2}].${"xyzw"[k & 3]}`;
+  return `uniform vec4 material_numbers[${Math.ceil(places.length / 4)}];\n${text.replace(/@(\d+)@/g, vector)}`;
+}
+
+// What fills the places of a template.
+export function numbersFor(template, { header, tensors }) {
   const weights = [];
   for (let layer = 1; layer < header.sizes.length; layer++)
     for (const part of ["weights", "biases"]) {
@@ -42,9 +54,37 @@ export function filled(template, { header, tensors }) {
       weights.push(...found.values);
     }
   const known = { numbers: numbersOf(header.sampler), angle: header.angle, "sampler angle": header.sampler.angle };
-  const numbers = template.places.map((place) =>
-    literal(typeof place === "number" ? weights[place] : formula(place, known)));
-  return template.text.replace(/@(\d+)@/g, (_, k) => numbers[k]);
+  return template.places.map((place) => (typeof place === "number" ? weights[place] : formula(place, known)));
+}
+
+const MOST = 1 << 13; // weights of a network that is written here: more take browsers seconds to compile
+
+// The GLSL of a network of any sizes: layer by layer, from GLSL of its inputs; see `input_sources` in
+// Python. `sampler` is GLSL of how directions are drawn.
+export function written({ header, tensors }, inputs, sampler) {
+  const [name, isotropic, sizes, activation] = keyOf(header), lines = [];
+  const angle = name === "enhanced" && !isotropic ? header.angle : 0;
+  const count = sizes.slice(1).reduce((sum, size, k) => sum + (sizes[k] + 1) * size, 0);
+  if (count > MOST) throw new FileError(`has ${count} weights; this page draws networks of up to ${MOST}`);
+  if (angle) {
+    const [c, s] = [Math.cos(angle), Math.sin(angle)].map(literal);
+    for (const w of ["wi", "wo"]) lines.push(`${w}.xy = vec2(${c} * ${w}.x + ${s} * ${w}.y, ${c} * ${w}.y - ${s} * ${w}.x);`);
+  }
+  lines.push("vec4 a = material_first(wi, wo), b = material_second(wi, wo);");
+  let values = [..."ab"].flatMap((part) => [..."xyzw"].map((axis) => `${part}.${axis}`)).slice(0, sizes[0]);
+  for (let layer = 1; layer < sizes.length; layer++) {
+    const { values: weights } = tensors[`weights_${layer}`], { values: biases } = tensors[`biases_${layer}`];
+    const sums = Array.from(biases, (bias, j) =>
+      [literal(bias), ...values.map((value, i) => `${value} * ${literal(weights[i * biases.length + j])}`)].join(" + "));
+    values = sums.map((sum, j) => `v${layer}_${j}`);
+    sums.forEach((sum, j) => {
+      lines.push(`float ${values[j]} = ${layer < sizes.length - 1 ? `max(${sum}, 0.0)` : sum};`);
+      if (layer < sizes.length - 1 && activation !== "relu") lines.push(`${values[j]} *= ${values[j]};`);
+    });
+  }
+  const found = `vec3(${values.join(", ")})`, f = name === "reciprocal" ? `exp(min(${found}, 80.0))` : `exp(${found}) - 1.0`;
+  lines.push(`return wi.z > 0.0 && wo.z > 0.0 ? clamp(${f}, 0.0, 3.4028234663852886e38) : vec3(0.0);`);
+  return `${inputs[`${name} ${isotropic}`]}\n\nvec3 material_eval(vec3 wi, vec3 wo) {\n${lines.join("\n")}\n}\n\n${sampler}`;
 }
 
 // Parameters of a sampler in the order of its fields in Python.

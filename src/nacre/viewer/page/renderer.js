@@ -131,8 +131,9 @@ export class Renderer extends Context {
     return this.read(picture.latest);
   }
 
-  // Reflectance and the density of samples, four numbers a pair, of directions with three numbers each.
-  values({ glsl, textures = {} }, wi, wo) {
+  // Reflectance and `more`, the density of samples, four numbers a pair, of directions with three
+  // numbers each.
+  values({ glsl, textures = {} }, wi, wo, more = "material_pdf(wi, wo)") {
     const { gl } = this, count = wi.length / 3, width = Math.min(count, 1024), height = Math.ceil(count / width);
     const held = [wi, wo].map((w) => {
       const padded = new Float32Array(4 * width * height);
@@ -140,7 +141,7 @@ export class Renderer extends Context {
       return this.texture(gl.RGBA32F, width, height, padded);
     });
     const target = this.target(1, [width, height]);
-    this.fill(target, this.program(WHOLE, VALUES(glsl)), { toward: held[0], from: held[1], ...textures });
+    this.fill(target, this.program(WHOLE, VALUES(glsl, more)), { toward: held[0], from: held[1], ...textures });
     const found = this.read(target).subarray(0, 4 * count);
     this.free(target);
     held.forEach((texture) => gl.deleteTexture(texture));

@@ -5,7 +5,7 @@ import { readFields } from "./rgl_fields.js";
 import { FileError } from "./tensors.js";
 
 const NODE_LIMIT = 4096; // along any one axis of a table
-const DENSEST = 1e30;
+const DENSEST = Math.fround(1e30);
 
 export function readRgl(buffer) {
   const fields = new Fields(readFields(buffer));

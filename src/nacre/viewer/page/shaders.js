@@ -143,25 +143,29 @@ vec3 displayed(vec3 c) {
   return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
 }`;
 
-export const SHOWN = `${HEAD}
-uniform sampler2D sums;
+// A sum as it is shown, over the ground, as far as that is opaque.
+export const PRESENTED = `
+${DISPLAYED}
 uniform float exposure, count, backing;
 uniform vec3 ground;
-out vec4 color;
-${DISPLAYED}
-void main() {
-  vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
+vec4 presented(vec4 sum) {
   vec3 c = displayed(sum.rgb / max(sum.a, 1.0) * exposure);
-  color = mix(vec4(ground, 1.0) * backing, vec4(c, 1.0), min(sum.a / max(count, 1.0), 1.0));
+  return mix(vec4(ground, 1.0) * backing, vec4(c, 1.0), min(sum.a / max(count, 1.0), 1.0));
 }`;
 
-// Reflectance at pairs of directions that textures hold.
-export const VALUES = (material) => `${HEAD}
+export const SHOWN = `${HEAD}
+${PRESENTED}
+uniform sampler2D sums;
+out vec4 color;
+void main() { color = presented(texelFetch(sums, ivec2(gl_FragCoord.xy), 0)); }`;
+
+// Reflectance at pairs of directions that textures hold, and something more.
+export const VALUES = (material, more) => `${HEAD}
 ${material}
 uniform sampler2D toward, from;
 out vec4 color;
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec3 wi = texelFetch(toward, at, 0).xyz, wo = texelFetch(from, at, 0).xyz;
-  color = vec4(material_eval(wi, wo), material_pdf(wi, wo));
+  color = vec4(material_eval(wi, wo), ${more});
 }`;

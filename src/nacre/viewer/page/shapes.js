@@ -1,6 +1,7 @@
-// Meshes with normals and tangents, as {vertices, indices}: position, normal, tangent of each vertex.
+// Meshes with normals and tangents, as {vertices, indices, columns, rows}: position, normal,
+// tangent of each vertex, of a grid of so many cells, row by row.
 
-function grid(columns, rows, point) {
+export function grid(columns, rows, point) {
   const vertices = new Float32Array((columns + 1) * (rows + 1) * 9), indices = [];
   for (let j = 0, k = 0; j <= rows; j++)
     for (let i = 0; i <= columns; i++, k += 9) vertices.set(frame(point, i / columns, j / rows), k);
@@ -9,7 +10,7 @@ function grid(columns, rows, point) {
       const a = j * (columns + 1) + i, b = a + columns + 1;
       indices.push(a, a + 1, b, a + 1, b + 1, b);
     }
-  return { vertices, indices: Uint32Array.from(indices) };
+  return { vertices, indices: Uint32Array.from(indices), columns, rows };
 }
 
 // A point of a surface with its normal and its tangent along u, by differences.
@@ -28,7 +29,7 @@ const unit = (a) => {
   return a.map((x) => x / length);
 };
 
-const TURN = 2 * Math.PI;
+export const TURN = 2 * Math.PI;
 
 // A point turned about x, its top toward the viewer.
 function leaned([x, y, z], angle) {

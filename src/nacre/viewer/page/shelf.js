@@ -18,13 +18,20 @@ export class Shelf {
     const k = this.items.length, item = made("div", { className: "material", role: "option", id: `material-${k}`, title: material.name });
     item.append(made("span", {}, material.name));
     item.addEventListener("click", () => this.choose(k));
-    if (material.thumbnail) {
-      const url = URL.createObjectURL(new Blob([this.page.bytes(material.thumbnail)], { type: "image/jpeg" }));
-      item.prepend(made("img", { src: url, alt: "", width: 96, height: 96 }));
-    } else item.prepend(made("span", { className: "blank" }));
+    const src = material.picture ?? (material.thumbnail && this.packed(material.thumbnail));
+    item.prepend(src ? made("img", { src, alt: "", width: 96, height: 96 }) : made("span", { className: "blank" }));
     this.items.push(item);
     this.group(material.group ?? "").append(item);
     this.count();
+  }
+
+  packed(thumbnail) {
+    return URL.createObjectURL(new Blob([this.page.bytes(thumbnail)], { type: "image/jpeg" }));
+  }
+
+  // Where the thumbnail of a material is; empty where it has none.
+  picture(k) {
+    return this.items[k].querySelector("img")?.src ?? "";
   }
 
   // The part of the list for a group, made when first asked for.

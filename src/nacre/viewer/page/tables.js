@@ -6,7 +6,7 @@
 import { lookup } from "./lookups.js";
 import { FileError } from "./tensors.js";
 
-// {glsl, textures} of a table; `sampler` is GLSL of how directions are drawn for any of them.
+// {glsl, textures, known} of a table: known is GLSL that is 1 where it is valid, else 0; `sampler` is GLSL of how directions are drawn for any of them.
 export function shown(context, table, sampler) {
   const { gl } = context, most = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE);
   const grids = table.kind === "rgl" ? { ...table.grids, ...integrated(table.grids.vndf) } : table.grids;
@@ -16,7 +16,7 @@ export function shown(context, table, sampler) {
   const textures = {};
   for (const [name, { size, channels, values }] of Object.entries(grids))
     textures[`material_${name}`] = context.volume(size, channels, values);
-  return { glsl: `${lookup(table)}\n${sampler}`, textures };
+  return { glsl: `${lookup(table)}\n${sampler}`, textures, known: "float(material_known(wi, wo))" };
 }
 
 // Densities on the square that integrate to 1, and their integrals: of bilinear functions, so that

@@ -12,25 +12,31 @@ const TYPES = { [SINGLE]: 4, [HALF]: 2 };
 
 export class FileError extends Error {}
 
-// {header, tensors} of a file: header is the material's, tensors are {shape, values} by name.
+const broken = (problem) => new FileError(`is not a whole safetensors file: ${problem}`);
+
+// {header, tensors} of a file: header is the material's, tensors are {shape, type, values} by name.
 export function readTensors(buffer) {
   if (buffer.byteLength > LIMIT) throw new FileError(`is larger than ${LIMIT} bytes`);
   const view = new DataView(buffer);
-  if (buffer.byteLength < 8) throw new FileError("ends within the header; the file is cut short");
+  if (buffer.byteLength < 8) throw broken("it ends within the header");
   const length = view.getBigUint64(0, true);
   if (length > BigInt(Math.min(HEADER_LIMIT, buffer.byteLength - 8)))
-    throw new FileError("ends within the header; the file is cut short or damaged");
+    throw broken("it ends within the header, or is damaged");
   const start = 8 + Number(length);
   const table = parsed(new TextDecoder("utf-8", { fatal: true }), buffer.slice(8, start));
   const header = materialOf(table);
-  const tensors = {};
-  let end = 0;
+  const tensors = {}, places = [];
   for (const [name, entry] of Object.entries(table)) {
     if (name === "__metadata__") continue;
     tensors[name] = tensor(view, start, name, entry);
-    end = Math.max(end, entry.data_offsets[1]);
+    places.push(entry.data_offsets);
   }
-  if (start + end !== buffer.byteLength) throw new FileError("holds more bytes than its tensors");
+  let end = 0;
+  for (const [from, to] of places.sort((a, b) => a[0] - b[0] || a[1] - b[1])) {
+    if (from !== end) throw broken("its tensors do not lie one behind the other");
+    end = to;
+  }
+  if (start + end !== buffer.byteLength) throw broken("it holds more bytes than its tensors");
   return { header, tensors };
 }
 
@@ -41,16 +47,16 @@ function parsed(decoder, bytes) {
   } catch {
     // The same words for both.
   }
-  throw new FileError("its header is not whole JSON");
+  throw broken("its header is not whole JSON");
 }
 
 function materialOf(table) {
   const text = table.__metadata__?.nacre;
-  if (typeof text !== "string") throw new FileError("is not a nacre material");
+  if (typeof text !== "string") throw new FileError("is a safetensors file, but not a nacre material");
   try {
     return JSON.parse(text);
   } catch {
-    throw new FileError("its description is not whole JSON");
+    throw new FileError("is a safetensors file, but not a nacre material");
   }
 }
 
@@ -58,17 +64,17 @@ function tensor(view, start, name, entry) {
   const { dtype, shape, data_offsets: offsets } = entry ?? {};
   const whole = (x) => Number.isInteger(x) && x >= 0;
   if (!Object.hasOwn(TYPES, dtype) || !Array.isArray(shape) || !shape.every(whole))
-    throw new FileError(`${name}: is no array of single or half precision`);
+    throw broken(`${name} is no array of single or half precision`);
   const count = shape.reduce((a, b) => a * b, 1);
   const [from, to] = Array.isArray(offsets) ? offsets : [];
   if (!whole(from) || !whole(to) || to - from !== count * TYPES[dtype])
-    throw new FileError(`${name}: its shape and its bytes do not agree`);
-  if (start + to > view.byteLength) throw new FileError(`${name}: reaches past the end of the file`);
+    throw broken(`${name}: its shape and its bytes do not agree`);
+  if (start + to > view.byteLength) throw broken(`${name} reaches past the end of the file`);
   const values = new Float32Array(count);
   for (let k = 0; k < count; k++) {
     const place = start + from + k * TYPES[dtype];
     values[k] = dtype === SINGLE ? view.getFloat32(place, true) : fromHalf(view.getUint16(place, true));
   }
-  if (!values.every(Number.isFinite)) throw new FileError(`${name}: is not finite`);
-  return { shape, values };
+  if (!values.every(Number.isFinite)) throw new FileError(`weights are not finite: ${name}`);
+  return { shape, type: dtype, values };
 }

@@ -1,8 +1,8 @@
 // A material on a picture of its own, for other people's pages and notebooks.
 //
 // All pictures of a document are drawn by one renderer, since browsers keep few WebGL contexts. Each
-// turn goes to the picture that was touched last, then to those that show nothing yet, then to the
-// one that is being refined.
+// frame goes to the picture that was turned last, then to those that show nothing or what was, then
+// to the one that is being refined.
 
 import { made } from "./dom.js";
 import { pixelsOf } from "./light.js";
@@ -13,16 +13,15 @@ import { Turning, dragged } from "./turning.js";
 const FIRST = 7; // pairs of directions until another picture gets its first ones
 const CONVERGED = 127;
 const AREA = 256 ** 2; // pixels up to which a frame may draw more pairs
-const TILT = 45; // pixels that the first view is dragged down
 const LARGEST = 1024; // pixels along an edge
 export const LAMP = "lamp"; // the light that is a lamp alone
 
 const STYLE = `
-:host { display: inline-block; position: relative; box-sizing: border-box; width: 256px; aspect-ratio: 1; overflow: hidden; }
+:host { display: inline-block; position: relative; box-sizing: border-box; width: 256px; max-width: 100%; aspect-ratio: 1; overflow: hidden; }
 :host([hidden]) { display: none; }
 canvas { display: block; width: 100%; height: 100%; object-fit: contain; touch-action: pan-y; cursor: grab; border-radius: 50%; }
 canvas:active { cursor: grabbing; }
-canvas:focus-visible { outline: 2px solid Highlight; outline-offset: -2px; }
+canvas:focus-visible { outline: 2px solid currentColor; outline-offset: -2px; }
 p { position: absolute; inset: auto 0 0 0; margin: 0; padding: 6px 8px; font: 13px/1.4 system-ui, sans-serif; overflow-wrap: anywhere; background: Canvas; color: CanvasText; border: 1px solid GrayText; border-radius: 6px; }
 p[hidden] { display: none; }`;
 
@@ -49,7 +48,7 @@ class Studio {
 
   next() {
     const open = [...this.views].filter((view) => view.read && view.seen && (view.stale || view.drawn < CONVERGED));
-    return open.find((view) => view === this.touched) ?? open.find((view) => view.stale || view.drawn < FIRST)
+    return open.find((view) => view === this.held) ?? open.find((view) => view.stale || view.drawn < FIRST)
       ?? open.find((view) => view === this.current) ?? open[0];
   }
 
@@ -104,7 +103,7 @@ export class View {
   constructor(host, { facts, bytes }) {
     Object.assign(this, { host, bytes, environments: facts.environments, troubles: new Map() });
     const turning = new Turning();
-    this.scene = { shape: "sphere", turn: turning.by(0, TILT), exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
+    this.scene = { shape: "sphere", turn: turning.by(0, 0), exposure: 1, backing: 0, surroundings: 1, irradiance: [0, 0, 0] };
     Object.assign(this, { read: null, stale: true, drawn: 0, seen: true, size: 256, changes: {}, words: ["", "sphere", ""] });
     const root = host.shadowRoot ?? host.attachShadow({ mode: "open" });
     const sheet = new CSSStyleSheet();
@@ -113,7 +112,10 @@ export class View {
     this.canvas = made("canvas", { width: this.size, height: this.size, tabIndex: 0, role: "img" });
     this.trouble = made("p", { role: "alert", hidden: true });
     root.replaceChildren(this.canvas, this.trouble);
-    dragged(this.canvas, (across, down) => this.touch({ turn: turning.by(across, down) }));
+    dragged(this.canvas, (across, down) => {
+      studio.held = this;
+      this.touch({ turn: turning.by(across, down) });
+    });
     this.sizes = new ResizeObserver(() => this.measure());
     this.sights = new IntersectionObserver((found) => this.sight(found[found.length - 1].isIntersecting));
     this.set("light", "");
@@ -210,11 +212,11 @@ export class View {
     if (text) this.host.dispatchEvent(new CustomEvent("error", { detail: text }));
   }
 
+  // Change the scene.
   touch(change) {
     Object.assign(this.scene, change);
     Object.assign(this.changes, change);
     this.stale = true;
-    studio.touched = this;
     studio.wake();
   }
 

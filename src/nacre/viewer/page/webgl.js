@@ -22,6 +22,14 @@ export class Context {
     return this.linkedPrograms.get(key);
   }
 
+  // Give back a program that is not needed again.
+  forget(program) {
+    const { gl } = this;
+    for (const [key, known] of this.linkedPrograms) if (known === program) this.linkedPrograms.delete(key);
+    gl.getAttachedShaders(program.program).forEach((shader) => gl.deleteShader(shader));
+    gl.deleteProgram(program.program);
+  }
+
   linked(vertex, fragment) {
     const { gl } = this, program = gl.createProgram();
     for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -43,8 +51,8 @@ export class Context {
     return { program, uniforms };
   }
 
-  // Use a program with values for its uniforms: numbers, lists of them, or textures. What it does
-  // not have is passed over.
+  // Use a program with values for its uniforms: numbers, lists of them (of vectors too), or textures.
+  // What it does not have is passed over.
   use({ program, uniforms }, values) {
     const { gl } = this;
     gl.useProgram(program);
@@ -53,15 +61,17 @@ export class Context {
       const found = uniforms.get(name);
       if (!found) continue;
       const { type, where } = found;
-      if (type === gl.SAMPLER_2D || type === gl.SAMPLER_3D || type === gl.SAMPLER_2D_ARRAY) {
+      if (type === gl.SAMPLER_2D || type === gl.SAMPLER_3D || type === gl.SAMPLER_2D_ARRAY || type === gl.UNSIGNED_INT_SAMPLER_2D_ARRAY) {
         gl.activeTexture(gl.TEXTURE0 + unit);
         gl.bindTexture({ [gl.SAMPLER_2D]: gl.TEXTURE_2D, [gl.SAMPLER_3D]: gl.TEXTURE_3D }[type] ?? gl.TEXTURE_2D_ARRAY, value);
         gl.uniform1i(where, unit++);
       } else if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(where, false, value);
       else if (type === gl.INT || type === gl.BOOL) gl.uniform1i(where, value);
       else if (type === gl.UNSIGNED_INT) gl.uniform1ui(where, value);
-      else if (Array.isArray(value)) gl[`uniform${value.length}fv`](where, value);
-      else gl.uniform1f(where, value);
+      else {
+        const size = { [gl.FLOAT_VEC2]: 2, [gl.FLOAT_VEC3]: 3, [gl.FLOAT_VEC4]: 4 }[type] ?? 1;
+        gl[`uniform${size}fv`](where, ArrayBuffer.isView(value) ? value : [value].flat());
+      }
     }
   }
 
@@ -160,13 +170,13 @@ export class Context {
     return { array, count: indices.length };
   }
 
-  // Draw a mesh on a cleared target with a depth.
-  meshed(target, program, values, { array, count }) {
+  // Draw a mesh on a target with a depth, which is cleared before.
+  meshed(target, program, values, { array, count }, cleared = true) {
     const { gl, canvas } = this, [width, height] = target?.size ?? [canvas.width, canvas.height];
     gl.bindFramebuffer(gl.FRAMEBUFFER, target?.buffer ?? null);
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    if (cleared) gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     this.use(program, values);
     gl.bindVertexArray(array);

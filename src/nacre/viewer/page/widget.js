@@ -13,7 +13,7 @@ export async function render({ model, el }) {
     const { buffer, byteOffset, byteLength } = model.get("content");
     const { facts, bytes } = await opened(new Uint8Array(buffer, byteOffset, byteLength));
     view?.stop();
-    view = new View(host, { facts, bytes });
+    view = host.view = new View(host, { facts, bytes });
     for (const name of VIEWED) view.set(name, `${model.get(name)}`);
     resize();
     view.start();

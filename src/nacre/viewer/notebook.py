@@ -1,0 +1,59 @@
+"""What notebooks show of a reflectance: a small live sphere."""
+
+from __future__ import annotations
+
+import base64
+import html
+
+from nacre.brdf import Brdf
+from nacre.errors import NacreError
+from nacre.render.lights import DirectionalLight
+from nacre.render.studio import studio
+from nacre.viewer.content import Content, Entry, thumbnail
+from nacre.viewer.page import SPHERE
+
+_SIZE = 240  # pixels along an edge
+_LARGEST = 1 << 18  # bytes of a material's numbers: every cell that shows one is saved with them
+_COVER = "position:absolute;top:0;left:0;width:100%;height:100%;border:0"
+
+
+def live(material: object) -> str:
+    """HTML of a reflectance's sphere, which a pointer or arrow keys turn.
+
+    It is a still picture with a frame above it that holds a page of its own: where a notebook, or
+    what was converted from it, allows no frames or the browser has no WebGL2, the picture stays.
+
+    Parameters
+    ----------
+    material
+        Anything: "" where it is no reflectance, or no picture can be drawn.
+    """
+    if not isinstance(material, Brdf):
+        return ""
+    try:
+        still = base64.b64encode(thumbnail(material, DirectionalLight(), _SIZE)).decode()
+    except NacreError:  # without Pillow
+        return ""
+    name = html.escape(material.name or type(material).__name__)
+    place = f"position:relative;width:{_SIZE}px;height:{_SIZE}px"
+    picture = (
+        f'<img src="data:image/jpeg;base64,{still}" alt="{name}" width="{_SIZE}" height="{_SIZE}" '
+        f'style="{_COVER};clip-path:circle(48%)">'
+    )
+    return f'<div style="{place}">{picture}{_frame(material, name)}</div>'
+
+
+def _frame(brdf: Brdf, name: str) -> str:
+    """The page above the picture; "" of what is too large to keep in a notebook, or no formula."""
+    if (brdf.nbytes or 0) > _LARGEST:
+        return ""
+    content = Content([studio()], thumbnails=False)
+    try:
+        content.add(Entry(brdf.name, {type(brdf).__name__: brdf}))
+    except NacreError:
+        return ""
+    page = html.escape(content.page(brdf.name, SPHERE).decode())
+    return (
+        f'<iframe srcdoc="{page}" title="{name}, live" sandbox="allow-scripts" '
+        f'style="{_COVER}"></iframe>'
+    )

@@ -1,0 +1,28 @@
+// Materials as files for others to open.
+
+import { made } from "./dom.js";
+
+// The bytes of a `.safetensors` file, as nacre reads it; `tensors` are {shape, values} by name.
+export function bytesOf({ header, tensors }) {
+  const table = { __metadata__: { nacre: JSON.stringify(header) } };
+  let size = 0;
+  for (const [name, { shape, values }] of Object.entries(tensors)) {
+    table[name] = { dtype: "F32", shape, data_offsets: [size, size + 4 * values.length] };
+    size += 4 * values.length;
+  }
+  const text = new TextEncoder().encode(JSON.stringify(table)), start = 8 * Math.ceil((8 + text.length) / 8);
+  const bytes = new Uint8Array(start + size).fill(32, 8, start), view = new DataView(bytes.buffer);
+  view.setBigUint64(0, BigInt(start - 8), true);
+  bytes.set(text, 8);
+  for (const [name, { values }] of Object.entries(tensors))
+    values.forEach((value, k) => view.setFloat32(start + table[name].data_offsets[0] + 4 * k, value, true));
+  return bytes;
+}
+
+// Hand a file to the reader, under a name that every system takes.
+export function handOver(name, bytes) {
+  const safe = name.replace(/[^\p{L}\p{N} ,._-]+/gu, "_").trim().slice(0, 100) || "material";
+  const url = URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" }));
+  made("a", { href: url, download: `${safe}.safetensors` }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 60000);
+}

@@ -1,0 +1,140 @@
+// Pictures of textures on surfaces in the light of a lamp.
+//
+// A texture is sums of weights, which vary from texel to texel, times functions of light and view, which
+// vary slowly along a surface: vertices have the functions, pixels only read weights. Each frame is
+// moved by part of a pixel, and added to those before until something changes.
+
+import { EDGE, LAID } from "./laid.js";
+import { SHOWN } from "./shaders.js";
+import { ADDED, TEXELS, VERTICES } from "./texture_shaders.js";
+import { WHOLE } from "./webgl.js";
+
+const SCALE = 0.97; // of shapes, which fit the unit sphere
+
+export class Textured {
+  // `context` is the page's renderer; `formulas` the GLSL that shaders of textures call.
+  constructor(context, formulas) {
+    Object.assign(this, { context, formulas, shapes: new Map(), frames: 0 });
+    this.view = { shape: "plane", repeats: 1, zoom: 1.3, depth: 1 };
+  }
+
+  // Take a texture to the graphics card: {facts, weights, functions, relief}.
+  loaded(facts, bytes) {
+    const { gl } = this.context, { lumas, chromas, resolution, width, height } = facts;
+    const levels = [[width, height]];
+    while (Math.max(...levels.at(-1)) > 1) levels.push(levels.at(-1).map((size) => Math.max(size >> 1, 1)));
+    const edge = resolution * resolution;
+    const weights = this.layers(bytes(facts.parts.weights), lumas + 2 * chromas, levels, 16);
+    const functions = this.layers(bytes(facts.parts.functions), lumas + chromas, [[edge, edge]], 4);
+    return { facts, levels: levels.length, weights, functions, relief: this.relief(facts.relief, bytes) };
+  }
+
+  // A texture array of bytes, which are given number by number, the levels of each one after the other.
+  // A pixel holds 4 of them, which are filtered, or 16, which are fetched.
+  layers(values, count, levels, each) {
+    const { gl } = this.context, texture = gl.createTexture(), size = values.length / count;
+    const depth = Math.ceil(count / each), filtered = each === 4;
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels.length, filtered ? gl.RGBA8 : gl.RGBA32UI, ...levels[0], depth);
+    let start = 0;
+    levels.forEach(([width, height], level) => {
+      const texels = width * height, mixed = new Uint8Array(texels * depth * each);
+      for (let k = 0; k < count; k++) {
+        const from = k * size + start, to = Math.floor(k / each) * each * texels + (k % each);
+        for (let j = 0; j < texels; j++) mixed[to + each * j] = values[from + j];
+      }
+      const layout = filtered ? [gl.RGBA, gl.UNSIGNED_BYTE, mixed] : [gl.RGBA_INTEGER, gl.UNSIGNED_INT, new Uint32Array(mixed.buffer)];
+      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, level, 0, 0, 0, width, height, depth, ...layout);
+      start += texels;
+    });
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, filtered ? gl.LINEAR : gl.NEAREST_MIPMAP_NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, filtered ? gl.LINEAR : gl.NEAREST);
+    return texture;
+  }
+
+  // Heights of half floats; a flat field where there are none.
+  relief(facts, bytes) {
+    const { gl } = this.context, texture = gl.createTexture(), { width, height } = facts ?? { width: 1, height: 1 };
+    const values = facts ? new Uint16Array(bytes(facts.part).buffer) : new Uint16Array(1);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R16F, width, height);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RED, gl.HALF_FLOAT, values);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
+    for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, axis, gl.REPEAT);
+    return texture;
+  }
+
+  // Show a texture that is loaded.
+  show(texture) {
+    this.texture = texture;
+    this.restart();
+  }
+
+  // Change {shape, repeats (over the plane's width), zoom, depth (of heights, 1 as they are)}.
+  change(view) {
+    Object.assign(this.view, view);
+    this.restart();
+  }
+
+  restart() {
+    this.frames = 0;
+  }
+
+  shape() {
+    const { shape } = this.view;
+    if (!this.shapes.has(shape)) {
+      const { columns, rows, extent, closed, ...mesh } = LAID[shape]();
+      this.shapes.set(shape, { ...this.context.mesh(mesh, [3, 3, 3]), cells: [columns, rows], extent, closed });
+    }
+    return this.shapes.get(shape);
+  }
+
+  // How often the texture lies along both edges of a shape.
+  repeats({ extent: [width, height], closed }, aspect) {
+    const wanted = (this.view.repeats * width) / EDGE;
+    const across = closed ? Math.max(Math.round(wanted), 1) : wanted;
+    return [across, (across * height * aspect) / width];
+  }
+
+  // One frame more.
+  frame() {
+    const { context, texture: { facts, levels, weights, functions, relief }, view, formulas } = this;
+    const { gl, scene, size } = context, shape = this.shape();
+    if (`${this.size}` !== `${size}`) this.resize(size);
+    const program = context.program(VERTICES(facts, formulas), TEXELS(facts, formulas));
+    const aspect = facts.width / facts.height, at = this.frames + 0.5;
+    const shift = this.frames && !scene.still ? [at * 0.7548776662466927, at * 0.5698402909980532].map((x) => (x % 1) - 0.5) : [0, 0];
+    const { bottom, top } = facts.relief ?? { bottom: 0, top: 0 };
+    const values = {
+      turn: scene.turn, shift: shift.map((x, k) => (2 * x) / size[k]), scale: SCALE * view.zoom,
+      cells: shape.cells, repeats: this.repeats(shape, aspect), lamp: scene.lamp, irradiance: scene.irradiance,
+      functions, weights, levels, relief, aspect, field: [bottom * view.depth, top * view.depth, view.depth],
+      function_low: facts.scales.functions.low, function_step: facts.scales.functions.step,
+      weight_low: facts.scales.weights.low, weight_step: facts.scales.weights.step,
+    };
+    gl.enable(gl.CULL_FACE);
+    context.meshed(this.one, program, { ...values, side: 1 }, shape);
+    gl.cullFace(gl.FRONT);
+    context.meshed(this.one, program, { ...values, side: -1 }, shape, false);
+    gl.cullFace(gl.BACK);
+    gl.disable(gl.CULL_FACE);
+    const [before, after] = this.frames % 2 ? this.sums : [...this.sums].reverse();
+    if (!this.frames) context.clear(before);
+    context.fill(after, context.program(WHOLE, ADDED), { before: before.textures[0], one: this.one.textures[0] });
+    this.latest = after;
+    this.frames += 1;
+  }
+  resize(size) {
+    const { context } = this;
+    if (this.size) [this.one, ...this.sums].forEach((target) => context.free(target));
+    Object.assign(this, { size: [...size], one: context.target(1, size, true), sums: context.pair(), frames: 0 });
+  }
+
+  // Show the sum on the canvas.
+  present() {
+    const { context } = this, { exposure, ground } = context.scene;
+    context.fill(null, context.program(WHOLE, SHOWN), { sums: this.latest.textures[0], exposure, ground, count: this.frames });
+  }
+}

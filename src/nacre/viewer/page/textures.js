@@ -1,0 +1,113 @@
+// The mode that shows encoded textures in the light of a lamp that moves.
+
+import { choice, made, range } from "./dom.js";
+import { Textured } from "./textured.js";
+
+const CONVERGED = 16; // frames: then edges are smooth
+const PERIOD = 8; // seconds of a path of the lamp
+const SHAPES = [["plane", "Plane"], ["cylinder", "Cylinder"], ["cloth", "Cloth"]];
+// Where the lamp is seen at a part of the period, in radii of the shape.
+const PATHS = {
+  circle: (turn) => [0.6 * Math.sin(turn), 0.6 * Math.cos(turn)],
+  sweep: (turn) => [0.85 * Math.sin(turn), 0.25],
+};
+
+export class Textures {
+  static alone = true; // shown where there are no materials too
+
+  constructor(page) {
+    Object.assign(this, { page, title: "Textures", panel: made("div", { className: "textures" }), path: "still" });
+    this.held = page.facts.textures ?? [];
+    if (!this.held.length) return;
+    this.read = new Map();
+    this.textured = new Textured(page.renderer, new TextDecoder().decode(page.bytes(page.facts.texture_glsl)));
+    this.build();
+  }
+
+  available() {
+    return this.held.length > 0;
+  }
+
+  build() {
+    const { page, textured } = this, say = (change) => page.attempt(change);
+    this.buttons = this.held.map((each, k) => {
+      const url = URL.createObjectURL(new Blob([page.bytes(each.thumbnail)], { type: "image/jpeg" }));
+      const button = made("button", { type: "button", className: "material", "aria-pressed": "false" },
+        made("img", { src: url, alt: "" }), made("span", {}, each.name));
+      button.addEventListener("click", () => say(() => this.choose(k)));
+      return button;
+    });
+    this.light = choice("Lamp", [["still", "Still"], ["circle", "Around"], ["sweep", "From side to side"]], (path) => this.follow(path));
+    this.depth = range("Relief", [0, 2, 0.05, 1], (depth) => say(() => textured.change({ depth })));
+    this.known = made("dl");
+    this.name = made("h2");
+    this.panel.append(
+      this.name,
+      made("div", { className: "group", role: "group", "aria-label": "Textures" }, ...this.buttons),
+      made("div", { className: "settings" },
+        choice("Surface", SHAPES, (shape) => say(() => textured.change({ shape }))),
+        this.light,
+        range("Repeats", [1, 16, 1, 1], (repeats) => say(() => textured.change({ repeats }))),
+        range("Zoom", [1, 8, 0.1, 1.3], (zoom) => say(() => textured.change({ zoom }))),
+        this.depth),
+      this.known,
+    );
+    // Who takes hold of the lamp takes it off its path.
+    for (const event of ["pointerdown", "keydown"]) page.controls.handle.addEventListener(event, (e) => {
+      if (e.key === undefined || e.key.startsWith("Arrow")) this.follow("still");
+    });
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.follow("circle");
+  }
+
+  choose(k) {
+    const facts = this.held[k], { read, page } = this;
+    if (!read.has(k)) read.set(k, this.textured.loaded(facts, page.bytes));
+    this.textured.show(read.get(k));
+    this.buttons.forEach((button, at) => button.setAttribute("aria-pressed", `${at === k}`));
+    this.name.textContent = facts.name;
+    this.known.replaceChildren(...Object.entries(facts.known).flatMap(([key, value]) => [made("dt", {}, key), made("dd", {}, value)]));
+    this.depth.hidden = !facts.relief;
+    this.chosen = k;
+  }
+
+  // Let the lamp go on a path from where it is along it now.
+  follow(path) {
+    this.path = path;
+    this.light.lastChild.value = path;
+    this.times = [];
+  }
+
+  open() {
+    const { controls, renderer } = this.page;
+    controls.shine(Number(controls.strength.value) || 1);
+    if (this.chosen === undefined) this.choose(0);
+    renderer.canvas.setAttribute("aria-label", "Texture; arrow keys turn it");
+    this.times = [];
+    this.textured.restart();
+  }
+
+  close() {
+    const { page } = this;
+    page.controls.shine(Number(page.controls.strength.value));
+    page.describe();
+    page.renderer.restart();
+  }
+
+  changed() {}
+
+  lit(change) {
+    if (Object.keys(change).some((name) => name !== "exposure")) this.textured.restart();
+  }
+
+  draw() {
+    const { textured, times, page } = this, now = performance.now() / 1000;
+    if (this.path !== "still") page.controls.move(...PATHS[this.path]((2 * Math.PI * (now % PERIOD)) / PERIOD));
+    const moving = textured.frames === 0;
+    if (textured.frames < CONVERGED) textured.frame();
+    textured.present();
+    while (times.length && times[0] < now - 1) times.shift();
+    if (moving) times.push(now);
+    if (this.path !== "still") return times.length > 1 ? `${Math.round((times.length - 1) / (times.at(-1) - times[0]))} pictures a second` : "";
+    return textured.frames < CONVERGED ? `${Math.round((100 * textured.frames) / CONVERGED)} %` : "converged";
+  }
+}

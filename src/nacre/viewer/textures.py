@@ -1,0 +1,195 @@
+"""Encoded textures as a page holds them: few functions of light and view, in bytes.
+
+They are the factors of :mod:`nacre.textures.factors`, of which a page keeps the first. Numbers are
+bytes with a lowest value and a step for each function. Steps are as small as a byte allows or as
+errors ask for, whichever is more: then functions that matter little have few different bytes, which
+pack well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.array import Array, Components, Floats, Image
+from nacre.btf import Btf
+from nacre.errors import NacreError
+from nacre.export.glsl import GlslLanguage
+from nacre.export.program import Function
+from nacre.export.textures.accuracy import factors_error
+from nacre.export.textures.atlas import encoded
+from nacre.export.textures.heights import HeightField
+from nacre.export.textures.source import joined
+from nacre.render.lights import DirectionalLight
+from nacre.runtime.progress import Progress, silent
+from nacre.textures.factors import CHROMAS as ALL_CHROMAS
+from nacre.textures.factors import LUMAS as ALL_LUMAS
+from nacre.textures.factors import factor, grid_place
+from nacre.textures.mipmap import level_shapes
+
+LUMAS, CHROMAS = 32, 4
+"""Functions of luma, and of both values of pairs of colors: what vertices can pass on to pixels."""
+RESOLUTION = 12
+"""Of the grid of directions."""
+LARGEST = 2048
+"""Texels along an edge: what every WebGL2 holds."""
+_WEIGHT_STEP, _FUNCTION_STEP = 1.0 / 160.0, 1.0 / 48.0  # of the texture's mean luma
+_SMALLEST = 1.0 / 24.0  # of it: weights that are less do not coarsen their functions any more
+
+GLSL = "texture_glsl"
+"""Fact of a page with textures: the part that holds :func:`formulas`."""
+
+Bytes = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Rounded:
+    """Numbers as bytes: `low` and `step`, of shape (k,), give those of column k of (n, k)."""
+
+    values: Bytes
+    low: Floats
+    step: Floats
+
+    @classmethod
+    def of(cls, values: Floats, step: npt.NDArray[Any]) -> Rounded:
+        """Numbers with steps of at least `step`, shape (k,)."""
+        low = values.min(axis=0)
+        steps = np.maximum(step, (values.max(axis=0) - low) / 255.0).astype(np.float32)
+        return cls(np.clip(np.round((values - low) / steps), 0, 255).astype(np.uint8), low, steps)
+
+    @property
+    def numbers(self) -> Floats:
+        """What the bytes stand for."""
+        return np.asarray(self.low + self.step * self.values, np.float32)
+
+    def facts(self) -> dict[str, list[float]]:
+        """Lowest values and steps as JSON."""
+        return {"low": self.low.tolist(), "step": self.step.tolist()}
+
+
+@dataclass(frozen=True, eq=False)
+class PageTexture:
+    """A texture for a page.
+
+    Parameters
+    ----------
+    height, width
+        In texels.
+    weights
+        Of texels of all levels, row by row, shape (t, :data:`LUMAS` + 2 :data:`CHROMAS`).
+    functions
+        At pairs of nodes, shape (:data:`RESOLUTION` ^ 4, :data:`LUMAS` + :data:`CHROMAS`).
+    error
+        Mean square of what reflectance factors differ by from those of the codes.
+    """
+
+    height: int
+    width: int
+    weights: Rounded
+    functions: Rounded
+    error: float
+
+    @classmethod
+    def of(cls, texture: Btf, progress: Progress = silent) -> PageTexture:
+        """What a page holds of an encoded texture.
+
+        Raises
+        ------
+        NacreError
+            If it is not encoded, its codec knows its own directions only, or it is larger than
+            :data:`LARGEST`.
+        """
+        latent = encoded(texture)
+        height, width = latent.codes.shape[:2]
+        if max(height, width) > LARGEST:
+            raise NacreError(
+                f"{latent.name}: {width} x {height} texels; a page holds {LARGEST} x {LARGEST}"
+            )
+        found = factor(latent, RESOLUTION, len(level_shapes(height, width)), progress)
+        starts = 0, ALL_LUMAS, ALL_LUMAS + ALL_CHROMAS
+        kept = [
+            np.arange(start, start + count)
+            for start, count in zip(starts, (LUMAS, CHROMAS, CHROMAS), strict=True)
+        ]
+        weights = found.weights[:, np.concatenate(kept)]
+        functions = found.functions[:, np.concatenate(kept[:2])]
+        squares = np.square(weights[: height * width], dtype=np.float64).mean(axis=0)
+        luma = np.sqrt(squares[:LUMAS].sum())
+        pairs = squares[LUMAS:].reshape(2, CHROMAS).mean(axis=0)
+        sizes = np.sqrt(np.concatenate([squares[:LUMAS], pairs]))
+        coarse = _FUNCTION_STEP * luma / np.maximum(sizes, _SMALLEST * luma)
+        # A black texture has no luma; its bytes have steps of no meaning.
+        rounded = (
+            Rounded.of(weights, np.full(weights.shape[1], max(_WEIGHT_STEP * luma, 1e-6))),
+            Rounded.of(functions, np.maximum(np.nan_to_num(coarse), 1e-6)),
+        )
+        texels = rounded[0].numbers[: height * width]
+        error = factors_error(latent, texels, rounded[1].numbers, LUMAS)
+        return cls(height, width, *rounded, error)
+
+    def parts(self) -> dict[str, bytes]:
+        """Bytes: weights function by function, the levels of each one after the other; functions
+        as pictures with a tile of views, row by row, for each light.
+        """
+        return {
+            "weights": np.ascontiguousarray(self.weights.values.T).tobytes(),
+            "functions": _tiles(self.functions.values).tobytes(),
+        }
+
+    def facts(self) -> dict[str, Any]:
+        """How to read them, as JSON."""
+        return {
+            "width": self.width,
+            "height": self.height,
+            "lumas": LUMAS,
+            "chromas": CHROMAS,
+            "resolution": RESOLUTION,
+            "scales": {"weights": self.weights.facts(), "functions": self.functions.facts()},
+        }
+
+
+def _tiles(functions: Bytes) -> Bytes:
+    """Functions (nodes, k), shape (k, R^2, R^2), as in an atlas of textures."""
+    size = RESOLUTION
+    grid = functions.reshape(size, size, size, size, -1).transpose(4, 0, 2, 1, 3)
+    return np.ascontiguousarray(grid.reshape(-1, size**2, size**2))
+
+
+def formulas() -> str:
+    """GLSL that shaders of textures call: `texture_place(w)`, where a direction is in the grid, and
+    `texture_joined(sums)`, reflectance factors of sums of luma and of both values of pairs.
+    """
+
+    def place(w: Components) -> tuple[tuple[Array, Array]]:
+        return (grid_place(w, RESOLUTION),)
+
+    functions = (
+        Function.of("place", place, {"w": 3}, ("place",)),
+        Function.of("joined", joined, {"sums": 3}, ("rgb",)),
+    )
+    return "\n\n".join(GlslLanguage().function(each, f"texture_{each.name}") for each in functions)
+
+
+def relief(heights: HeightField) -> tuple[dict[str, Any], bytes]:
+    """A height field for a page: its size and its lowest and highest point, as JSON, and heights as
+    half floats, row by row.
+    """
+    pixels = heights.pixels
+    rows, columns, _ = pixels.shape
+    facts = {
+        "width": columns,
+        "height": rows,
+        "bottom": float(pixels.min()),
+        "top": float(pixels.max()),
+    }
+    return facts, pixels.astype("<f2").tobytes()
+
+
+def from_above(texture: Btf) -> Image:
+    """All of an encoded texture in the light of previews, linear RGB, (height, width, 3)."""
+    light = np.array([DirectionalLight().direction], np.float32)
+    seen = texture.at_directions(light, np.array([[0.0, 0.0, 1.0]], np.float32))
+    return np.asarray(seen.images(slice(None))[0] * light[0, 2], np.float32)
