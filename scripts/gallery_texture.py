@@ -25,14 +25,16 @@ BLOCK = 4096  # texels at a time
 def main(encoded: str, captured: str, heights: str, output: str) -> None:
     """Write OUTPUT (.safetensors), and heights beside it (.exr)."""
     latent, table = load_latent_map(encoded), load_btf(captured)
-    codes = CompactCodes.of(latent.codes, latent.codec).codes.reshape(table.texel_count, -1)
+    codes = latent.codes, CompactCodes.of(latent.codes, latent.codec).codes
     decode = on_all_cores(latent.codec, latent.codec.decoder(table.wi, table.wo))
-    errors = ErrorSums()
-    for start in range(0, len(codes), BLOCK):
+    errors = ErrorSums(), ErrorSums()
+    for start in range(0, table.texel_count, BLOCK):
         part = slice(start, start + BLOCK)
-        errors.add(table.texels(part), decode(codes[part]), table.wo)
-    facts = errors.result().facts()
-    before = latent.metadata["errors"]
+        texels = table.texels(part)
+        for sums, held in zip(errors, codes, strict=True):
+            flat = held.reshape(table.texel_count, -1)[part].astype(np.float32)
+            sums.add(texels, decode(flat), table.wo)
+    before, facts = (sums.result().facts() for sums in errors)
     stored = latent.metadata | {"errors": facts | {"pairs compared a texel": table.pair_count}}
     save_latent_map(replace(latent, metadata=stored), output, compact=True)
     height, width = latent.codes.shape[:2]
