@@ -20,6 +20,7 @@ WHOLE = 12
 """Axes with a byte each, or one more."""
 REACH = 3.5
 
+_LARGEST = 1e9
 _SAMPLED = 1 << 13  # texels, about, that the axes are found from
 _RIDGE = 1e-6  # of the mean: no direction of codes counts less
 
@@ -57,8 +58,8 @@ class CompactCodes:
         if not shape[2] <= size <= 2 * shape[2]:
             raise ValueError(f"codes of {size} values in {shape[2]} bytes")
         for array in (self.axes, self.center):
-            if array.dtype != np.float32 or not np.isfinite(array).all():
-                raise ValueError("axes of codes are no finite numbers of single precision")
+            if array.dtype != np.float32 or not np.abs(array).max() <= _LARGEST:
+                raise ValueError(f"axes of codes are no single numbers of up to {_LARGEST:g}")
 
     @property
     def codes(self) -> npt.NDArray[np.float32]:

@@ -88,8 +88,8 @@ def test_melange_mixes_the_colors_of_strands() -> None:
 
 
 def test_uneven_strands_are_where_even_ones_are_about() -> None:
-    even, uneven = (surface("fabric", strands=4, unevenness=u).height for u in (0.0, 0.3))
-    assert np.corrcoef(even.ravel(), uneven.ravel())[0, 1] > 0.6
+    even, uneven = (surface("fabric", strands=4, fuzz=0.0, unevenness=u).height for u in (0.0, 0.3))
+    assert np.corrcoef(even.ravel(), uneven.ravel())[0, 1] > 0.5
     assert abs(even - uneven).max() > 0.01
 
 
