@@ -2,7 +2,7 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz docs parity-blender setup tools clean
+.PHONY: demo test lint bench fuzz docs gallery-textures parity-blender setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
@@ -39,6 +39,20 @@ parity-blender: setup  ## Exports to OSL and Blender, and Principled, in Cycles:
 	@test -x $(BLENDER) || python3.11 -m venv .venv-blender
 	@$(BLENDER) -c 'import bpy' 2>/dev/null || $(BLENDER) -m pip install -q 'bpy==5.0.1'
 	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/export tests/standard -k 'osl or blender or principled'
+
+SHOWPIECES := tweed leather wood
+
+gallery-textures: setup  ## Capture and encode the gallery's textures: minutes, and 0.8 GB in out/.
+	@mkdir -p out/gallery gallery/textures
+	@for name in $(SHOWPIECES); do \
+	  $(RUN) -m nacre btf capture gallery/recipes/$$name.json --texels 256 --paths 64 \
+	    --directions gallery/recipes/directions.csv --height-map out/gallery/$$name.exr \
+	    -o out/gallery/$$name.npz && \
+	  $(RUN) -m nacre fit out/gallery/$$name.npz --precision half --no-embed \
+	    -o out/gallery/$$name.safetensors && \
+	  $(RUN) scripts/gallery_texture.py out/gallery/$$name.safetensors out/gallery/$$name.npz \
+	    out/gallery/$$name.exr gallery/textures/$$name.safetensors || exit 1; \
+	done
 
 docs: setup  ## The API reference as HTML in out/docs.
 	EAGER_IMPORT=1 $(RUN) -m pdoc -o out/docs nacre

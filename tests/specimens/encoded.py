@@ -16,7 +16,7 @@ _KEY = "nacre latent map"
 _NUMBERS = "functions.greys", "prior.noise"
 
 
-def _tensors(scattered: bool = False) -> dict[str, Array]:
+def _tensors(scattered: bool = False, compact: bool = False) -> dict[str, Array]:
     directions = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]], "<f4")
     _, weights = codec().pack()
     tensors = {
@@ -27,6 +27,10 @@ def _tensors(scattered: bool = False) -> dict[str, Array]:
     }
     if scattered:
         tensors["pairs"] = np.array([[1, 0]], "<i4")
+    if compact:
+        tensors["codes"] = np.arange(0, 240, 40, "u1").reshape(2, 3, 1)
+        tensors["codes.axes"] = np.array([[0.1, 0.02], [-0.02, 0.1]], "<f4")
+        tensors["codes.center"] = np.array([-1.0, 0.5], "<f4")
     return tensors
 
 
@@ -65,7 +69,7 @@ def _valued(value: float) -> Iterable[bytes]:
 
 
 def _rebuilt(_: bytes, random: Random) -> bytes:
-    tensors, header = _tensors(random.random() < 0.5), _header()
+    tensors, header = _tensors(random.random() < 0.5, random.random() < 0.5), _header()
     name = random.choice(list(tensors))
     choice = random.random()
     if choice < 0.3:
@@ -89,7 +93,7 @@ def _rebuilt(_: bytes, random: Random) -> bytes:
 SPECIMENS = {
     "nacre encoded texture": Specimen(
         "cloth.safetensors",
-        lambda: [_bytes(_tensors(), _header()), _bytes(_tensors(scattered=True), _header())],
+        lambda: [_bytes(_tensors(*kind), _header()) for kind in ((), (True,), (False, True))],
         header=100,
         sized=_sized,
         valued=_valued,

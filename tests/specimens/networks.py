@@ -70,7 +70,7 @@ def safetensors_bytes(
     body = b""
     for name, array in tensors.items():
         offsets = [len(body), len(body) + array.nbytes]
-        kind = {"f": "F"}.get(array.dtype.kind, "I") + str(8 * array.dtype.itemsize)
+        kind = {"f": "F", "u": "U"}.get(array.dtype.kind, "I") + str(8 * array.dtype.itemsize)
         described[name] = {"dtype": kind, "shape": list(array.shape), "data_offsets": offsets}
         body += array.tobytes()
     text = json.dumps(described | dict(entries or {})).encode()

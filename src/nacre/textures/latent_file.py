@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -30,6 +31,7 @@ from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.domes import pairs
 from nacre.textures.codecs.codec import TexelCodec
 from nacre.textures.codecs.codec_file import PRETRAINED, codec_fingerprint, load_codec, unpack_codec
+from nacre.textures.compact import CompactCodes
 from nacre.textures.latent_map import CodecFile, LatentMap, NeuralBtf
 from nacre.textures.uniform import TexelBrdf, material_of
 
@@ -38,6 +40,8 @@ KEY = "nacre latent map"
 _LIMIT = 1 << 32
 _LARGEST = 1e9
 """Bound of codes in single precision: the default codec has 5 for each unit of reflectance."""
+_COMPACT = "codes.axes", "codes.center"
+"""Tensors beside codes that are compact."""
 _CODEC = "codec."  # in front of the names of an embedded codec's tensors
 
 
@@ -55,17 +59,21 @@ def check_latent_path(path: PathLike) -> Path:
     return path
 
 
-def save_latent_map(latent: LatentMap, path: PathLike) -> None:
+def save_latent_map(latent: LatentMap, path: PathLike, *, compact: bool = False) -> None:
     """Write a map of codes; the same map gives the same bytes.
 
-    An embedded codec is written in the lowest precision that changes none of its weights.
+    An embedded codec is written in the lowest precision that changes none of its weights. Where
+    asked for, codes are compact, see :mod:`nacre.textures.compact`: read again they are a little
+    different, and of single precision.
 
     Raises
     ------
     FormatError
         If a code is not finite, or the path cannot be written.
+    NacreError
+        If codes cannot be compact; see :meth:`nacre.textures.codecs.TexelCodec.embedding`.
     """
-    write_encoded(path, _encode, latent)
+    write_encoded(path, partial(_encode, compact=compact), latent)
 
 
 def load_latent_map(path: PathLike) -> LatentMap:
@@ -110,12 +118,16 @@ def load_latent_maps(paths: Sequence[Path]) -> list[LatentMap]:
     return found
 
 
-def _encode(latent: LatentMap) -> bytes:
+def _encode(latent: LatentMap, compact: bool) -> bytes:
     try:
         _check_codes(latent.codes)
     except ValueError as error:
         raise FormatError(str(error)) from error
     tensors: Tensors = {"codes": np.ascontiguousarray(latent.codes), **_pack_pairs(latent)}
+    if compact:
+        found = CompactCodes.of(latent.codes, latent.codec)
+        named = zip(_COMPACT, (found.axes, found.center), strict=True)
+        tensors |= {"codes": found.numbers, **dict(named)}
     if latent.reference is None:
         model, weights = latent.codec.pack(None)
         tensors |= {f"{_CODEC}{name}": array for name, array in weights.items()}
@@ -137,6 +149,8 @@ def _decode(path: Path, header: dict[str, Any], tensors: Tensors) -> LatentMap:
     if not isinstance(name, str) or not isinstance(model, dict):
         raise ValueError("name is no text, or codec no object")
     codes = tensors["codes"]
+    if codes.dtype == np.uint8:
+        codes = CompactCodes(codes, *(tensors[name] for name in _COMPACT)).codes
     _check_codes(codes)
     wi, wo = _unpack_pairs(str(path), tensors)
     codec, reference = _codec(path, model, tensors)

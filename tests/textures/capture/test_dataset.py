@@ -94,7 +94,23 @@ def test_a_folder_goes_on_that_has_an_earlier_name_of_a_parameter(tmp_path: Path
     capture_all(tmp_path, SETTINGS)
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"texels": NaN}', "[" * 5000])
+def test_a_folder_goes_on_that_was_begun_with_fewer_parameters(tmp_path: Path) -> None:
+    capture_all(tmp_path, SETTINGS)
+    path = tmp_path / MANIFEST
+    manifest = json.loads(path.read_text())
+    wood = manifest["textures"]["train/wood11.npz"]["parameters"]
+    del wood["rays"]
+    path.write_text(json.dumps(manifest))
+    capture_all(tmp_path, SETTINGS)
+    wood["rings"] = 9
+    path.write_text(json.dumps(manifest))
+    with pytest.raises(FormatError, match="textures: the folder was begun with others"):
+        capture_all(tmp_path, SETTINGS)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{", "[]", "{}", '{"textures": {"x": []}}', '{"texels": NaN}', "[" * 5000]
+)
 def test_a_damaged_manifest_is_named(tmp_path: Path, content: str) -> None:
     (tmp_path / MANIFEST).write_text(content)
     with pytest.raises(FormatError, match=MANIFEST):

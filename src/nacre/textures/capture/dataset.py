@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from nacre.io.files import abandoned, atomic_path, check_json, read_bytes
 from nacre.measured.textures import archive
 from nacre.runtime.lock import exclusive
 from nacre.runtime.progress import Progress
+from nacre.textures.capture.generators import GENERATORS
 from nacre.textures.capture.generators.generator import current_names
 from nacre.textures.capture.gonioreflectometer import capture
 from nacre.textures.capture.mesostructure import Mesostructure
@@ -122,9 +123,21 @@ def _settle(path: Path, settings: Settings, recipes: tuple[Recipe, ...]) -> None
         raise FormatError(f"{path}: is no JSON: {reason(error)}; choose another folder") from error
     if not isinstance(old, dict):
         raise FormatError(f"{path}: is no manifest; choose another folder")
+    if isinstance(listed := old.get("textures"), dict):
+        old["textures"] = {name: _completed(texture) for name, texture in listed.items()}
     for key, value in new.items():
         if old.get(key) != value:
             note = "" if isinstance(value, dict) else f" ({old.get(key)!r}, now {value!r})"
             raise FormatError(
                 f"{path}: {key}: the folder was begun with others{note}; choose another folder"
             )
+
+
+def _completed(texture: Any) -> Any:
+    """A texture of a manifest; parameters that its family did not have then are at defaults."""
+    try:
+        family = fields(GENERATORS[texture["family"]])
+        defaults = json.loads(json.dumps({field.name: field.default for field in family}))
+        return texture | {"parameters": defaults | texture["parameters"]}
+    except (LookupError, TypeError):
+        return texture

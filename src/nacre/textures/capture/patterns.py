@@ -71,10 +71,13 @@ class Cells:
     offset: Floats
 
 
-def cells(size: int, centres: Floats) -> Cells:
-    """Voronoi cells of points in the unit square, shape (k, 2), which repeat with it."""
+def cells(size: int, centres: Floats, shift: Floats | float = 0.0) -> Cells:
+    """Voronoi cells of points in the unit square, shape (k, 2), which repeat with it.
+
+    The shift, shape (size, size, 2), is by how much the grid is displaced: it bends their edges.
+    """
     spacing = len(centres) ** -0.5
-    grid = np.stack(positions(size), -1)
+    grid = (np.stack(positions(size), -1) + shift) % 1.0
     distances, found = cKDTree(centres % 1.0, boxsize=1.0).query(grid.reshape(-1, 2), 2)
     offset = (grid.reshape(-1, 2) - centres[found[:, 0]] + 0.5) % 1.0 - 0.5
     shape = (size, size)

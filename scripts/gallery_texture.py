@@ -1,0 +1,55 @@
+"""Store an encoded texture for the gallery: `gallery_texture.py ENCODED CAPTURED HEIGHTS OUTPUT`.
+
+Codes become compact; errors of what is left of them, against what was captured at all pairs of
+directions, are told and stored. Heights, as many a texel as there are, become their mean.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from nacre.formats import load_btf
+from nacre.metrics.texture_errors import ErrorSums
+from nacre.textures.codecs.codec import on_all_cores
+from nacre.textures.compact import CompactCodes
+from nacre.textures.height_file import read_heights, write_heights
+from nacre.textures.latent_file import load_latent_map, save_latent_map
+
+BLOCK = 4096  # texels at a time
+
+
+def main(encoded: str, captured: str, heights: str, output: str) -> None:
+    """Write OUTPUT (.safetensors), and heights beside it (.exr)."""
+    latent, table = load_latent_map(encoded), load_btf(captured)
+    codes = latent.codes, CompactCodes.of(latent.codes, latent.codec).codes
+    decode = on_all_cores(latent.codec, latent.codec.decoder(table.wi, table.wo))
+    errors = ErrorSums(), ErrorSums()
+    for start in range(0, table.texel_count, BLOCK):
+        part = slice(start, start + BLOCK)
+        texels = table.texels(part)
+        for sums, held in zip(errors, codes, strict=True):
+            flat = held.reshape(table.texel_count, -1)[part].astype(np.float32)
+            sums.add(texels, decode(flat), table.wo)
+    before, facts = (sums.result().facts() for sums in errors)
+    stored = latent.metadata | {"errors": facts | {"pairs compared a texel": table.pair_count}}
+    save_latent_map(replace(latent, metadata=stored), output, compact=True)
+    height, width = latent.codes.shape[:2]
+    fine = read_heights(heights)
+    rows, columns = fine.shape[0] // height, fine.shape[1] // width
+    blocks = fine.reshape(height, rows, width, columns)
+    relief = Path(output).with_suffix(".exr")
+    write_heights(np.asarray(blocks.mean(axis=(1, 3)), np.float32), relief)
+    print(
+        f"{output}: {Path(output).stat().st_size:,} bytes, MSE x 1e4 {facts['MSE x 1e4']:.4g} "
+        f"(codes as they were {before['MSE x 1e4']:.4g}); {relief}: {relief.stat().st_size:,} bytes"
+    )
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 5:
+        raise SystemExit(__doc__)
+    main(*sys.argv[1:])
