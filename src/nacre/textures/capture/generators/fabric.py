@@ -45,7 +45,7 @@ class _Strands(NamedTuple):
 
 @dataclass(frozen=True)
 class Fabric(Generator):
-    """Strands along y (warp) and along x (weft), one over the other, of twisted fibres.
+    """Strands along y (warp) and along x (weft), one over the other, of twisted fibers.
 
     Lengths are in distances between strands; colors repeat from strand to strand. Fibers may be
     spun one by one, and stray.
