@@ -2,7 +2,7 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz docs gallery-textures parity-blender setup tools clean
+.PHONY: demo test lint bench fuzz docs gallery gallery-textures parity-blender setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
@@ -39,6 +39,14 @@ parity-blender: setup  ## Exports to OSL and Blender, and Principled, in Cycles:
 	@test -x $(BLENDER) || python3.11 -m venv .venv-blender
 	@$(BLENDER) -c 'import bpy' 2>/dev/null || $(BLENDER) -m pip install -q 'bpy==5.0.1'
 	NACRE_BLENDER_PYTHON=$(CURDIR)/$(BLENDER) $(RUN) -m pytest -q tests/export tests/standard -k 'osl or blender or principled'
+
+LIBRARY := out/gallery/library
+
+gallery: setup  ## A page of all materials that may be passed on; NACRE_DATA=FOLDER adds published ones.
+	@mkdir -p out
+	@if [ -n "$(NACRE_DATA)" ]; then $(RUN) scripts/gallery.py "$(NACRE_DATA)"; fi
+	@if [ -d $(LIBRARY) ]; then more="$(LIBRARY) --notice $(LIBRARY)/LICENSE"; fi; \
+	  $(RUN) -m nacre view gallery $$more --map --title "nacre gallery" -o out/gallery.html
 
 SHOWPIECES := tweed leather wood
 

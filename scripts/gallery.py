@@ -1,13 +1,14 @@
 """Make the library that `make gallery` shows: networks that may be passed on, and OpenPBR forms.
 
-`python scripts/gallery.py PUBLISHED RGL`: the networks that the authors of "Neural BRDF
-Representation and Importance Sampling" published (folders of `.h5` by database, MIT), and isotropic
-tables of the RGL database (`*_rgb.bsdf`, CC0), to which networks are fitted here. What is there is
-kept: after a stop the same command goes on.
+`python scripts/gallery.py DATA`: the networks that the authors of "Neural BRDF Representation and
+Importance Sampling" published (`DATA/pretrained/*/*.h5`, MIT), into `out/gallery`, with their
+notice; and isotropic tables of the RGL database (`DATA/rgl/*_rgb.bsdf`, CC0), to which networks are
+fitted here, into `gallery`. What is there is kept: after a stop the same command goes on.
 """
 
 from __future__ import annotations
 
+import shutil
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -16,7 +17,8 @@ import nacre
 from nacre.analytic import MODELS, fit
 from nacre.formats import load_brdf
 
-GALLERY = Path(__file__).resolve().parents[1] / "gallery"
+ROOT = Path(__file__).resolve().parents[1]
+LIBRARY, OURS = ROOT / "out/gallery/library", ROOT / "gallery/fits to RGL"
 PUBLISHED = "network: MIT, Sztrajman, Rainer, Ritschel and Weyrich 2021"
 FITTED = "measurement: CC0, EPFL RGL material database (Dupuy and Jakob 2018)"
 MODEL = "openpbr"
@@ -39,12 +41,13 @@ def make(source: Path, folder: Path) -> str:
 
 def main() -> None:
     """Make all materials, one a core."""
-    published, rgl = map(Path, sys.argv[1:])
-    wanted = [
-        (path, GALLERY / f"published, {path.parent.name}")
-        for path in sorted(published.glob("*/*.h5"))
-    ]
-    wanted += [(path, GALLERY / "fits to RGL") for path in sorted(rgl.glob("*_rgb.bsdf"))]
+    data = Path(sys.argv[1])
+    published = sorted(data.glob("pretrained/*/*.h5"))
+    if published:
+        LIBRARY.mkdir(parents=True, exist_ok=True)
+        shutil.copy(data / "pretrained/LICENSE", LIBRARY / "LICENSE")
+    wanted = [(path, LIBRARY / f"published, {path.parent.name}") for path in published]
+    wanted += [(path, OURS) for path in sorted(data.glob("rgl/*_rgb.bsdf"))]
     with ProcessPoolExecutor() as pool:
         for name in pool.map(make, *zip(*wanted, strict=True)):
             print(name, flush=True)

@@ -59,12 +59,14 @@ def facts(page: Path) -> Any:
 def test_folders_are_searched_and_files_of_one_name_are_one_material(
     folder: Path, capsys: Any
 ) -> None:
-    said = run_json(capsys, "view", ".", "-o", "page.html", "--title", "All")
+    options = "--title", "All", "--notice", "notes.txt"
+    said = run_json(capsys, "view", ".", "-o", "page.html", *options)
     assert said["materials"] == 2
     assert said["size_bytes"] == Path("page.html").stat().st_size
     materials = {each["group"]: each for each in facts(Path("page.html"))["materials"]}
     assert [form["label"] for form in materials["metals"]["forms"]] == ["Network", "ggx"]
     assert [form["label"] for form in materials[""]["forms"]] == ["ggx"]
+    assert facts(Path("page.html"))["notice"] == "no material"
     assert "<title>All</title>" in Path("page.html").read_text("utf-8")
 
 

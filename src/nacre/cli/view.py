@@ -14,7 +14,7 @@ from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import Line, progress
 from nacre.cli.report import counted, fail, note, report
-from nacre.errors import NacreError
+from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
     from nacre.export.textures import HeightField
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from nacre.workflows.viewing import Shown
 
 _PAGE, _SCRIPT = ".html", ".js"
+_NOTICE = 1 << 20  # bytes
 
 
 @make(
@@ -39,6 +40,8 @@ _PAGE, _SCRIPT = ".html", ".js"
     "Gray image for parallax of a single texture; without, NAME.exr beside it if it is there.",
     option("--depth", options.FiniteRange(0.0), applies="btf", shown="0.1; 1 of .exr"),
     "Depth of the height field from black to white, in widths of the texture.",
+    option("--notice", options.INPUT, metavar="FILE"),
+    "Text at the foot of the page, such as the license of what it holds.",
     option("--component", is_flag=True),
     "Write the script that defines the element <nacre-view> for other pages (.js), and no page.",
     option("--port", click.IntRange(0, 65535), default=0, shown="any that is free"),
@@ -127,6 +130,8 @@ def _page(
         raise NacreError("no material could be read")
     if chosen["mapped"] and not add_space(content, entries, progress=line):
         raise NacreError(f"--map: {len(entries)} materials are too few, or too many have no code")
+    if chosen["notice"] is not None:
+        content.facts["notice"] = _notice(chosen["notice"])
     line("writing", 0, 1)
     return content.page(title), len(entries) + len(textures)
 
@@ -151,6 +156,15 @@ def _heights(chosen: Mapping[str, Any]) -> HeightField | None:
 
     path = chosen["height_field"]
     return HeightField.read(path, chosen["depth"]) if path is not None else None
+
+
+def _notice(path: Path) -> str:
+    from nacre.io.files import read_bytes
+
+    try:
+        return read_bytes(path, _NOTICE).decode()
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is not text in UTF-8") from error
 
 
 def _write_component(output: Path) -> None:

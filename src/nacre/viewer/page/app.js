@@ -24,6 +24,8 @@ export class Page {
     const [first] = this.materials.list;
     Object.assign(this, { chosen: first, form: first?.forms[0] });
     this.modes = MODES.filter((Mode) => first || Mode.alone).map((Mode) => new Mode(this)).filter((mode) => mode.available());
+    element("notice").hidden = !facts.notice;
+    element("notice").lastElementChild.textContent = facts.notice ?? "";
     this.tabs();
     if (first) this.choose(0);
   }
