@@ -28,7 +28,7 @@ def _tensors(scattered: bool = False, compact: bool = False) -> dict[str, Array]
     if scattered:
         tensors["pairs"] = np.array([[1, 0]], "<i4")
     if compact:
-        tensors["codes"] = np.arange(0, 240, 40, "u1").reshape(2, 3, 1)
+        tensors["codes"] = np.arange(0, 240, 40, dtype="u1").reshape(2, 3, 1)
         tensors["codes.axes"] = np.array([[0.1, 0.02], [-0.02, 0.1]], "<f4")
         tensors["codes.center"] = np.array([-1.0, 0.5], "<f4")
     return tensors
