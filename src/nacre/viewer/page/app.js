@@ -24,8 +24,9 @@ export class Page {
     const [first] = this.materials.list;
     Object.assign(this, { chosen: first, form: first?.forms[0] });
     this.modes = MODES.filter((Mode) => first || Mode.alone).map((Mode) => new Mode(this)).filter((mode) => mode.available());
-    element("notice").hidden = !facts.notice;
-    element("notice").lastElementChild.textContent = facts.notice ?? "";
+    const { notice } = this.facts;
+    element("notice").hidden = !notice;
+    element("notice").lastElementChild.textContent = notice ?? "";
     this.tabs();
     if (first) this.choose(0);
   }
