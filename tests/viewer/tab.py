@@ -57,7 +57,9 @@ class Tab:
         path = self._folder / "page.html"
         path.write_bytes(content)
         self.page.goto(path.as_uri())
-        self.wait("window.page && window.page.renderer.frames > 0")
+        said = "document.getElementById('trouble')"
+        self.wait(f"!{said}.hidden || (window.page && window.page.renderer.frames > 0)")
+        assert not self.page.evaluate(f"{said}.textContent")
 
     def wait(self, condition: str) -> None:
         """Until an expression is true; the page's policy forbids Playwright's own waiting."""
