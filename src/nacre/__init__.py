@@ -5,6 +5,7 @@ The names below are the public interface; heavy libraries load on first use.
 
 from __future__ import annotations
 
+from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 import lazy_loader
@@ -96,10 +97,12 @@ __getattr__, _, _ = lazy_loader.attach(
 
 
 def _live(material: object) -> str:
-    """What notebooks draw of a material; imported when the first is shown."""
-    from nacre.viewer.notebook import live
+    """What notebooks draw of a material; imported when the first is shown.
 
-    return live(material)
+    By its name, as the page's code decides no fit: see :mod:`nacre.runtime.code_fingerprint`.
+    """
+    drawn: str = _import_module("nacre.viewer.notebook").live(material)
+    return drawn
 
 
 _drawn_by(_live)
