@@ -114,10 +114,11 @@ def test_textures_are_shown_and_one_may_have_a_height_field(folder: Path, capsys
     highest = heights.max() - heights.mean()
     assert held["relief"]["top"] == pytest.approx(highest, rel=1e-3)
     write_heights(made_texture.heights().heights, "cloths/cloth.exr")
-    assert run("view", "cloths/cloth.safetensors", "-o", "beside.html") == 0
+    Path("cloths/raw.npz").rename("raw.npz")
+    assert run("view", "cloths", "-o", "beside.html") == 0
     (held,) = facts(Path("beside.html"))["textures"]
     assert held["relief"]["top"] == pytest.approx(0.5 * highest, rel=1e-3)
-    assert_refused(capsys, "is not encoded", "view", "cloths/raw.npz", "-o", "x.html")
+    assert_refused(capsys, "is not encoded", "view", "raw.npz", "-o", "x.html")
     assert_refused(capsys, "not of 0", "view", "other.json", "--height-field", "heights.exr")
 
 

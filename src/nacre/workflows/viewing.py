@@ -19,7 +19,7 @@ from nacre.neural.nbrdf import NeuralBrdf
 from nacre.viewer.content import Entry
 
 _NETWORK, _MEASURED = "Network", "Measured"
-_HEIGHTS = ".exr"
+_HEIGHTS, _ENCODED = ".exr", ".safetensors"
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,8 @@ def _below(root: Path) -> Iterator[Shown]:
         for file in sorted(files):
             path = Path(name) / file
             if file.startswith(".") or path.suffix.lower() not in endings or not path.is_file():
+                continue
+            if path.suffix == _HEIGHTS and path.with_suffix(_ENCODED).exists():
                 continue
             try:
                 identify(path)
