@@ -8,7 +8,7 @@ demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurem
 	$(RUN) -m nacre demo --output out/demo.png
 
 test: lint tools  ## Formatting, lint, types, layers, doctests and tests.
-	$(RUN) -m pytest -n auto -q
+	NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto -q
 
 lint: setup
 	.venv/bin/ruff format --no-cache --check .
