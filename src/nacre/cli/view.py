@@ -65,7 +65,8 @@ def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None
 
     found = find_materials(paths)
     options.check_outputs([output], [shown.path for shown in found])
-    title = chosen["title"] or (paths[0].stem if len(paths) == 1 else "Materials")
+    stems = {path.stem for path in paths}
+    title = chosen["title"] or (paths[0].stem if len(stems) == 1 else "Materials")
     line = progress(title, "reading")
     failed: list[Path] = []
     page, count = _page(title, found, chosen, line, partial(_left_out, paths, failed))
