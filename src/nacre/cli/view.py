@@ -13,14 +13,14 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import Line, progress
-from nacre.cli.report import counted, fail, note, report
+from nacre.cli.report import counted, fail, note, report, report_file
 from nacre.errors import FormatError, NacreError
 
 if TYPE_CHECKING:
     from nacre.export.textures import HeightField
     from nacre.render.environment import Environment
     from nacre.viewer.content import Entry
-    from nacre.workflows.viewing import Shown
+    from nacre.workflows.sources import Source
 
 _PAGE, _SCRIPT = ".html", ".js"
 _NOTICE = 1 << 20  # bytes
@@ -64,7 +64,7 @@ def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None
     from nacre.workflows.viewing import find_materials
 
     found = find_materials(paths)
-    options.check_outputs([output], [shown.path for shown in found])
+    options.check_outputs([output], [source.path for source in found])
     stems = {path.stem for path in paths}
     title = chosen["title"] or (paths[0].stem if len(stems) == 1 else "Materials")
     line = progress(title, "reading")
@@ -72,7 +72,7 @@ def command(paths: tuple[Path, ...], output: Path | None, **chosen: Any) -> None
     page, count = _page(title, found, chosen, line, partial(_left_out, paths, failed))
     line.end()
     if output is not None:
-        _write(page, output, count)
+        _write(page, output, counted(count, "material", "materials"), materials=count)
     else:
         _serve(page, chosen["port"], chosen["opened"], count)
     if failed:
@@ -103,7 +103,7 @@ def _check(paths: tuple[Path, ...], output: Path | None, chosen: Mapping[str, An
 
 def _page(
     title: str,
-    found: Sequence[Shown],
+    found: Sequence[Source],
     chosen: Mapping[str, Any],
     line: Line,
     left_out: Callable[[Path, NacreError], None],
@@ -169,25 +169,18 @@ def _notice(path: Path) -> str:
 
 
 def _write_component(output: Path) -> None:
-    from nacre.io.files import atomic_path
     from nacre.viewer.component import component
 
     options.check_outputs([output], [])
-    script = component()
-    with atomic_path(output) as path:
-        path.write_bytes(script)
-    data = {"output": str(output), "size_bytes": len(script)}
-    report(f"{output}: {len(script):,} bytes", data)
+    _write(component(), output)
 
 
-def _write(content: bytes, output: Path, count: int) -> None:
+def _write(content: bytes, output: Path, text: str = "", **data: Any) -> None:
     from nacre.io.files import atomic_path
 
     with atomic_path(output) as path:
         path.write_bytes(content)
-    shown = counted(count, "material", "materials")
-    data = {"output": str(output), "materials": count, "size_bytes": len(content)}
-    report(f"{output}: {shown}, {len(content):,} bytes", data)
+    report_file(output, text, **data)
 
 
 def _serve(content: bytes, port: int, opened: bool, count: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -15,7 +15,7 @@ from nacre.io.files import PathLike
 
 @dataclass(frozen=True)
 class Source:
-    """A file to fit.
+    """A file to fit, or to show.
 
     Parameters
     ----------
@@ -61,40 +61,60 @@ def find_sources(
     FormatError
         If a path does not exist, or a folder cannot be listed.
     """
+    return gather(paths, lambda root: _measured(root, Path(output).resolve(), left_out))
+
+
+def gather(paths: Iterable[PathLike], below: Callable[[Path], Iterable[Source]]) -> list[Source]:
+    """The files among `paths`, and what `below` finds in the folders among them, each once.
+
+    Raises
+    ------
+    FormatError
+        If a path does not exist.
+    """
     found: dict[Path, Source] = {}
     for path in map(Path, paths):
-        if path.is_dir():
-            listed = _below(path, Path(output).resolve(), left_out)
-        elif path.exists():
-            listed = [Source(path, PurePosixPath(path.name))]
-        else:
+        if not path.exists():
             raise FormatError(f"{path}: does not exist")
+        listed = below(path) if path.is_dir() else [Source(path, PurePosixPath(path.name))]
         for source in listed:
             found.setdefault(source.path.resolve(), source)
     return list(found.values())
 
 
-def _below(root: Path, output: Path, left_out: Callable[[Path], None]) -> list[Source]:
-    """Measured files in a folder, but not those in the folder `output` within it."""
+def files_below(root: Path, without: Path | None = None) -> Iterator[Source]:
+    """The files in a folder and below it, by name, but not what is hidden or lies in `without`.
+
+    Links to folders are not followed.
+
+    Raises
+    ------
+    FormatError
+        If a folder cannot be listed.
+    """
 
     def refuse(error: OSError) -> None:
         raise FormatError(f"{error.filename}: cannot be listed: {error.strerror}") from error
 
-    sources = []
     for name, folders, files in os.walk(root, onerror=refuse):
         folder = Path(name)
         folders[:] = sorted(
-            f for f in folders if not f.startswith(".") and (folder / f).resolve() != output
+            f for f in folders if not f.startswith(".") and (folder / f).resolve() != without
         )
         for path in (folder / file for file in sorted(files) if not file.startswith(".")):
-            if not path.is_file() or not has_measured_ending(path):
-                continue
-            if is_measured(path):
-                relative = PurePosixPath(path.relative_to(root).as_posix())
-                sources.append(Source(path, relative))
-            else:
-                left_out(path)
-    return sources
+            if path.is_file():
+                yield Source(path, PurePosixPath(path.relative_to(root).as_posix()))
+
+
+def _measured(root: Path, output: Path, left_out: Callable[[Path], None]) -> Iterator[Source]:
+    """Measured files in a folder, but not those in the folder `output` within it."""
+    for source in files_below(root, output):
+        if not has_measured_ending(source.path):
+            continue
+        if is_measured(source.path):
+            yield source
+        else:
+            left_out(source.path)
 
 
 def output_names(sources: Sequence[Source], ending: str) -> list[str]:
