@@ -5,12 +5,9 @@ The names below are the public interface; heavy libraries load on first use.
 
 from __future__ import annotations
 
-from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 import lazy_loader
-
-from nacre.runtime.described import drawn_by as _drawn_by
 
 if TYPE_CHECKING:
     from nacre import (
@@ -94,18 +91,6 @@ __getattr__, _, _ = lazy_loader.attach(
     submodules=set(__all__).difference(["__version__"], *_ATTRIBUTES.values()),
     submod_attrs=_ATTRIBUTES,
 )
-
-
-def _live(material: object) -> str:
-    """What notebooks draw of a material; imported when the first is shown.
-
-    By its name, as the page's code decides no fit: see :mod:`nacre.runtime.code_fingerprint`.
-    """
-    drawn: str = _import_module("nacre.viewer.notebook").live(material)
-    return drawn
-
-
-_drawn_by(_live)
 
 
 def __dir__() -> list[str]:

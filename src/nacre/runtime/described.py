@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import html
 import textwrap
-from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 from nacre.errors import printable
@@ -37,23 +37,17 @@ class Described(Frozen):
             f"<tr><th>{html.escape(key)}</th><td>{html.escape(str(value))}</td></tr>"
             for key, value in self.describe().items()
         )
-        return f"{_draw(self)}<table>{''.join(rows)}</table>"
+        return f"{_picture(self)}<table>{''.join(rows)}</table>"
 
 
-def _nothing(_: Described) -> str:
-    return ""
+def _picture(material: Described) -> str:
+    """What :mod:`nacre.viewer.notebook` draws of a material, as HTML.
 
-
-_draw: Callable[[Described], str] = _nothing
-
-
-def drawn_by(draw: Callable[[Described], str]) -> None:
-    """Let notebooks show what a function makes of a material, as HTML, above its facts.
-
-    What draws stands on what is drawn, so it cannot be imported here.
+    That stands on what is drawn, and decides no fit (:mod:`nacre.runtime.code_fingerprint`): it is
+    imported by its name, when the first is shown.
     """
-    global _draw
-    _draw = draw
+    picture: str = import_module("nacre.viewer.notebook").live(material)
+    return picture
 
 
 def readable_size(size: int) -> str:
