@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -34,7 +34,6 @@ _THUMBNAIL = 96  # pixels along an edge
 _QUALITY = 80
 _DIRECTIONS = 192  # of light
 _GROUND = 0.1  # as behind the page's pictures
-_COMPARED = 128  # pixels along an edge, as nacre compare
 _LONGEST = 200
 """Characters of a fact that a page shows."""
 
@@ -93,8 +92,9 @@ class Content:
     """
 
     def __init__(self, environments: Sequence[Environment], *, thumbnails: bool = True) -> None:
-        lit = environments[0].exposed()
-        self._light = EnvironmentLight(lit, _DIRECTIONS) if thumbnails else None
+        self._light = None
+        if thumbnails:
+            self._light = EnvironmentLight(environments[0].exposed(), _DIRECTIONS)
         self.parts: dict[str, bytes] = {}
         self.facts: dict[str, Any] = {"materials": [], "templates": [], "environments": []}
         self.facts |= {"sampler": sampler_source(SAMPLER), "inputs": input_sources()}
@@ -149,7 +149,8 @@ class Content:
             If no page holds it; the message says why.
         """
         held = self.facts.setdefault("textures", [])
-        self.facts[GLSL] = self.part(GLSL, formulas().encode())
+        if GLSL not in self.facts:
+            self.facts[GLSL] = self.part(GLSL, formulas().encode())
         name = f"texture {len(held)}"
         packed = PageTexture.of(texture, progress)
         parts = {each: self.part(f"{name} {each}", of) for each, of in packed.parts().items()}
@@ -208,17 +209,11 @@ def page(
     title: str,
     entries: Sequence[Entry],
     environments: Sequence[Environment],
-    progress: Callable[[int], None] | None = None,
 ) -> bytes:
-    """A page of materials under environments, as UTF-8.
-
-    `progress` is called with the number of materials that are packed. See :class:`Content`.
-    """
+    """A page of materials under environments, as UTF-8; see :class:`Content`."""
     content = Content(environments)
-    for count, entry in enumerate(entries, 1):
+    for entry in entries:
         content.add(entry)
-        if progress is not None:
-            progress(count)
     return content.page(title)
 
 
@@ -232,7 +227,7 @@ def _known(brdf: Brdf) -> dict[str, str]:
 
 
 def _errors(reference: Brdf, brdf: Brdf) -> str:
-    found = compare(reference, brdf, size=_COMPARED)
+    found = compare(reference, brdf)
     return "; ".join(
         f"{each.light} {each.errors.psnr:.1f} dB, FLIP {each.errors.flip:.3f}"
         for each in found.lights

@@ -130,19 +130,19 @@ def template(network: NeuralBrdf) -> Template:
         **_sampling(as_data(sampler), across),
     }
     language = _Open()
-    texts = []
-    for name, formula in formulas.items():
-        function = Function.of(name, *formula, expanded=language.expanded)
-        texts.append(language.function(function, f"{NAME}_{name}"))
-    return Template(key_of(network), "\n\n".join(texts), language.places)
+    return Template(key_of(network), _written(language, formulas), language.places)
 
 
 def sampler_source(sampler: Sampler) -> str:
     """`material_sample` and `material_pdf` of a sampler as GLSL, its numbers filled in."""
-    language = GlslLanguage()
+    return _written(GlslLanguage(), _sampling(sampler))
+
+
+def _written(language: GlslLanguage, formulas: Mapping[str, _Formula]) -> str:
+    """Functions of formulas by their names."""
     return "\n\n".join(
         language.function(Function.of(name, *formula, expanded=language.expanded), f"{NAME}_{name}")
-        for name, formula in _sampling(sampler).items()
+        for name, formula in formulas.items()
     )
 
 
@@ -153,20 +153,14 @@ def input_sources() -> dict[str, str]:
     with zeros for what is missing, as if the angle of the axes were 0. By "enhanced true" and the
     like: the name of the inputs and whether networks are isotropic.
     """
-    language = GlslLanguage()
 
     def source(inputs: str, isotropic: bool) -> str:
         def part(of: slice) -> Callable[..., Sequence[Any]]:
             return lambda wi, wo: ((*network_inputs(wi, wo, isotropic, inputs), *(0.0,) * 4)[of],)
 
         parts = {"first": part(slice(4)), "second": part(slice(4, 8))}
-        return "\n\n".join(
-            language.function(
-                Function.of(name, formula, PAIR, ("x",), expanded=language.expanded),
-                f"{NAME}_{name}",
-            )
-            for name, formula in parts.items()
-        )
+        formulas = {name: (formula, PAIR, ("x",)) for name, formula in parts.items()}
+        return _written(GlslLanguage(), formulas)
 
     return {
         f"{inputs} {str(isotropic).lower()}": source(inputs, isotropic)

@@ -1,7 +1,7 @@
 // The page: what it holds, what is chosen, and the mode that shows it.
 
 import { Controls } from "./controls.js";
-import { element, made } from "./dom.js";
+import { element, listed, made } from "./dom.js";
 import { Drop } from "./drop.js";
 import { Materials } from "./materials.js";
 import { MODES } from "./modes.js";
@@ -95,8 +95,7 @@ export class Page {
       button.addEventListener("click", () => this.attempt(() => this.choose(this.shelf.selected, k)));
       return button;
     })));
-    element("known").replaceChildren(...Object.entries({ ...chosen.known, ...form.known }).flatMap(([key, value]) =>
-      [made("dt", {}, key), made("dd", {}, value)]));
+    element("known").replaceChildren(...listed({ ...chosen.known, ...form.known }));
     element("picture").setAttribute("aria-label", `${chosen.name}, ${form.label}; arrow keys turn it`);
   }
 

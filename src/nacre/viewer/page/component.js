@@ -7,12 +7,11 @@ import { unpacked } from "./container.js";
 import { Materials } from "./materials.js";
 import { PACKED } from "./packed.js";
 import { FileError, LIMIT, readTensors } from "./tensors.js";
-import { View } from "./view.js";
+import { VIEWED, View } from "./view.js";
 
 const packed = unpacked(PACKED);
-const VIEWED = ["shape", "light", "exposure"];
 
-export class NacreView extends HTMLElement {
+class NacreView extends HTMLElement {
   static observedAttributes = ["src", "alt", ...VIEWED];
 
   async connectedCallback() {

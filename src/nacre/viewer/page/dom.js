@@ -12,6 +12,10 @@ export function made(tag, facts = {}, ...inside) {
   return found;
 }
 
+// Terms and what is said of them, for a <dl>.
+export const listed = (facts) =>
+  Object.entries(facts).flatMap(([key, value]) => [made("dt", {}, key), made("dd", {}, value)]);
+
 const SVG = "http://www.w3.org/2000/svg";
 
 // An SVG element with attributes and what is inside.

@@ -1,6 +1,7 @@
 // Values over the hemisphere as a surface: the farther from the middle, the higher.
 
 import { DISPLAYED } from "./shaders.js";
+import { triangles } from "./shapes.js";
 import { HEAD, WHOLE } from "./webgl.js";
 
 const OUT = 160, AROUND = 128; // steps from the mirror direction to the horizon, and around
@@ -155,13 +156,7 @@ export class Hemisphere {
       gl.bindVertexArray(null);
       return;
     }
-    const indices = [];
-    for (let j = 0; j < AROUND; j++)
-      for (let i = 0; i < OUT; i++) {
-        const a = j * (OUT + 1) + i, b = a + OUT + 1;
-        indices.push(a, a + 1, b, a + 1, b + 1, b);
-      }
-    this.mesh = renderer.mesh({ vertices, indices: Uint32Array.from(indices) }, [3, 4, 3]);
+    this.mesh = renderer.mesh({ vertices, indices: triangles(OUT, AROUND) }, [3, 4, 3]);
   }
 
   // Where a direction is seen, from -1 to 1, the third number toward us.

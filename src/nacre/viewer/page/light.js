@@ -5,10 +5,11 @@
 // by the inverse of the distribution of light over texels at the points of an additive recurrence,
 // so that any run of them covers the light evenly.
 
+import { FIRST, SECOND } from "./sequence.js";
+
 const EDGE = 256; // directions along an edge of their texture
 const SPREAD = [0.25, 0.5, 0.25];
 const FLOOR = 0.02; // of mean light in every texel
-const FIRST = 0.7548776662466927, SECOND = 0.5698402909980532; // powers of the plastic number (Roberts 2018)
 
 // Linear RGB of shared-exponent bytes: red, green, blue and exponent planes.
 export function pixelsOf(bytes) {

@@ -18,14 +18,14 @@ const COLORS = [["material", "Of the material"], ["channels", "By channel"]];
 const HELP = "Light: drag it, or move it with the arrow keys";
 
 // Angles of views in the plane of incidence, dense about the mirror direction and back to the light.
-export function anglesOf(incidence) {
+function anglesOf(incidence) {
   const around = [0, ...FAN, ...FAN.map((x) => -x)];
   const even = Array.from({ length: Math.floor((2 * HORIZON) / STEP) + 1 }, (_, k) => k * STEP - HORIZON);
   const all = [...even, HORIZON, ...around.flatMap((x) => [incidence + x, x - incidence])];
   return Float64Array.from(all.filter((x) => Math.abs(x) <= HORIZON)).sort();
 }
 
-export const spherical = (theta, phi) =>
+const spherical = (theta, phi) =>
   [Math.sin(theta) * Math.cos(phi), Math.sin(theta) * Math.sin(phi), Math.cos(theta)];
 
 export class Lobes {

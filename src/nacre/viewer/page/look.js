@@ -6,7 +6,7 @@ const CONVERGED = 64; // frames: noise is about what screens show
 export const LAST = 256; // nothing is seen to change
 
 // A word on how far a picture is.
-export const state = (frames) => (frames < CONVERGED ? `${Math.round((100 * frames) / CONVERGED)} %` : "converged");
+export const state = (frames, whole = CONVERGED) => (frames < whole ? `${Math.round((100 * frames) / whole)} %` : "converged");
 
 export class Look {
   constructor(page) {

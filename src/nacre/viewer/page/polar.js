@@ -22,7 +22,7 @@ export function rounded(x, digits) {
 }
 
 // Values of rings from the peak down, 1, 2 or 5 times a power of ten.
-export function ringsOf(peak, scale) {
+function ringsOf(peak, scale) {
   const found = [];
   let last = 1.04;
   for (let power = Math.floor(Math.log10(peak)); found.length < 4 && peak > 0 && power > Math.log10(peak) - 6; power--)

@@ -6,11 +6,12 @@
 // they fetch from, by name.
 
 import { tables } from "./light.js";
+import { moved } from "./sequence.js";
 import { FRAMES, LIT, POINTS, SHOWN, SPHERE, VALUES } from "./shaders.js";
 import { SHAPES } from "./shapes.js";
 import { Context, WHOLE } from "./webgl.js";
 
-const SCALE = 0.97; // of shapes, which fit the unit sphere
+export const SCALE = 0.97; // of shapes, which fit the unit sphere
 
 export class Renderer extends Context {
   constructor(canvas) {
@@ -74,8 +75,7 @@ export class Renderer extends Context {
   // One frame more of each picture.
   frame() {
     const { scene, size: [width, height] } = this, { lamp, irradiance, rotation, surroundings } = scene;
-    const at = this.frames + 0.5;
-    const shift = this.frames && !scene.still ? [at * 0.7548776662466927, at * 0.5698402909980532].map((x) => (x % 1) - 0.5) : [0, 0];
+    const shift = moved(scene.still ? 0 : this.frames);
     this.place({ turn: scene.turn, shift: [(2 * shift[0]) / width, (2 * shift[1]) / height], scale: SCALE });
     const [normals, tangents, points] = this.points.textures;
     const pairs = this.frames ? this.pairs : 1;

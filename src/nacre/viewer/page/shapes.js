@@ -2,15 +2,21 @@
 // tangent of each vertex, of a grid of so many cells, row by row.
 
 export function grid(columns, rows, point) {
-  const vertices = new Float32Array((columns + 1) * (rows + 1) * 9), indices = [];
+  const vertices = new Float32Array((columns + 1) * (rows + 1) * 9);
   for (let j = 0, k = 0; j <= rows; j++)
     for (let i = 0; i <= columns; i++, k += 9) vertices.set(frame(point, i / columns, j / rows), k);
+  return { vertices, indices: triangles(columns, rows), columns, rows };
+}
+
+// Two triangles a cell.
+export function triangles(columns, rows) {
+  const indices = [];
   for (let j = 0; j < rows; j++)
     for (let i = 0; i < columns; i++) {
       const a = j * (columns + 1) + i, b = a + columns + 1;
       indices.push(a, a + 1, b, a + 1, b + 1, b);
     }
-  return { vertices, indices: Uint32Array.from(indices), columns, rows };
+  return Uint32Array.from(indices);
 }
 
 // A point of a surface with its normal and its tangent along u, by differences.

@@ -25,6 +25,7 @@ export class Shelf {
     this.count();
   }
 
+  // Address of a thumbnail that the page carries.
   packed(thumbnail) {
     return URL.createObjectURL(new Blob([this.page.bytes(thumbnail)], { type: "image/jpeg" }));
   }

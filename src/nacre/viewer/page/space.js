@@ -41,10 +41,6 @@ export class Space extends Look {
 around it and decoded to a network here. At a material that is close to it, not the same.`));
   }
 
-  open() {
-    this.changed();
-  }
-
   close() {
     this.page.describe();
   }

@@ -5,11 +5,11 @@
 // moved by part of a pixel, and added to those before until something changes.
 
 import { EDGE, LAID } from "./laid.js";
+import { SCALE } from "./renderer.js";
+import { moved } from "./sequence.js";
 import { SHOWN } from "./shaders.js";
 import { ADDED, TEXELS, VERTICES } from "./texture_shaders.js";
 import { WHOLE } from "./webgl.js";
-
-const SCALE = 0.97; // of shapes, which fit the unit sphere
 
 export class Textured {
   // `context` is the page's renderer; `formulas` the GLSL that shaders of textures call.
@@ -104,8 +104,7 @@ export class Textured {
     const { gl, scene, size } = context, shape = this.shape();
     if (`${this.size}` !== `${size}`) this.resize(size);
     const program = context.program(VERTICES(facts, formulas), TEXELS(facts, formulas));
-    const aspect = facts.width / facts.height, at = this.frames + 0.5;
-    const shift = this.frames && !scene.still ? [at * 0.7548776662466927, at * 0.5698402909980532].map((x) => (x % 1) - 0.5) : [0, 0];
+    const aspect = facts.width / facts.height, shift = moved(scene.still ? 0 : this.frames);
     const { bottom, top } = facts.relief ?? { bottom: 0, top: 0 };
     const values = {
       turn: scene.turn, shift: shift.map((x, k) => (2 * x) / size[k]), scale: SCALE * view.zoom,

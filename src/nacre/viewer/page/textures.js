@@ -1,6 +1,7 @@
 // The mode that shows encoded textures in the light of a lamp that moves.
 
-import { choice, made, range } from "./dom.js";
+import { choice, listed, made, range } from "./dom.js";
+import { state } from "./look.js";
 import { Textured } from "./textured.js";
 
 const CONVERGED = 16; // frames: then edges are smooth
@@ -31,9 +32,8 @@ export class Textures {
   build() {
     const { page, textured } = this, say = (change) => page.attempt(change);
     this.buttons = this.held.map((each, k) => {
-      const url = URL.createObjectURL(new Blob([page.bytes(each.thumbnail)], { type: "image/jpeg" }));
       const button = made("button", { type: "button", className: "material", "aria-pressed": "false" },
-        made("img", { src: url, alt: "" }), made("span", {}, each.name));
+        made("img", { src: page.shelf.packed(each.thumbnail), alt: "" }), made("span", {}, each.name));
       button.addEventListener("click", () => say(() => this.choose(k)));
       return button;
     });
@@ -65,7 +65,7 @@ export class Textures {
     this.textured.show(read.get(k));
     this.buttons.forEach((button, at) => button.setAttribute("aria-pressed", `${at === k}`));
     this.name.textContent = facts.name;
-    this.known.replaceChildren(...Object.entries(facts.known).flatMap(([key, value]) => [made("dt", {}, key), made("dd", {}, value)]));
+    this.known.replaceChildren(...listed(facts.known));
     this.depth.hidden = !facts.relief;
     this.chosen = k;
   }
@@ -108,6 +108,6 @@ export class Textures {
     while (times.length && times[0] < now - 1) times.shift();
     if (moving) times.push(now);
     if (this.path !== "still") return times.length > 1 ? `${Math.round((times.length - 1) / (times.at(-1) - times[0]))} pictures a second` : "";
-    return textured.frames < CONVERGED ? `${Math.round((100 * textured.frames) / CONVERGED)} %` : "converged";
+    return state(textured.frames, CONVERGED);
   }
 }

@@ -14,7 +14,10 @@ const FIRST = 7; // pairs of directions until another picture gets its first one
 const CONVERGED = 127;
 const AREA = 256 ** 2; // pixels up to which a frame may draw more pairs
 const LARGEST = 1024; // pixels along an edge
-export const LAMP = "lamp"; // the light that is a lamp alone
+const LAMP = "lamp"; // the light that is a lamp alone
+
+// What `set` takes the text of, as attributes and traits are named.
+export const VIEWED = ["shape", "light", "exposure"];
 
 const STYLE = `
 :host { display: inline-block; position: relative; box-sizing: border-box; width: 256px; max-width: 100%; aspect-ratio: 1; overflow: hidden; }

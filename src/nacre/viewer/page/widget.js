@@ -2,9 +2,8 @@
 
 import { opened } from "./container.js";
 import { Materials } from "./materials.js";
-import { View } from "./view.js";
+import { VIEWED, View } from "./view.js";
 
-const VIEWED = ["shape", "light", "exposure"];
 
 export async function render({ model, el }) {
   const host = el.appendChild(document.createElement("div"));
