@@ -9,6 +9,8 @@ of the exported shader. PSNR against Mitsuba is printed, for display values.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -52,8 +54,10 @@ def executed(runner: Runner, brdf: Brdf, size: int = SIZE) -> Floats:
     return image.reshape(size, size, 3)
 
 
-def rendered(brdf: Brdf, size: int = SIZE, spp: int = 256) -> Floats:
-    """The sphere by Mitsuba, linear RGB (size, size, 3)."""
+def rendered(
+    brdf: Brdf, size: int = SIZE, spp: int = 256, light: Mapping[str, Any] | None = None
+) -> Floats:
+    """The sphere by Mitsuba, linear RGB (size, size, 3); under a directional light if None."""
     mi = mitsuba()
     transform = mi.ScalarTransform4f
     half = 1.0 / (1.0 - MARGIN)
@@ -72,7 +76,7 @@ def rendered(brdf: Brdf, size: int = SIZE, spp: int = 256) -> Floats:
     upright = transform().rotate([1, 0, 0], -90.0)
     scene = {
         **path_traced(2, sensor),
-        "light": directional(DirectionalLight.direction),
+        "light": light or directional(DirectionalLight.direction),
         "sphere": {"type": "sphere", "to_world": upright, "bsdf": bsdf(brdf)},
     }
     return render_scene(scene, spp)

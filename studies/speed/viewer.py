@@ -67,11 +67,8 @@ def main() -> None:
     study.add_argument("--size", type=int, default=512, help="pixels along an edge of the picture")
     options = study.options()
     rounds, frames = (1, 4) if options.quick else (options.rounds, CONVERGED)
-    from playwright.sync_api import sync_playwright
-
     rows = []
-    with sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=browser.program(), args=browser.FLAGS)
+    with browser.launched() as chromium:
         for path in options.pages:
             first = []
             for _ in range(rounds):
@@ -96,7 +93,6 @@ def main() -> None:
                     f"{psnr:.1f}",
                 )
             )
-        chromium.close()
     columns = "bytes", "first picture (s)", "frame (ms)", "converged (s)", "PSNR (dB)"
     study.table(("page", *columns), rows)
 

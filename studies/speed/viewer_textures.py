@@ -47,11 +47,8 @@ def main() -> None:
     study.add_argument("--size", type=int, default=512, help="pixels along an edge of the picture")
     options = study.options()
     frames = 3 if options.quick else options.frames
-    from playwright.sync_api import sync_playwright
-
     rows = []
-    with sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=browser.program(), args=browser.FLAGS)
+    with browser.launched() as chromium:
         for path in options.pages:
             page, _ = opened(chromium, path, (1280, 860))
             for surface in SURFACES:
@@ -63,7 +60,6 @@ def main() -> None:
                 ]
                 rows.append((path.name, surface, *(f"{time:.0f}" for time in times)))
             page.close()
-        chromium.close()
     columns = f"repeats {NEAR} (ms)", f"repeats {FAR} (ms)"
     study.table(("page", "surface", *columns), rows)
 

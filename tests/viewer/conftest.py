@@ -17,12 +17,8 @@ from tests.viewer.tab import Tab
 def chromium() -> Iterator[Any]:
     """Playwright's browser, or the test is skipped."""
     needs(browser.missing())
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=browser.program(), args=browser.FLAGS)
+    with browser.launched() as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture

@@ -8,10 +8,19 @@ from pathlib import Path
 from typing import Any
 
 _SECONDS = 120.0
+_ENCODED = """window.encoded = ({ buffer }) => {
+  const bytes = new Uint8Array(buffer);
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 8192)
+    text += String.fromCharCode(...bytes.subarray(k, k + 8192));
+  return btoa(text);
+};"""
 
 
 class Tab:
     """A window; leaving it asserts that nothing was logged as an error and nothing left the page.
+
+    Scripts of tests hand over the numbers of a typed array by `window.encoded`, as base64.
 
     Parameters
     ----------
@@ -33,6 +42,7 @@ class Tab:
             viewport={"width": size[0], "height": size[1]}, accept_downloads=True, **settings
         )
         self.page = self._context.new_page()
+        self.page.add_init_script(_ENCODED)
         self.errors: list[str] = []
         self.requests: list[str] = []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Iterator
 from functools import cache
@@ -17,10 +16,11 @@ from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.neural import Recipe
 from nacre.render.environment import Environment
-from nacre.render.plugins import bsdf
 from nacre.render.studio import studio
 from nacre.viewer.content import Entry, page
 from nacre.viewer.environments import MAP_SIZE
+from studies.parity.pictures import rendered as rendered_by_mitsuba
+from studies.parity.runners import browser
 from tests.analytic.materials import EXAMPLES
 from tests.variants import require_mitsuba
 from tests.viewer.tab import Tab
@@ -40,15 +40,8 @@ RENDER = """([material, light, change, size, frames]) => {
   renderer.resize(size, size);
   renderer.show(materials.shown(materials.list[material].forms[0]));
   for (let k = 0; k < frames; k++) renderer.frame();
-  const shown = (values) => {
-    const bytes = new Uint8Array(values.buffer);
-    let text = "";
-    for (let k = 0; k < bytes.length; k += 8192)
-      text += String.fromCharCode(...bytes.subarray(k, k + 8192));
-    return btoa(text);
-  };
-  const points = [0, 1, 2].map((k) => shown(renderer.read(renderer.points, k)));
-  return [shown(renderer.sums()), ...points];
+  const points = [0, 1, 2].map((k) => renderer.read(renderer.points, k));
+  return [renderer.sums(), ...points].map(window.encoded);
 }"""
 
 
@@ -66,9 +59,7 @@ def rendered(
     """Sums, normals, tangents and points, shapes (size, size, 4), the top row first."""
     size, frames = more.get("size", SIZE), more.get("frames", FRAMES)
     texts = tab.page.evaluate(RENDER, [material, light, change or {}, size, frames])
-    return [
-        np.frombuffer(base64.b64decode(text), "<f4").reshape(size, size, 4)[::-1] for text in texts
-    ]
+    return [browser.floats(text).reshape(size, size, 4)[::-1] for text in texts]
 
 
 @pytest.fixture(scope="module")
@@ -172,30 +163,8 @@ def test_pixels_are_those_of_mitsuba(tab: Tab, name: str) -> None:
     mi = require_mitsuba()
     size = 64
     sums, *_ = rendered(tab, MATERIALS.index(name), 0, {"still": False}, size=size, frames=FRAMES)
-    lighting = environment(tab)
-    camera = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
-    film = {
-        "type": "hdrfilm",
-        "width": size,
-        "height": size,
-        "pixel_format": "rgb",
-        "component_format": "float32",
-        "rfilter": {"type": "box"},
-    }
-    upright = mi.ScalarTransform4f().rotate([1, 0, 0], -90.0)
-    scene = {
-        "type": "scene",
-        "integrator": {"type": "direct", "hide_emitters": True},
-        "sensor": {
-            "type": "orthographic",
-            "to_world": camera @ mi.ScalarTransform4f().scale([1 / 0.97, 1 / 0.97, 1]),
-            "film": film,
-            "sampler": {"type": "multijitter", "sample_count": 1024},
-        },
-        "light": {"type": "envmap", "bitmap": mi.Bitmap(lighting.pixels)},
-        "sphere": {"type": "sphere", "to_world": upright, "bsdf": bsdf(material(name))},
-    }
-    truth = np.array(mi.render(mi.load_dict(scene), seed=1))
+    light = {"type": "envmap", "bitmap": mi.Bitmap(environment(tab).pixels)}
+    truth = rendered_by_mitsuba(material(name), size, 1024, light)
     covered = sums[..., 3] >= sums[..., 3].max()
     found = sums[..., :3] / np.maximum(sums[..., 3:], 1.0)
     error = (tone_map(found) - tone_map(truth))[covered]

@@ -66,16 +66,8 @@ VALUES = """([k, wi, wo]) => {
 }"""
 GRIDS = """(k) => {
   const { materials } = window.page, { table } = materials.list[k].forms[0];
-  const text = ({ buffer }) => {
-    const bytes = new Uint8Array(buffer);
-    let all = "";
-    for (let at = 0; at < bytes.length; at += 8192) {
-      all += String.fromCharCode(...bytes.subarray(at, at + 8192));
-    }
-    return btoa(all);
-  };
   const whole = materials.whole(table), { grids, ...facts } = whole;
-  const said = ({ size, channels, values }) => [size, channels, text(values)];
+  const said = ({ size, channels, values }) => [size, channels, window.encoded(values)];
   return [facts, Object.fromEntries(Object.entries(grids).map(([name, x]) => [name, said(x)]))];
 }"""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Iterator
 from functools import cache
@@ -23,6 +22,7 @@ from nacre.textures.latent_map import LatentMap, NeuralBtf
 from nacre.textures.mipmap import filtered_reflectance
 from nacre.viewer.content import Content, Entry
 from nacre.viewer.textures import LARGEST, RESOLUTION, PageTexture, Rounded
+from studies.parity.runners import browser
 from tests.analytic.materials import EXAMPLES
 from tests.export import made_texture
 from tests.specimens.tables import mbsdf_file
@@ -45,11 +45,7 @@ RENDER = """([chosen, view, scene, size]) => {
   renderer.resize(size, size);
   mode.textured.change({ repeats: 1, zoom: 1, depth: 1, ...view });
   mode.textured.frame();
-  const bytes = new Uint8Array(renderer.read(mode.textured.latest).buffer);
-  let text = "";
-  for (let k = 0; k < bytes.length; k += 8192)
-    text += String.fromCharCode(...bytes.subarray(k, k + 8192));
-  return btoa(text);
+  return window.encoded(renderer.read(mode.textured.latest));
 }"""
 
 
@@ -87,7 +83,7 @@ def shot(
     """
     scene = {"turn": turn.T.ravel().tolist(), "lamp": [*light.tolist(), w]}
     found = tab.page.evaluate(RENDER, [chosen, view, scene, SIZE])
-    return np.frombuffer(base64.b64decode(found), "<f4").reshape(SIZE, SIZE, 4)
+    return browser.floats(found).reshape(SIZE, SIZE, 4)
 
 
 def pixels() -> tuple[Floats, Floats]:

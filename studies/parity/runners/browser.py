@@ -9,7 +9,8 @@ import importlib.util
 import shutil
 import tempfile
 import threading
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,6 +22,7 @@ from nacre.array import Weights
 
 if TYPE_CHECKING:
     from playwright.async_api import Browser, Route
+    from playwright.sync_api import Browser as SyncBrowser
 
 _SITE = "https://page.invalid/"
 _NAMES = "chromium", "chromium-browser", "google-chrome"
@@ -142,6 +144,17 @@ def _wait(work: Coroutine[Any, Any, _Value]) -> _Value:
 
 
 _open: list[Browser] = []
+
+
+@contextmanager
+def launched() -> Iterator[SyncBrowser]:
+    """A browser of its own for pages that are used step by step."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=program(), args=FLAGS)
+        yield browser
+        browser.close()
 
 
 async def _browser() -> Browser:
