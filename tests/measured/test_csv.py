@@ -309,3 +309,23 @@ def test_a_name_that_is_not_unicode_is_written_with_marks(tmp_path):
     brdf = ScatteredBrdf(up, up, up, "a\udcff")  # as Python has the byte 255 in a file's name
     comma_separated.save(brdf, tmp_path / "x.csv")
     assert nacre.load(tmp_path / "x.csv").name == "a?"
+
+
+def test_noise_is_read_and_written(tmp_path: Path) -> None:
+    text = PLAIN.replace("r,g,b", "r,g,b,sigma").replace("0.1\n", "0.1,0.02\n", 1)
+    brdf = read(tmp_path, text.replace("-0.01\n", "-0.01,0.01\n"))
+    assert brdf.samples.sigma is not None
+    np.testing.assert_array_equal(brdf.samples.sigma, [0.02, 0.01])
+    np.testing.assert_array_equal(brdf.subset(np.array([1])).samples.sigma, [0.01])
+    comma_separated.save(brdf, tmp_path / "b.csv")
+    again = comma_separated.load(tmp_path / "b.csv")
+    np.testing.assert_array_equal(again.samples.sigma, brdf.samples.sigma)
+    with pytest.raises(FormatError, match=r"column sigma: a standard deviation is negative"):
+        read(tmp_path, text.replace("-0.01\n", "-0.01,-1\n"))
+
+
+def test_means_of_duplicates_have_less_noise(tmp_path: Path) -> None:
+    rows = "30,0,40,180,0.5,0.2,0.1,0.03\n30,0,40,180,0.7,0.2,0.1,0.04\n"
+    head = PLAIN.split("30,0")[0].replace("r,g,b", "r,g,b,sigma")
+    sigma = read(tmp_path, head + rows).samples.sigma
+    np.testing.assert_allclose(sigma, [0.025])

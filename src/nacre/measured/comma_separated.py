@@ -3,8 +3,8 @@
 UTF-8 text. Header lines come first: `# key: value`, or without the mark. Then one line names the
 columns, in any order, and every further line is one sample: the angles theta_i, phi_i (light) and
 theta_o, phi_o (viewer), and f_r in 1/sr as r, g, b (linear Rec. 709), as x, y, z (CIE 1931), as f
-alone (gray), or one column a band, named by its wavelength in nm. See
-:mod:`nacre.measured.sample_columns`.
+alone (gray), or one column a band, named by its wavelength in nm; where there is a column sigma, it
+is the standard deviation of the noise of these. See :mod:`nacre.measured.sample_columns`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from nacre.io.files import PathLike, atomic_path, first_bytes
 from nacre.io.format import Format
 from nacre.io.text_file import read_lines
 from nacre.measured.deduplication import from_measurement
-from nacre.measured.sample_columns import ANGLES, Columns, read_header, read_table
+from nacre.measured.sample_columns import ANGLES, NOISE, Columns, read_header, read_table
 from nacre.measured.scattered import ScatteredBrdf, tabulate
 from nacre.measured.spectra import to_rgb
 
@@ -57,6 +57,9 @@ def load(path: PathLike) -> ScatteredBrdf:
         raise FormatError(f"{path}: polar angles: must lie from 0 to 180 degrees; check the units")
     wi, wo = (join(w).astype(np.float64) for w in map(from_spherical, polar, azimuth))
     rgb, spectra, wavelengths = _values(table, columns)
+    sigma = table[:, columns.names.index(NOISE)] if NOISE in columns.names else None
+    if sigma is not None and sigma.min() < 0.0:
+        raise FormatError(f"{path}: column {NOISE}: a standard deviation is negative")
     try:
         return from_measurement(
             wi,
@@ -66,6 +69,7 @@ def load(path: PathLike) -> ScatteredBrdf:
             isotropic=_flag(path, header, "isotropic"),
             spectra=spectra,
             wavelengths=wavelengths,
+            sigma=sigma,
             facts={f"header {key}": value for key, value in header.items() if key not in _USED},
         )
     except FormatError:
@@ -98,6 +102,8 @@ def save(brdf: Brdf, path: PathLike) -> None:
         names, values = list("rgb"), samples.rgb
     else:
         names, values = [f"{w:.10g} nm" for w in wavelengths], spectra
+    if samples.sigma is not None:
+        names, values = [*names, NOISE], np.column_stack([values, samples.sigma])
     values = np.clip(values, -_LARGEST, _LARGEST)
     with (
         atomic_path(path) as temporary,

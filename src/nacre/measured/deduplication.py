@@ -20,6 +20,7 @@ def from_measurement(
     isotropic: bool = True,
     spectra: Floats | None = None,
     wavelengths: Floats | None = None,
+    sigma: Floats | None = None,
     facts: Mapping[str, Any] | None = None,
 ) -> ScatteredBrdf:
     """A reflectance from the rows of a file, which may hold more than a reflectance can.
@@ -55,6 +56,10 @@ def from_measurement(
         np.add.at(total, rank, values[kept])
         return total / count
 
+    def of_means(noise: Floats) -> Floats:
+        """Standard deviations (n,) of means of what has those of `noise`."""
+        return np.asarray(np.sqrt(mean(np.square(noise)[:, None]) / count)[:, 0])
+
     counts = {
         "dropped below the horizon": int((~visible).sum()),
         "dropped as not measured": int((visible & ~known).sum()),
@@ -68,6 +73,7 @@ def from_measurement(
         isotropic=isotropic,
         spectra=None if spectra is None else mean(spectra),
         wavelengths=wavelengths,
+        sigma=None if sigma is None else of_means(sigma),
         facts=dict(facts or {}) | counts,
     )
 

@@ -40,6 +40,9 @@ _ALIASES = {
     **dict.fromkeys(("brdf", "bsdf", "f_r"), "f"),
     **{name: name[0] for name in ("red", "green", "blue")},
 }
+NOISE = "sigma"
+"""Column of the standard deviation of f_r, in every channel."""
+
 _COLORS = (["b", "g", "r"], ["x", "y", "z"], ["f"])
 _COLUMN = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*(?:nm)?")
@@ -52,7 +55,8 @@ class Columns:
     Parameters
     ----------
     names
-        One a column: :data:`ANGLES`, and r, g, b, or x, y, z, or f, or wavelengths in nm.
+        One a column: :data:`ANGLES`, and r, g, b, or x, y, z, or f, or wavelengths in nm; and
+        :data:`NOISE` where it is there.
     scales
         Factor to radians of each of :data:`ANGLES`.
     separator
@@ -173,7 +177,7 @@ def _columns(path: PathLike, line: str, header: dict[str, str]) -> Columns:
             scales[name] = _scale(path, name, unit or header.get("units"))
     check_columns(path, names, ANGLES)
     columns = Columns(names, scales, separator)
-    values = [name for name in names if name not in ANGLES]
+    values = [name for name in names if name not in (*ANGLES, NOISE)]
     if sorted(values) in _COLORS:
         return columns
     if not values or len(columns.bands) < len(values):

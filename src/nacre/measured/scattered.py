@@ -59,14 +59,17 @@ class ScatteredBrdf(LobeSampledBrdf):
         phi_d and for -phi_d. True of nearly every isotropic material; ignored if not isotropic.
     spectra, wavelengths
         f_r in 1/sr per band, shape (n, bands), and the bands in nm, shape (bands,), where known.
+    sigma
+        Standard deviation of the noise of f_r in 1/sr, in every channel, shape (n,), where known.
     facts
         What else :meth:`describe` should show.
 
     Raises
     ------
     ValueError
-        If shapes do not match, there is no sample, a value is not finite, or a direction is not
-        above the horizon. :func:`nacre.measured.deduplication.from_measurement` sorts them out.
+        If shapes do not match, there is no sample, a value is not finite, a standard deviation is
+        negative, or a direction is not above the horizon.
+        :func:`nacre.measured.deduplication.from_measurement` sorts them out.
     """
 
     traceable = False
@@ -82,6 +85,7 @@ class ScatteredBrdf(LobeSampledBrdf):
         mirrored: bool = True,
         spectra: npt.ArrayLike | None = None,
         wavelengths: npt.ArrayLike | None = None,
+        sigma: npt.ArrayLike | None = None,
         facts: Mapping[str, Any] | None = None,
     ) -> None:
         light, view, color = arrays = [np.array(a, np.float64) for a in (wi, wo, rgb)]
@@ -106,8 +110,13 @@ class ScatteredBrdf(LobeSampledBrdf):
             expected = (len(color), *self.wavelengths.shape)
             if self.wavelengths.ndim != 1 or self.spectra.shape != expected:
                 raise ValueError(f"spectra of shape {self.spectra.shape}, expected (n, bands)")
-        self.samples = DirectionSamples(light, view, color)
-        """Directions, linear RGB and cosines as they were measured; arrays of float64."""
+        noise = None if sigma is None else np.array(sigma, np.float64)
+        if noise is not None and noise.shape != color.shape[:1]:
+            raise ValueError(f"sigma of shape {noise.shape}, expected (n,)")
+        if noise is not None and not (np.isfinite(noise) & (noise >= 0.0)).all():
+            raise ValueError("sigma must be finite and not negative")
+        self.samples = DirectionSamples(light, view, color, noise)
+        """Directions, linear RGB and noise as they were measured; arrays of float64."""
         self._facts = dict(facts or {})
 
     def subset(self, chosen: npt.NDArray[Any]) -> ScatteredBrdf:
@@ -122,6 +131,7 @@ class ScatteredBrdf(LobeSampledBrdf):
             mirrored=self.mirrored,
             spectra=None if self.spectra is None else self.spectra[chosen],
             wavelengths=self.wavelengths,
+            sigma=part.sigma,
         )
 
     def scattered(self) -> Scattered | None:

@@ -15,12 +15,14 @@ from nacre.array import ColorList, Colors, Scalars, VectorList
 class DirectionSamples:
     """Values of a reflectance at pairs of unit directions above the horizon, shapes (n, 3).
 
-    f_r is in 1/sr, linear Rec. 709 RGB; a negative channel is a color outside the gamut.
+    f_r is in 1/sr, linear Rec. 709 RGB; a negative channel is a color outside the gamut. `sigma` is
+    the standard deviation of its noise in every channel, shape (n,), where that is known.
     """
 
     wi: VectorList
     wo: VectorList
     rgb: ColorList
+    sigma: Scalars | None = None
 
     @property
     def cosine(self) -> Scalars:
@@ -32,7 +34,8 @@ class DirectionSamples:
 
     def __getitem__(self, chosen: npt.NDArray[Any]) -> DirectionSamples:
         """The samples at an array of indices or where a mask is true."""
-        return DirectionSamples(self.wi[chosen], self.wo[chosen], self.rgb[chosen])
+        sigma = None if self.sigma is None else self.sigma[chosen]
+        return DirectionSamples(self.wi[chosen], self.wo[chosen], self.rgb[chosen], sigma)
 
 
 class Scattered(Protocol):
