@@ -7,7 +7,7 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.latent.directions import shared_directions
-from nacre.latent.posterior import _expected
+from nacre.latent.posterior import _mixture
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.numerics.direction_samples import DirectionSamples
 from tests.latent.made import random_basis
@@ -49,7 +49,7 @@ def test_the_mean_over_priors_is_that_of_a_grid():
             weights.append(density.sum() ** 0.1 / count)
             sums.append((codes * density).sum() / density.sum())
     expected = np.average(sums, weights=weights)
-    assert _expected(values, slopes, centers) == pytest.approx([expected], abs=1e-6)
+    assert _mixture(values, slopes, centers, 1).code == pytest.approx([expected], abs=1e-6)
 
 
 def test_materials_are_expected_to_be_like_those_of_the_training():
@@ -82,3 +82,54 @@ def test_a_sample_of_a_color_outside_the_gamut_counts_as_black():
     negative[::7, 1], black[::7, 1] = -0.2, 0.0
     codes = (made.encode(DirectionSamples(WI[:100], WO[:100], f)) for f in (negative, black))
     np.testing.assert_array_equal(*codes)
+
+
+def test_codes_are_drawn_from_the_mixture():
+    values, slopes, centers = np.array([1.3]), np.array([[0.7]]), np.array([[-1.0], [2.0]])
+    found = _mixture(values, slopes, centers, 1)
+    drawn = found.draw(20000, 3)
+    assert drawn.mean() == pytest.approx(found.code[0], abs=0.02)
+    spread = found.weights @ (found.deviations**2 + found.means**2) - found.code**2
+    assert drawn.var() == pytest.approx(spread[0], rel=0.03)
+    np.testing.assert_array_equal(found.draw(5, 3), found.draw(5, 3))
+
+
+def faulty(count: int = 60, **faults: object) -> tuple[float, float]:
+    """Errors of codes of samples with a fault, and of the same where the fault is allowed for."""
+    made = random_basis()
+    f_r = made.decode(CODE).eval(WI[:count], WO[:count]).astype(float)
+    random = np.random.default_rng(4)
+    sigma = None
+    if "outliers" in faults:
+        f_r[::9] *= 30.0
+    if "factor" in faults:
+        f_r *= faults["factor"]
+    if "noise" in faults:
+        sigma = np.where(np.arange(count) % 2, 0.0, 2.0 * f_r.mean())
+        f_r = np.maximum(f_r + sigma[:, None] * random.normal(size=f_r.shape), 0.0)
+    allowed = {name: True for name in ("robust", "free_scale") if name in faults}
+    samples = DirectionSamples(WI[:count], WO[:count], f_r)
+    plain = made.posterior(samples)
+    found = made.posterior(DirectionSamples(WI[:count], WO[:count], f_r, sigma), **allowed)
+    return tuple(float(np.abs(p.code - CODE).mean()) for p in (plain, found))
+
+
+def test_noise_that_is_stated_is_allowed_for():
+    plain, found = faulty(noise=True)
+    assert found < 0.5 * plain
+
+
+def test_outliers_hardly_count():
+    plain, found = faulty(outliers=True, robust=True)
+    assert found < 0.3 * plain
+
+
+def test_the_factor_of_an_instrument_is_found():
+    plain, found = faulty(factor=1.7, free_scale=True)
+    assert found < 0.5 * plain
+    made = random_basis()
+    f_r = 1.7 * made.decode(CODE).eval(WI[:60], WO[:60])
+    factor, deviation = made.posterior(
+        DirectionSamples(WI[:60], WO[:60], f_r), free_scale=True
+    ).scale
+    assert abs(np.log(factor / 1.7)) < 2.0 * deviation < 0.5

@@ -22,6 +22,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "lobe_predictor": ["LobePredictor"],
         "neural_basis": ["NeuralBasis", "NeuralBasisBrdf"],
         "pca": ["PcaBasis", "PcaBrdf"],
+        "prior": ["Prior"],
         "predictor_training": ["train_predictors", "with_labels", "with_predictors"],
         "recipes": [
             "AutoencoderRecipe",

@@ -26,6 +26,8 @@ from nacre.runtime.progress import Progress, silent
 
 if TYPE_CHECKING:
     from nacre.latent.lobe_predictor import LobePredictor
+    from nacre.latent.posterior import Posterior
+    from nacre.latent.prior import Prior
 
 LARGEST = 1e6  # bound of values of codes and of numbers of bases: products of them stay finite
 
@@ -204,9 +206,32 @@ class LatentBasis(Described):
             if scan is None:
                 return self._refined(source, seed) if refine else self._projected(source)
             source = scan.samples
+        return self.posterior(source).code
+
+    def posterior(
+        self, samples: DirectionSamples, *, robust: bool = False, free_scale: bool = False
+    ) -> Posterior:
+        """The codes that samples of an isotropic material, however few, leave possible.
+
+        Parameters
+        ----------
+        samples
+            One or more.
+        robust
+            Whether samples may be outliers: one that is far from what the others say hardly counts.
+        free_scale
+            Whether all samples may be wrong by one factor, which is found too.
+
+        Raises
+        ------
+        NacreError
+            If the basis does not take samples.
+        ValueError
+            If there is no sample.
+        """
         if not self.takes_samples:
             raise NacreError(f"the basis {self.kind!r} finds no code from samples alone")
-        return self._expected(source)
+        return self._posterior(samples, robust=robust, free_scale=free_scale)
 
     def _refined(self, brdf: Brdf, seed: int) -> Vector:
         """The code that comes closest in pictures."""
@@ -216,9 +241,20 @@ class LatentBasis(Described):
         """The code that is not refined."""
         raise NotImplementedError
 
-    def _expected(self, samples: DirectionSamples) -> Vector:
-        """The code that is to be expected of samples."""
+    def _posterior(self, samples: DirectionSamples, **faults: bool) -> Posterior:
+        """The codes that samples leave possible, where the basis takes samples."""
         raise NotImplementedError
+
+    @property
+    def prior(self) -> Prior:
+        """How plausible codes are: like those of the training materials.
+
+        Raises
+        ------
+        NacreError
+            If the basis keeps no codes of what it was trained on.
+        """
+        raise NacreError(f"the basis {self.kind!r} does not know what materials are like")
 
     def fingerprint(self, *, predictors: bool = False) -> str:
         """SHA-256 of what a code means here; of what is predicted from it too, if asked for."""

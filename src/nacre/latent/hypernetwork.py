@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ from nacre.io.tensors import Tensors
 from nacre.latent.basis import Vector
 from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.picture_errors import PictureErrors
+from nacre.latent.prior import Prior
 from nacre.latent.recipes import HypernetworkRecipe
 from nacre.latent.weights import COUNT, SIZES, WeightBasis, named_layers, named_tensors
 from nacre.neural.nbrdf import OUTPUTS
@@ -31,6 +32,9 @@ from nacre.numerics.channels import CHROMA
 from nacre.numerics.direction_samples import DirectionSamples
 from nacre.numerics.mlp import SILU_BY_TANH, Layer, dense
 from nacre.numerics.pca import Double
+
+if TYPE_CHECKING:
+    from nacre.latent.posterior import Posterior
 
 COLUMN = SIZES[-2] + 1  # weights and bias of one output
 HIDDEN_COUNT = COUNT - OUTPUTS * COLUMN  # weights and biases of the hidden layers
@@ -93,6 +97,10 @@ class Hypernetwork(WeightBasis):
     def nbytes(self) -> int:
         return self.basis.nbytes + super().nbytes
 
+    @property
+    def prior(self) -> Prior:
+        return self.basis.prior
+
     def weights(self, codes: npt.ArrayLike) -> Double:
         values = np.asarray(codes, np.float64)
         luma, pairs = np.split(values, [self.basis.luma], axis=1)
@@ -110,8 +118,8 @@ class Hypernetwork(WeightBasis):
     def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
         return self.basis.closest(errors)
 
-    def _expected(self, samples: DirectionSamples) -> Vector:
-        return self.basis.encode(samples)
+    def _posterior(self, samples: DirectionSamples, **faults: bool) -> Posterior:
+        return self.basis.posterior(samples, **faults)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
         header, tensors = self.basis.pack()

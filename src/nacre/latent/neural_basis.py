@@ -17,7 +17,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,7 @@ from nacre.latent.predicting import (
     pack_predictors,
     unpack_predictors,
 )
+from nacre.latent.prior import Prior
 from nacre.latent.recipes import BasisRecipe
 from nacre.neural.file import numbered_tensors
 from nacre.neural.inputs import ENHANCED
@@ -48,6 +49,9 @@ from nacre.numerics.pca import Double
 from nacre.runtime.parallel import one_blas_thread
 from nacre.sampling import fit_lobes
 from nacre.sampling.parametrizations import BEST
+
+if TYPE_CHECKING:
+    from nacre.latent.posterior import Posterior
 
 BRIGHTEST = math.log(1e6)  # bound of ln f_r: whatever a code holds, what it stands for is finite
 PRIOR = 0.05  # what a standard deviation of a value costs, beside the sum of single errors
@@ -163,6 +167,11 @@ class NeuralBasis(PredictingBasis):
         weights = np.stack([self.channel_weights(code).T for code in codes]).astype(np.float32)
         return np.exp(np.minimum(weights @ values.T, BRIGHTEST)).transpose(0, 2, 1)
 
+    @cached_property
+    def prior(self) -> Prior:
+        """See :class:`LatentBasis`; codes of the training materials are :attr:`examples`."""
+        return Prior.about(self.orders())
+
     def _refined(self, brdf: Brdf, seed: int) -> Vector:
         with one_blas_thread():
             return self.closest(PictureErrors(brdf, seed))
@@ -182,10 +191,10 @@ class NeuralBasis(PredictingBasis):
 
         return minimize(residuals, jacobian, np.zeros(self.code_dim), _STEPS, _FARTHEST)[0]
 
-    def _expected(self, samples: DirectionSamples) -> Vector:
-        from nacre.latent.posterior import expected_code
+    def _posterior(self, samples: DirectionSamples, **faults: bool) -> Posterior:
+        from nacre.latent.posterior import posterior
 
-        return expected_code(self, samples)
+        return posterior(self, samples, **faults)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
         return NeuralBasisBrdf(self, code, name)

@@ -1,8 +1,9 @@
-"""Codes of materials that few samples are known of."""
+"""What samples of a material, however few, say of its code."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,27 +14,114 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import one_blas_thread
 
 MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
+UNEXPLAINED = 0.15
+"""Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
+
 _EPSILON = 1e-3  # added to f cos theta_i before logarithms
 _WIDTHS = 0.3, 0.5, 0.8  # of the prior about each training material, in standard deviations
 _NOISES = 0.15, 0.3, 0.6  # standard deviations of the logarithm of what is left unexplained
 _TRUST = 0.1  # power of the likelihood: neighboring directions and channels err alike
-_STEPS = 12
+_SPREAD = 0.6, 70.0
+"""Of a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
+_STEPS, _ROBUST_STEPS = 12, 20
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one."""
 _CLOSE = 1e-2  # change of the values by which the last step is known
+_TYPICAL, _FREEDOM = 0.3, 3.0
+"""Deviation of the logarithm beside which noise counts; degrees of freedom of a Student
+distribution by which outliers are known."""
 
 
-def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
-    """The code (k,) that is to be expected of a material with these samples, however few.
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Codes that samples leave possible: a mixture of normal distributions.
+
+    Parameters
+    ----------
+    weights
+        Of the parts, shape (m,); they add up to 1.
+    means
+        Of the parts, shape (m, k); with the logarithm of the scale, (m, k + 1).
+    deviations
+        Standard deviations of the parts along the axes, of the shape of the means.
+    axes
+        Columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1).
+    code_dim
+        K.
+    """
+
+    weights: Vector
+    means: Vector
+    deviations: Vector
+    axes: Vector
+    code_dim: int
+
+    @property
+    def mean(self) -> Vector:
+        """Of the whole, shape (k,) or (k + 1,)."""
+        return np.asarray(self.weights @ self.means)
+
+    @property
+    def code(self) -> Vector:
+        """The code that is to be expected, shape (k,)."""
+        return self.mean[: self.code_dim]
+
+    @property
+    def scale(self) -> tuple[float, float] | None:
+        """Factor of the instrument and the standard deviation of its logarithm, where it is free.
+
+        Samples are the factor times what the code stands for.
+        """
+        if self.means.shape[1] == self.code_dim:
+            return None
+        parts, middle = self.means[:, -1], self.mean[-1]
+        within = (self.axes[-1] * self.deviations) ** 2
+        variance = self.weights @ (within.sum(axis=1) + (parts - middle) ** 2)
+        return math.exp(middle), math.sqrt(variance)
+
+    def draw(self, count: int, seed: int = 0) -> Vector:
+        """Codes drawn from it, shape (count, k); the same seed gives the same ones."""
+        random = np.random.default_rng((seed, 8))
+        parts = random.choice(len(self.weights), count, p=self.weights)
+        offsets = random.normal(size=self.means[parts].shape) * self.deviations[parts]
+        return np.asarray(self.means[parts] + offsets @ self.axes.T)[:, : self.code_dim]
+
+
+def posterior(
+    basis: NeuralBasis,
+    samples: DirectionSamples,
+    *,
+    robust: bool = False,
+    free_scale: bool = False,
+) -> Posterior:
+    """What samples of a material, however few, say of its code.
 
     Before the samples are known, a code is held to be near that of a training material or of one
     with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
     is nearly linear in the code, so samples turn each of these normal distributions into another
-    one, and give how likely it was; the result is the mean over all of them, found again where it
-    is linearized until it stays.
+    one, and give how likely it was; the mixture of all is found again where its mean is linearized
+    until that stays. Noise that the samples state adds to what no code explains.
 
-    Only :data:`MAX_SAMPLES` count, the same each time. Raises ValueError if there are none.
+    How wide the parts are was chosen on training materials that bases of others had not seen, so
+    that intervals hold as often as they say.
+
+    Only :data:`MAX_SAMPLES` count, the same each time.
+
+    Parameters
+    ----------
+    samples
+        One or more.
+    robust
+        Whether samples may be outliers: one that is far from what the others say hardly counts.
+    free_scale
+        Whether all samples may be wrong by one factor, which is found too. Before they are known,
+        its logarithm is as wide as a value of the code.
+
+    Raises
+    ------
+    ValueError
+        If there is no sample.
     """
     if not len(samples):
         raise ValueError("a code needs one sample or more")
@@ -43,27 +131,45 @@ def expected_code(basis: NeuralBasis, samples: DirectionSamples) -> Vector:
         common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
         cosine = samples.cosine[:, None].astype(np.float64)
         target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
+        noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
         known = basis.examples.astype(np.float64)
         centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
-        code = np.zeros(basis.code_dim)
-        for step in range(1, _STEPS + 1):
-            scaled = decoded(common, rows, code) * cosine
-            slopes = (rows * (scaled / (scaled + _EPSILON))).reshape(len(code), -1)
-            left = (target - np.log(scaled + _EPSILON)).reshape(-1) + code @ slopes
-            change = _expected(left, slopes, centers) - code
-            last = step == _STEPS or np.abs(change).max() < _CLOSE
-            code = code + np.clip(change, -_LONGEST, _LONGEST) * (1.0 if last else _PART)
-            if last:
+        if free_scale:
+            rows = np.concatenate([rows, np.ones_like(rows[:1])])
+            centers = np.pad(centers, ((0, 0), (0, 1)))
+        mean = np.zeros(len(rows))
+        steps = _ROBUST_STEPS if robust else _STEPS
+        for step in range(1, steps + 1):
+            scaled = decoded(common, rows, mean) * cosine
+            damped = scaled / (scaled + _EPSILON)
+            slopes = (rows * damped).reshape(len(mean), -1)
+            missed = target - np.log(scaled + _EPSILON)
+            variance = 1.0 + np.square(noise / (scaled + _EPSILON) / _TYPICAL) + 0.0 * missed
+            if robust and step > 1:
+                variance = variance * _outlying(missed, variance)
+            deviation = np.sqrt(variance).reshape(-1)
+            left = (missed.reshape(-1) + mean @ slopes) / deviation
+            found = _mixture(left, slopes / deviation, centers, basis.code_dim)
+            change = found.mean - mean
+            if np.abs(change).max() < _CLOSE:
                 break
-    return np.asarray(code)
+            mean = mean + _PART * np.clip(change, -_LONGEST, _LONGEST)
+    wider = math.sqrt(_SPREAD[0] + len(samples) / _SPREAD[1])
+    return replace(found, deviations=wider * found.deviations)
 
 
-def _expected(values: Vector, slopes: Vector, centers: Vector) -> Vector:
-    """Mean of the codes whose products with slopes, (k, n), give values, (n,), but for noise."""
+def _outlying(missed: Vector, variance: Vector) -> Vector:
+    """Factors (n, 1) of the variances of samples, (n, 3), by what they miss: Student's."""
+    ratio = (np.square(missed) / (_TYPICAL**2 * variance)).mean(axis=1, keepdims=True)
+    return np.asarray(np.maximum((_FREEDOM + ratio) / (_FREEDOM + 1.0), 1.0))
+
+
+def _mixture(values: Vector, slopes: Vector, centers: Vector, code_dim: int) -> Posterior:
+    """Codes whose products with slopes, (k, n), give values, (n,), but for noise."""
     squares, axes = np.linalg.eigh(slopes @ slopes.T)
     anywhere = np.zeros((1, len(slopes)))
     priors = [(centers, width) for width in _WIDTHS if len(centers)] + [(anywhere, 1.0)]
-    logs, means = [], []
+    logs, means, deviations = [], [], []
     for center, width in priors:
         missed = values - center @ slopes
         length, pulls = (missed**2).sum(axis=1), missed @ slopes.T @ axes
@@ -74,6 +180,8 @@ def _expected(values: Vector, slopes: Vector, centers: Vector) -> Vector:
             spread = 2.0 * len(slopes) * math.log(width) + 2.0 * len(values) * math.log(noise)
             logs.append(-0.5 * _TRUST * (fit + spread) - math.log(len(center)))
             means.append(center + moved @ axes.T)
+            deviations.append(np.broadcast_to(precision**-0.5, center.shape))
     likelihood = np.concatenate(logs)
     weights = np.exp(likelihood - likelihood.max())
-    return np.asarray(weights @ np.concatenate(means) / weights.sum())
+    weights /= weights.sum()
+    return Posterior(weights, np.concatenate(means), np.concatenate(deviations), axes, code_dim)

@@ -1,0 +1,62 @@
+"""Intervals of what is known of a material only by others that are as plausible."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.latent.posterior import UNEXPLAINED
+from nacre.numerics.pca import Double
+
+FRACTION = 0.9
+"""Of intervals: how often the truth should lie inside."""
+
+_SMALLEST = 1e-9  # f_r in 1/sr below which it counts as this: black has no logarithm
+
+
+def interval(values: npt.ArrayLike, fraction: float = FRACTION) -> tuple[Double, Double]:
+    """Ends (...) between which a fraction of values (m, ...) lies, as many below as above."""
+    tail = 0.5 * (1.0 - fraction)
+    low, high = np.quantile(np.asarray(values, np.float64), (tail, 1.0 - tail), axis=0)
+    return low, high
+
+
+def reflectance_interval(
+    plausible: Sequence[Brdf],
+    wi: npt.ArrayLike,
+    wo: npt.ArrayLike,
+    fraction: float = FRACTION,
+) -> tuple[Double, Double]:
+    """Lower and upper ends of f_r in 1/sr at pairs of directions, linear RGB.
+
+    Where the materials leave ln f_r uncertain, what no code explains adds to it. In integrals over
+    directions, as an albedo or a picture, that averages out: :func:`interval` of theirs will do.
+
+    Parameters
+    ----------
+    plausible
+        Materials that are as plausible as each other, one or more.
+    wi, wo
+        Unit directions to the light and to the viewer, shapes (..., 3) that broadcast.
+    fraction
+        How often the truth should lie inside.
+
+    Returns
+    -------
+    low, high
+        Shapes (..., 3); 0 where a direction is at or below the horizon.
+    """
+    from scipy.special import ndtri
+
+    values = np.stack([brdf.eval(wi, wo) for brdf in plausible]).astype(np.float64)
+    logs = np.log(np.maximum(values, _SMALLEST))
+    low, high = interval(logs, fraction)
+    middle = np.median(logs, axis=0)
+    own = UNEXPLAINED * float(ndtri(0.5 + 0.5 * fraction))
+    ends = middle - np.hypot(middle - low, own), middle + np.hypot(high - middle, own)
+    visible = values.max(axis=0) > 0.0
+    lower, upper = (np.where(visible, np.exp(end), 0.0) for end in ends)
+    return lower, upper
