@@ -16,11 +16,12 @@ from nacre.runtime.parallel import one_blas_thread
 MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
 UNEXPLAINED = 0.15
 """Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
+DARK = 1e-3
+"""Added to f cos theta_i before logarithms."""
 
-_EPSILON = 1e-3  # added to f cos theta_i before logarithms
 _WIDTHS = 0.3, 0.5, 0.8  # of the prior about each training material, in standard deviations
-_NOISES = 0.15, 0.3, 0.6  # standard deviations of the logarithm of what is left unexplained
-_TRUST = 0.1  # power of the likelihood: neighboring directions and channels err alike
+_NOISES = 0.1, 0.2, 0.4  # standard deviations of the logarithm of what is left unexplained
+_TRUST = 0.4  # power of the likelihood: neighboring directions and channels err alike
 _SPREAD = 0.6, 70.0
 """Of a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
 _STEPS, _ROBUST_STEPS = 12, 20
@@ -130,7 +131,7 @@ def posterior(
     with one_blas_thread():
         common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
         cosine = samples.cosine[:, None].astype(np.float64)
-        target = np.log(np.maximum(samples.rgb, 0.0) * cosine + _EPSILON)
+        target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
         noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
         known = basis.examples.astype(np.float64)
         centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
@@ -141,10 +142,10 @@ def posterior(
         steps = _ROBUST_STEPS if robust else _STEPS
         for step in range(1, steps + 1):
             scaled = decoded(common, rows, mean) * cosine
-            damped = scaled / (scaled + _EPSILON)
+            damped = scaled / (scaled + DARK)
             slopes = (rows * damped).reshape(len(mean), -1)
-            missed = target - np.log(scaled + _EPSILON)
-            variance = 1.0 + np.square(noise / (scaled + _EPSILON) / _TYPICAL) + 0.0 * missed
+            missed = target - np.log(scaled + DARK)
+            variance = 1.0 + np.square(noise / (scaled + DARK) / _TYPICAL) + 0.0 * missed
             if robust and step > 1:
                 variance = variance * _outlying(missed, variance)
             deviation = np.sqrt(variance).reshape(-1)
