@@ -24,7 +24,7 @@ _COMMANDS = {
     "help": "Show the help of a command.",
     "info": "Show what a file holds, and whether a material is physical.",
     "latent": "Encode materials as short codes in a basis that they share.",
-    "measure": "Measure a Mitsuba BSDF virtually.",
+    "measure": "Plan measurements of few directions, or measure a Mitsuba BSDF virtually.",
     "plot": "Plot the lobes of materials over one another.",
     "reproduce": "Make a table or figure of either paper from given materials.",
     "render": "Render a preview of a material, or a Mitsuba scene.",

@@ -288,6 +288,18 @@ preset_option = _shared(
     default="standard",
     help="Length of the fit: about 0.3, 1.5 or 12 seconds on two cores.",
 )
+
+
+def faults_options() -> list[Option | str]:
+    """What may be wrong with samples of a material; rows of a command."""
+    return [
+        option("--robust", is_flag=True),
+        "Let samples that are far from what the others say hardly count.",
+        option("--free-scale", is_flag=True),
+        "Find a factor by which all samples are wrong, as of an instrument not calibrated.",
+    ]
+
+
 basis_option = _shared(
     "--basis basis_name",
     metavar="neural|hypernetwork|FILE",

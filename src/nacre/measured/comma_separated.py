@@ -10,12 +10,13 @@ is the standard deviation of the noise of these. See :mod:`nacre.measured.sample
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from nacre.array import Floats
 from nacre.brdf import Brdf
 from nacre.color import xyz_to_rgb
 from nacre.errors import FormatError
@@ -47,7 +48,7 @@ def load(path: PathLike) -> ScatteredBrdf:
     """
     lines = read_lines(path, _SIZE_LIMIT)
     header, columns = read_header(path, lines)
-    table = read_table(path, lines, columns)
+    table, left_out = read_table(path, lines, columns)
     _check_count(path, header, len(table))
     polar, azimuth = (
         np.stack([table[:, columns.names.index(name)] * columns.scales[name] for name in pair])
@@ -70,7 +71,8 @@ def load(path: PathLike) -> ScatteredBrdf:
             spectra=spectra,
             wavelengths=wavelengths,
             sigma=sigma,
-            facts={f"header {key}": value for key, value in header.items() if key not in _USED},
+            facts={f"header {key}": value for key, value in header.items() if key not in _USED}
+            | ({"rows without values": left_out} if left_out else {}),
         )
     except FormatError:
         raise
@@ -95,25 +97,82 @@ def save(brdf: Brdf, path: PathLike) -> None:
         scan = brdf if isinstance(brdf, ScatteredBrdf) else tabulate(brdf)
     except ValueError as error:
         raise FormatError(f"{path}: cannot be written: {error}") from error
+    names, values = _columns(scan)
+    header = [f"isotropic: {'yes' if brdf.isotropic else 'no'}", f"samples: {len(values)}"]
+    _write(path, brdf.name, header, names, [(scan.samples.wi, scan.samples.wo, values)])
+
+
+def save_plan(
+    wi: Floats,
+    wo: Floats,
+    path: PathLike,
+    *,
+    name: str,
+    header: Sequence[str] = (),
+    measured: ScatteredBrdf | None = None,
+) -> None:
+    """Write pairs of directions whose values are to be filled in, whole or not at all.
+
+    Parameters
+    ----------
+    wi, wo
+        Unit directions to the light and to the viewer, shapes (n, 3).
+    path
+        File to write, `.csv`; :func:`load` reads it once one or more rows have values.
+    name
+        Of the material.
+    header
+        Further lines, without the mark.
+    measured
+        What is known already; its rows come first.
+
+    Raises
+    ------
+    FormatError
+        If the path cannot be written.
+    """
+    names, values = (list("rgb"), None) if measured is None else _columns(measured)
+    blocks = [] if measured is None else [(measured.samples.wi, measured.samples.wo, values)]
+    header = ["isotropic: yes", *header]
+    _write(path, name, header, names, [*blocks, (wi, wo, None)])
+
+
+def _columns(scan: ScatteredBrdf) -> tuple[list[str], _Array]:
+    """Names of the columns beside the angles, and their values, one row a sample."""
     samples, wavelengths, spectra = scan.samples, scan.wavelengths, scan.spectra
-    angles = (*to_spherical(split(samples.wi)), *to_spherical(split(samples.wo)))
-    degrees = np.round(np.degrees(np.stack(angles, axis=1)), 7) + 0.0  # no negative zero
     if spectra is None or wavelengths is None:
         names, values = list("rgb"), samples.rgb
     else:
         names, values = [f"{w:.10g} nm" for w in wavelengths], spectra
     if samples.sigma is not None:
         names, values = [*names, NOISE], np.column_stack([values, samples.sigma])
-    values = np.clip(values, -_LARGEST, _LARGEST)
+    return names, np.clip(values, -_LARGEST, _LARGEST)
+
+
+def _write(
+    path: PathLike,
+    name: str,
+    header: Sequence[str],
+    names: Sequence[str],
+    blocks: Iterable[tuple[Floats, Floats, _Array | None]],
+) -> None:
+    """Write rows of directions (n, 3) and values (n, columns); without values, empty cells."""
+    name = " ".join(name.split())
+    header = [f"name: {name}", "units: degrees", header[0], "values: f_r in 1/sr", *header[1:]]
     with (
         atomic_path(path) as temporary,
         temporary.open("w", encoding="utf-8", errors="replace", newline="") as file,
     ):
-        file.write(f"# name: {' '.join(brdf.name.split())}\n# units: degrees\n")
-        file.write(f"# isotropic: {'yes' if brdf.isotropic else 'no'}\n# values: f_r in 1/sr\n")
-        file.write(f"# samples: {len(samples)}\n{','.join((*ANGLES, *names))}\n")
-        for row, value in zip(degrees, values, strict=True):
-            file.write(",".join((*(f"{x:.10g}" for x in row), *(f"{x:.9g}" for x in value))) + "\n")
+        file.writelines(f"# {line}\n" for line in header)
+        file.write(",".join((*ANGLES, *names)) + "\n")
+        for wi, wo, values in blocks:
+            pair = split(wi.astype(np.float64)), split(wo.astype(np.float64))
+            angles = [angle for w in pair for angle in to_spherical(w)]
+            digits = 7 if values is not None else 4  # float32 knows no more
+            degrees = np.round(np.degrees(np.stack(angles, axis=1)), digits) + 0.0  # no -0
+            for index, row in enumerate(degrees):
+                own = [""] * len(names) if values is None else [f"{x:.9g}" for x in values[index]]
+                file.write(",".join((*(f"{x:.10g}" for x in row), *own)) + "\n")
 
 
 def _check_count(path: PathLike, header: dict[str, str], found: int) -> None:

@@ -100,12 +100,16 @@ def read_header(path: PathLike, lines: Lines) -> tuple[dict[str, str], Columns]:
     raise FormatError(f"{path}: {problem}; expected one like {example}")
 
 
-def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np.float64]:
-    """Numbers of the lines that are left, shape (n, columns).
+def read_table(
+    path: PathLike, lines: Lines, columns: Columns
+) -> tuple[npt.NDArray[np.float64], int]:
+    """Numbers of the lines that are left, shape (n, columns), and how many lines had angles only.
 
     A :class:`FormatError` says that there are none, or which line or value is wrong.
     """
     values, numbers = array("d"), array("q")
+    angles = [index for index, name in enumerate(columns.names) if name in ANGLES]
+    empty: list[int] = []
     marks: set[str] = set()
     for number, line in lines:
         if not line.strip() or line.lstrip().startswith("#"):
@@ -123,6 +127,9 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
         if len(cells) != len(columns.names):
             counts = f"{len(cells)} values, expected {len(columns.names)}"
             raise FormatError(f"{path}: line {number}: {counts}")
+        if [index for index, cell in enumerate(cells) if cell] == angles:
+            empty.append(number)
+            continue
         try:
             values.extend(map(parse_number, cells))
         except ValueError:
@@ -130,6 +137,8 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
             where = f"{path}: line {number}: column {columns.names[bad]}"
             raise FormatError(f"{where}: {cells[bad][:40]!r} is not a finite number") from None
         numbers.append(number)
+    if empty and not numbers:
+        raise FormatError(f"{path}: is a plan that is not filled in, from line {empty[0]} on")
     if not numbers:
         raise FormatError(f"{path}: holds no samples")
     table = np.frombuffer(values, np.float64).reshape(len(numbers), -1)
@@ -138,7 +147,7 @@ def read_table(path: PathLike, lines: Lines, columns: Columns) -> npt.NDArray[np
         row, column = (int(i) for i in np.argwhere(~good)[0])
         where = f"{path}: line {numbers[row]}: column {columns.names[column]}"
         raise FormatError(f"{where}: {table[row, column]:g} is not a finite number")
-    return table
+    return table, len(empty)
 
 
 def _pair(line: str) -> tuple[str, str] | None:

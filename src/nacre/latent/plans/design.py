@@ -15,7 +15,10 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.color import GAMMA
+from nacre.errors import NacreError
+from nacre.latent.basis import LatentBasis
 from nacre.latent.directions import isotropic_inputs
+from nacre.latent.hypernetwork import Hypernetwork
 from nacre.latent.neural_basis import NeuralBasis, decoded
 from nacre.latent.plans.instrument import Exposures
 from nacre.latent.posterior import DARK
@@ -140,7 +143,8 @@ class Design:
 
 def _unknown(views: Floats, covariances: Floats) -> npt.NDArray[np.float64]:
     """Mean variances (m,) of what views show, of roots and covariances (m, k, k)."""
-    return np.einsum("mij,mjk,mik->m", views, covariances, views, optimize=True)
+    found = np.einsum("mij,mjk,mik->m", views, covariances, views, optimize=True)
+    return np.asarray(found, np.float64)
 
 
 def _slopes(basis: NeuralBasis, codes: Floats, wi: Floats, wo: Floats) -> npt.NDArray[np.float32]:
@@ -168,3 +172,14 @@ def _view_roots(basis: NeuralBasis, codes: Floats, lit: LitViews) -> npt.NDArray
         values, axes = np.linalg.eigh(shown @ shown.T / shown.shape[1])
         found.append((axes * np.sqrt(np.maximum(values, 0.0))).T)
     return np.array(found, np.float32)
+
+
+def neural_basis(basis: LatentBasis) -> NeuralBasis:
+    """The functions that a basis is of, or was made from.
+
+    Raises NacreError for a basis of another kind, in which codes are not found from few samples.
+    """
+    found = basis.basis if isinstance(basis, Hypernetwork) else basis
+    if not isinstance(found, NeuralBasis):
+        raise NacreError(f"plans are made in a neural basis; this one is {basis.kind!r}")
+    return found

@@ -1,4 +1,4 @@
-"""`nacre measure`."""
+"""`nacre measure bsdf`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from nacre.errors import FormatError
 
 
 @make(
-    "measure",
+    "bsdf",
     options.argument("source", click.Path(allow_dash=True), metavar="INPUT"),
     options.output_option("File to write: a table, or a network (.safetensors, .h5)."),
     option("--bsdf name", metavar="ID", help="BSDF of a scene, needed if it has several."),

@@ -1,0 +1,17 @@
+"""`nacre measure`. Each command lives in a module of its own, loaded when it runs."""
+
+from __future__ import annotations
+
+from nacre.cli.command import Group
+
+command = Group(
+    "measure",
+    package=__name__,
+    commands_help={
+        "bsdf": "Measure a Mitsuba BSDF virtually.",
+        "next": "Propose the directions to measure next.",
+        "plan": "Plan the directions to measure of a new material.",
+    },
+    help="Plan measurements of few directions, or measure a Mitsuba BSDF virtually.\n\nA plan is a "
+    "table with empty cells; filled in, it is a measurement as 'nacre fit' takes it.",
+)

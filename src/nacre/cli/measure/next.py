@@ -1,0 +1,118 @@
+"""`nacre measure next`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.measure.instrument import instrument, instrument_options
+from nacre.cli.options import option
+from nacre.cli.progress import progress
+from nacre.cli.report import note, print_table, report
+from nacre.errors import FormatError
+
+
+@make(
+    "next",
+    options.argument("source", metavar="INPUT"),
+    options.output_option(
+        "Table to write (.csv): what was measured, then rows to fill in.",
+        required=False,
+        text=".csv",
+    ),
+    option("-n --count", click.IntRange(1, 64), default=4),
+    "Pairs of directions, or pictures, to propose at most.",
+    option("--budget", click.IntRange(1), shown="no limit"),
+    "Samples to measure in all; no more are proposed.",
+    option("--until", options.FiniteRange(0.0, 1.0), default=0.0),
+    "Expected error at which to stop: of a picture's display values, from 0 to 1.",
+    *instrument_options(),
+    *options.faults_options(),
+    options.basis_option(),
+    options.seed_option(),
+)
+def command(
+    source: Path,
+    output: Path | None,
+    count: int,
+    budget: int | None,
+    until: float,
+    robust: bool,
+    free_scale: bool,
+    basis_name: str,
+    seed: int,
+    **chosen: Any,
+) -> None:
+    """Propose the directions to measure next, with what to expect there and how sure that is.
+
+    INPUT is a measurement at scattered directions: a plan with one or more rows filled in.
+    """
+    from nacre.formats import load_brdf
+    from nacre.latent import find_basis
+    from nacre.latent.directions import check_isotropic
+    from nacre.latent.plans import neural_basis, propose
+    from nacre.measured.comma_separated import save_plan
+    from nacre.measured.scattered import ScatteredBrdf
+
+    if output is not None and output.suffix.lower() != ".csv":
+        raise FormatError(f"{output}: a plan is a .csv file")
+    options.check_outputs([output], [source, Path(basis_name)])
+    reached = instrument(chosen)
+    line = progress(source.stem, "reading")
+    basis = neural_basis(find_basis(basis_name))
+    measured = load_brdf(source)
+    check_isotropic(measured)
+    if not isinstance(measured, ScatteredBrdf):
+        raise FormatError(f"{source}: is no measurement at scattered directions")
+    samples = measured.samples
+    found = basis.posterior(samples, robust=robust, free_scale=free_scale)
+    exposures = count if budget is None else min(count, max(0, budget - len(samples)))
+    proposal = propose(
+        basis, found, samples, reached, exposures, until=until, seed=seed, progress=line
+    )
+    rows, data = [], []
+    for index in range(len(proposal.wi)):
+        angles = _degrees(proposal.wi[index], proposal.wo[index])
+        values = [v[index] for v in (proposal.expected, proposal.low, proposal.high)]
+        middle, low, high = (float(np.mean(v)) for v in values)
+        rows.append([f"{a:g}" for a in angles] + [f"{middle:.3g}", f"{low:.3g} to {high:.3g}"])
+        keys = "theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"
+        data.append(
+            dict(zip(keys, angles, strict=True))
+            | {
+                name: v.tolist()
+                for name, v in zip(
+                    ("f_r_per_sr", "f_r_low_per_sr", "f_r_high_per_sr"), values, strict=True
+                )
+            }
+        )
+    if rows:
+        columns = "theta_i", "phi_i", "theta_o", "phi_o", "f_r expected", "90 % within"
+        print_table(columns, rows)
+    if output is not None and rows:
+        save_plan(proposal.wi, proposal.wo, output, name=measured.name, measured=measured)
+    now, *later = (float(error) for error in proposal.errors)
+    text = f"{source}: {len(samples)} samples, expected error {now:.4f}"
+    if later:
+        text += f", {later[-1]:.4f} after these"
+    facts = {"samples": len(samples), "expected_error": now, "expected_error_after": later}
+    written = str(output) if output is not None and rows else None
+    report(text, {**facts, "pays": proposal.pays, "next": data, "output": written})
+    if not later:
+        reason = "the budget is spent" if exposures == 0 else f"the error is below {until:g}"
+        note(f"no more is proposed: {reason}")
+    elif not proposal.pays:
+        note("another measurement no longer pays: it would lower the error by less than 1 %")
+
+
+def _degrees(wi: Any, wo: Any) -> tuple[float, ...]:
+    """Polar angle and azimuth of both directions, in degrees."""
+    from nacre.geometry import to_spherical
+
+    angles = [angle for w in (wi, wo) for angle in to_spherical(tuple(w.astype(np.float64)))]
+    return tuple(round(float(np.degrees(angle)), 4) + 0.0 for angle in angles)

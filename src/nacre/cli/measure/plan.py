@@ -1,0 +1,57 @@
+"""`nacre measure plan`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.measure.instrument import instrument, instrument_options
+from nacre.cli.options import option
+from nacre.cli.progress import progress
+from nacre.cli.report import counted, report_file
+from nacre.errors import FormatError
+
+
+@make(
+    "plan",
+    options.output_option("Table to write (.csv), with empty cells for f_r.", text=".csv"),
+    option("-n --count", click.IntRange(1, 256), default=16),
+    "Pairs of directions, or pictures. The first of a plan are the plan of fewer.",
+    *instrument_options(),
+    options.basis_option(),
+)
+def command(output: Path, count: int, basis_name: str, **chosen: Any) -> None:
+    """Plan the directions that tell most of an isotropic material.
+
+    They are chosen for materials like those of the basis. Fill in f_r in 1/sr on as
+    many rows as you like, in place of r, g and b also as f alone or as bands, and pass the file to
+    'nacre fit', 'nacre latent encode' or 'nacre measure next'.
+    """
+    from nacre.latent import find_basis
+    from nacre.latent.plans import Design, neural_basis
+    from nacre.measured.comma_separated import save_plan
+
+    if output.suffix.lower() != ".csv":
+        raise FormatError(f"{output}: a plan is a .csv file")
+    options.check_outputs([output], [Path(basis_name)])
+    reached = instrument(chosen)
+    line = progress(output.stem, "reading")
+    basis = neural_basis(find_basis(basis_name))
+    exposures = reached.exposures()
+    if count > len(exposures):
+        raise click.UsageError(f"the instrument reaches {len(exposures)} pairs, not {count}")
+    design = Design(basis, basis.examples, exposures)
+    for index in range(count):
+        design.choose()
+        line("choosing", index + 1, count)
+    wi, wo = (w[design.chosen].reshape(-1, 3) for w in (exposures.wi, exposures.wo))
+    header = [f"rows of a picture: {exposures.pairs}"] if exposures.pairs > 1 else []
+    save_plan(wi, wo, output, name=output.stem, header=header)
+    text = counted(count, "pair of directions", "pairs of directions")
+    if exposures.pairs > 1:
+        text = counted(count, "picture", "pictures")
+    report_file(output, text, pairs=len(wi))
