@@ -64,6 +64,10 @@ from nacre.errors import FormatError
     "Distribution of training directions: uniform in the Rusinkiewicz angles, dense around "
     "highlights, as in the paper; uniform over the hemisphere; or half the first and half as "
     "pictures show them.",
+    option("--prior/--no-prior", applies="network", default=True),
+    "Fit measurements of up to 200 samples by what other materials are like, and keep how sure "
+    "that is. Without, only the samples count.",
+    *options.faults_options(applies="network"),
     options.seed_option(applies="brdf"),
     options.jobs_option(applies="brdf"),
     options.device_option(applies="network"),

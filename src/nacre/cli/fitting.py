@@ -105,7 +105,7 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     from nacre.neural import Recipe
     from nacre.workflows import AnalyticFitting, NetworkFitting
 
-    given = {"ending": ending} if ending else {}
+    given: dict[str, Any] = {"ending": ending} if ending else {}
     if (name := chosen["model"]) != "nbrdf":
         if name not in MODELS:
             raise click.BadParameter(f"--model {name}: is not one of nbrdf, {', '.join(MODELS)}")
@@ -127,7 +127,12 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     if chosen["epochs"] is not None:
         settings["epochs"] = chosen["epochs"]
     recipe = Recipe.preset(chosen["preset"], size=chosen["max_bytes"], **settings)
-    return NetworkFitting(recipe, chosen["device"], **given)
+    few: dict[str, Any] = {name: chosen[name] for name in ("prior", "robust", "free_scale")}
+    if not few["prior"] and (few["robust"] or few["free_scale"]):
+        raise click.UsageError(
+            "--robust and --free-scale belong to the prior; leave out --no-prior"
+        )
+    return NetworkFitting(recipe, chosen["device"], **given, **few)
 
 
 def _executor(chosen: Mapping[str, Any]) -> Executor | None:

@@ -22,7 +22,8 @@ _NAMES = {"environment": "Environment", "directional": "Directional light, 45°"
 def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) -> Bytes:
     """Draw a comparison.
 
-    Rows are lights; columns are the reference, the model, and the FLIP error map. Pictures are tone
+    Rows are lights; columns are the reference, the model, and the FLIP error map. A model that is
+    known from few samples has another row: how dark and how bright it may be. Pictures are tone
     mapped as for the metrics; shadows are drawn with smooth edges, which no figure or map sees.
 
     Parameters
@@ -55,6 +56,11 @@ def picture(comparison: Comparison, views: tuple[Floats, Floats] | None = None) 
         first, second = (tone_map(view) for view in views)
         errors = flip(first, second)
         rows.append(Row(*views, errors, "Path traced", f"FLIP {errors.mean():.4f}", smooth=True))
+    if (known := comparison.plausible) is not None:
+        errors = flip(known.low, known.high)
+        note = f"from | to, of 90 %; {known.inside:.0%} of the reference inside"
+        rows.append(Row(known.low, known.high, errors, "Plausible", note, sphere=True))
+        maps.append(errors[comparison.mask])
     scale = scale_end(maps)
     angles = comparison.angles
     notes = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,10 @@ from nacre.errors import FormatError, NacreError, require
 from nacre.figures.chart import COLORS
 from nacre.figures.lobes import Lobe, lobe
 from nacre.figures.page import DPI, FAINT, INK, RULE, Page
+from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, atomic_path
+from nacre.latent.intervals import reflectance_interval
+from nacre.latent.plausible import plausible
 
 Floats = npt.NDArray[np.floating]
 
@@ -67,7 +71,8 @@ def lobe_figure(
     """Draw lobes on a logarithmic polar scale, a panel for each angle of incidence.
 
     Light comes from the left, the mirror direction is on the right. Lines have gaps where f_r is
-    not known. The first of several materials is a wide gray line beneath the others.
+    not known. The first of several materials is a wide gray line beneath the others. Of materials
+    that are known from few samples, a band is where f_r lies with 90 % probability.
 
     Parameters
     ----------
@@ -111,6 +116,7 @@ def lobe_figure(
         name: [lobe(brdf, angle, azimuth) for angle in incidence]
         for name, brdf in materials.items()
     }
+    bands = {name: _bands(materials[name], each) for name, each in lobes.items()}
     rows = _RGB if channel == "rgb" else (channel,)
     low, high = _range([item for each in lobes.values() for item in each], rows, cosine, floor)
 
@@ -118,6 +124,8 @@ def lobe_figure(
     what += "" if channel == "rgb" else f", {channel}"
     plane = f"; plane at azimuth {math.degrees(azimuth):g}°" if azimuth else ""
     note = f"{what}, in 1/sr, log scale; {_readable(10.0**low)} and less at the center{plane}"
+    if any(bands.values()):
+        note += "; bands hold 90 %"
 
     width = len(incidence) * _PANEL[0]
     places, top = _arrange(list(lobes), width)
@@ -128,9 +136,13 @@ def lobe_figure(
         for i, angle in enumerate(incidence):
             axes = page.axes(_MARGIN + i * _PANEL[0], top + j * _PANEL[1], *_PANEL)
             _draw_grid(axes, angle, low, high, row if channel == "rgb" else "")
-            for k, each in enumerate(lobes.values()):
-                values = _values(each[i], row, cosine)
-                _draw_curve(axes, each[i].theta, values, low, high, _style(k, len(lobes)))
+            for k, (name, each) in enumerate(lobes.items()):
+                values, style = _values(each[i], row, cosine), _style(k, len(lobes))
+                _draw_curve(axes, each[i].theta, values, low, high, style)
+                if bands[name]:
+                    ends = (_values(end, row, cosine) for end in bands[name][i])
+                    radii = tuple(_radii(end, low, high) for end in ends)
+                    _draw_band(axes, each[i].theta, radii, style["color"])
     for index, (name, x, y) in enumerate(places):
         if len(places) > 1:
             page.line(x, y, x + _PIECE - 0.07, y, **_style(index, len(places)))
@@ -209,6 +221,20 @@ def _range(
     return low, max(high, low + 1.0) + 0.05
 
 
+def _bands(brdf: Brdf, lobes: Sequence[Lobe]) -> list[tuple[Lobe, Lobe]]:
+    """Both ends of the interval of f_r along lobes; none where the material is not uncertain."""
+    others = plausible(brdf)
+    if not others:
+        return []
+    found = []
+    for item in lobes:
+        wi = join(from_spherical(item.incidence, item.azimuth + math.pi))
+        wo = join(from_spherical(item.theta, item.azimuth))
+        low, high = (replace(item, rgb=end) for end in reflectance_interval(others, wi, wo))
+        found.append((low, high))
+    return found
+
+
 def _style(index: int, count: int) -> dict[str, Any]:
     """How the lines of a material look."""
     if count > 1 and index == 0:
@@ -273,6 +299,19 @@ def _draw_curve(
     axes: Any, theta: Floats, values: Floats, low: float, high: float, style: Mapping[str, Any]
 ) -> None:
     """Values of shape (n,) against angles in radians from the normal; gaps where they are NaN."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        r = np.clip((np.log10(np.maximum(values, 0.0)) - low) / (high - low), 0.0, None)
+    r = _radii(values, low, high)
     axes.plot(r * np.sin(theta), r * np.cos(theta), zorder=2, **style)
+
+
+def _draw_band(axes: Any, theta: Floats, radii: Sequence[Floats], color: str) -> None:
+    """What lies between two curves, at angles (n,) and radii (n,) each."""
+    inner, outer = (np.minimum(r, 1.0) for r in radii)
+    r, angle = np.concatenate([inner, outer[::-1]]), np.concatenate([theta, theta[::-1]])
+    axes.fill(r * np.sin(angle), r * np.cos(angle), color=color, alpha=0.2, linewidth=0, zorder=1)
+
+
+def _radii(values: Floats, low: float, high: float) -> Floats:
+    """Where values are drawn: 0 at the center, 1 at the rim."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r = (np.log10(np.maximum(values, 0.0)) - low) / (high - low)
+    return np.asarray(np.clip(r, 0.0, None))

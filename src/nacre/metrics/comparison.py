@@ -9,7 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
+from nacre.latent.plausible import plausible
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
+from nacre.metrics.plausible_views import DIRECTIONS as PLAUSIBLE_DIRECTIONS
+from nacre.metrics.plausible_views import PlausibleViews, plausible_views
 from nacre.render.environment import Environment
 from nacre.render.lights import DIRECTIONS, Light
 from nacre.render.sphere import SIZE, render_sphere, standard_lights
@@ -17,7 +20,7 @@ from nacre.render.sphere import SIZE, render_sphere, standard_lights
 Image = npt.NDArray[np.float32]
 
 Row = tuple[str, str, float]
-"""Where it was measured ("environment", "directional", "angles"), the measure, its value."""
+"""Where it was measured ("environment", "directional", "angles", ...), the measure, its value."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,9 @@ class Comparison:
         Errors over pairs of directions.
     materials
         The reference and what is judged.
+    plausible
+        What may be in place of the latter under the environment, where it is known from few
+        samples.
     """
 
     truth: str
@@ -70,6 +76,7 @@ class Comparison:
     lights: tuple[LightComparison, ...]
     angles: AngularErrors
     materials: tuple[Brdf, Brdf]
+    plausible: PlausibleViews | None = None
 
     def rows(self) -> list[Row]:
         """All figures as a table, in the order in which they should be shown."""
@@ -84,6 +91,11 @@ class Comparison:
             ("angles", "log-cosine error, 95th percentile", self.angles.log_cosine_p95),
             ("angles", "relative error, median", self.angles.relative_median),
             ("angles", "RMSE of f cos (1/sr)", self.angles.rmse_cosine),
+            *(
+                [("plausible", "pixels in their 90 % interval", self.plausible.inside)]
+                if self.plausible
+                else []
+            ),
         ]
 
 
@@ -148,7 +160,19 @@ def compare(
         lights=tuple(found),
         angles=angular_errors(truth, other, seed=seed),
         materials=(truth, other),
+        plausible=_plausible(truth, other, environment, size),
     )
+
+
+def _plausible(
+    truth: Brdf, other: Brdf, environment: Environment | None, size: int
+) -> PlausibleViews | None:
+    """What may be in place of a material that is known from few samples; None of any other."""
+    others = plausible(other)
+    if not others:
+        return None
+    light = standard_lights(environment, PLAUSIBLE_DIRECTIONS)["environment"]
+    return plausible_views(truth, others, light, size)
 
 
 def _part(

@@ -19,6 +19,8 @@ from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import check_target, identify, save, target
 from nacre.io.files import PathLike
+from nacre.latent import plausible
+from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
 from nacre.neural.inputs import PAPER
@@ -132,12 +134,20 @@ class NetworkFitting(Fitting):
         None for the compiled CPU kernel, or a PyTorch device.
     ending
         Of the files: `.safetensors`, or `.h5` as the paper's authors have it.
+    prior
+        Whether few samples are seen in the light of what other materials are like; see
+        :mod:`nacre.latent.plausible`.
+    robust, free_scale
+        What may be wrong with few samples; see :meth:`nacre.latent.LatentBasis.posterior`.
     """
 
     holds: ClassVar[str] = "neural"
     recipe: Recipe = field(default_factory=Recipe)
     device: str | None = None
     ending: str = ".safetensors"
+    prior: bool = True
+    robust: bool = False
+    free_scale: bool = False
 
     def __post_init__(self) -> None:
         if self._keras and self.recipe.inputs is None and not self.recipe.physical:
@@ -145,22 +155,34 @@ class NetworkFitting(Fitting):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        return {"model": "nbrdf", "device": self.device, **asdict(self.recipe)}
+        few = {"prior": self.prior, "robust": self.robust, "free_scale": self.free_scale}
+        few = {name: value for name, value in few.items() if value != (name == "prior")}
+        return {"model": "nbrdf", "device": self.device, **asdict(self.recipe), **few}
 
     @property
     def deciding(self) -> tuple[Any, ...]:
-        return neural.fit, neural.fit_many
+        return neural.fit, neural.fit_many, plausible.estimate
 
     def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
-        return neural.fit(brdf, self.recipe, device=self.device, progress=progress)
+        few = self.estimate(brdf)
+        seen = few.material if few else brdf
+        fitted = neural.fit(seen, self.recipe, device=self.device, progress=progress)
+        return few.kept_by(fitted) if few else fitted
+
+    def estimate(self, brdf: Brdf) -> plausible.Estimate | None:
+        """What is fitted in place of a material that is known from few samples."""
+        if not self.prior or not isinstance(brdf, ScatteredBrdf) or not plausible.is_few(brdf):
+            return None
+        return plausible.estimate(brdf, robust=self.robust, free_scale=self.free_scale)
 
     def losses(self, fitted: Any) -> dict[str, float]:
         return _finite(fitted.metadata["quality"])
 
     def summary(self, fitted: Any) -> str:
         memory = f"{fitted.weight_count} weights ({fitted.nbytes:,} bytes)"
-        return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}"
+        known = plausible.in_words(plausible.facts(fitted))
+        return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}{known}"
 
     def check(self) -> None:
         """See :class:`Fitting`; raises also where PyTorch has no such device, or is not there."""

@@ -13,6 +13,7 @@ from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
 from nacre.io.files import PathLike, read_bytes
 from nacre.io.tensors import has_header
+from nacre.latent.plausible import facts as plausible_facts
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity
@@ -30,6 +31,9 @@ _UNITS = {
     "training loss": "mean log-cosine loss",
     "held out loss": "mean log-cosine loss",
     "angle of the axes": "degrees",
+    "plausible albedo from": "red, green, blue: of light along the normal; 5 % are below",
+    "plausible albedo to": "red, green, blue: of light along the normal; 5 % are above",
+    "f_r known within a factor": "median of pairs of directions, 90 %",
 }
 """Units of the facts about a reflectance."""
 _TEXTURE_UNITS = {
@@ -110,7 +114,7 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
 
 
 def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
-    facts, units = dict(brdf.describe()), dict(_UNITS)
+    facts, units = dict(brdf.describe()) | plausible_facts(brdf), dict(_UNITS)
     if physics:
         from nacre.metrics.facts import UNITS, physical_facts
 

@@ -10,6 +10,7 @@ from functools import partial
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
+from nacre.latent.plausible import Estimate
 from nacre.neural import fit_many
 from nacre.workflows.executor import Executor, Job, Results, Stream, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting
@@ -40,7 +41,7 @@ def usual_executor(fitting: Fitting, count: int | None = None) -> Executor:
 
 
 def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Results:
-    taken: list[tuple[Job, str | None]] = []
+    taken: list[tuple[Job, str | None, Estimate | None]] = []
     unread: list[tuple[Job, Fit]] = []
 
     def materials() -> Iterator[Brdf]:
@@ -48,11 +49,12 @@ def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Resul
             try:
                 job.progress("reading", 0, 1, "")
                 brdf = load_brdf(job.path)
+                few = fitting.estimate(brdf)
             except Exception as error:
                 unread.append((job, Fit(error=explain(error, job.path))))
                 continue
-            taken.append((job, (brdf.source or {}).get("sha256")))
-            yield brdf
+            taken.append((job, (brdf.source or {}).get("sha256"), few))
+            yield few.material if few else brdf
 
     def report(stage: str, done: int, total: int, note: str) -> None:
         taken[-1][0].progress(stage, done, total, note)
@@ -61,13 +63,13 @@ def _results(fitting: NetworkFitting, device: str, jobs: Iterator[Job]) -> Resul
     for index, result in fit_many(materials(), fitting.recipe, device=device, progress=report):
         while unread:
             yield unread.pop()
-        job, sha256 = taken[index]
+        job, sha256, few = taken[index]
         # Of materials that were fitted together, the mean of all so far.
         seconds = (time.perf_counter() - start) / len(taken)
         try:
             if isinstance(result, Exception):
                 raise result
-            fit = finished(fitting, result, sha256, seconds)
+            fit = finished(fitting, few.kept_by(result) if few else result, sha256, seconds)
         except Exception as error:
             fit = Fit(error=explain(error, job.path))
         yield job, fit

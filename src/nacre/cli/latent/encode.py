@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -10,7 +11,7 @@ from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import report_file
+from nacre.cli.report import keyed, report_file
 
 
 @make(
@@ -21,11 +22,19 @@ from nacre.cli.report import report_file
     option("--refine/--no-refine", default=True),
     "Refine the code for pictures. Without, a pca code is closest in the logarithm, and an "
     "autoencoder's is what its encoder gives; the others have no such code.",
+    *options.faults_options(),
 )
-def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
-    """Find the code of an isotropic material."""
+def command(
+    source: Path, output: Path, basis_name: str, refine: bool, robust: bool, free_scale: bool
+) -> None:
+    """Find the code of an isotropic material.
+
+    Of a measurement at scattered directions, however few, it says how well they determine it.
+    """
     from nacre.formats import load_brdf
     from nacre.latent import find_basis, save_code
+    from nacre.latent.plausible import estimate, in_words
+    from nacre.measured.scattered import ScatteredBrdf
 
     if output.suffix.lower() != ".json":
         raise click.BadParameter(f"{output}: a code is a .json file")
@@ -34,7 +43,15 @@ def command(source: Path, output: Path, basis_name: str, refine: bool) -> None:
     basis = find_basis(basis_name)
     brdf = load_brdf(source)
     line("encoding", 0, 1)
-    code = basis.encode(brdf, refine=refine)
-    save_code(basis.decode(code, brdf.name), output)
-    text = f"{len(code)} values ({4 * len(code)} bytes)"
-    report_file(output, text, code_dim=len(code), code_bytes=4 * len(code))
+    known: dict[str, Any] = {}
+    if basis.takes_samples and isinstance(brdf, ScatteredBrdf) and brdf.isotropic:
+        found = estimate(brdf, basis, robust=robust, free_scale=free_scale)
+        material, known = found.material, found.facts()
+    elif robust or free_scale:
+        raise click.UsageError("--robust and --free-scale are for samples at scattered directions")
+    else:
+        material = basis.decode(basis.encode(brdf, refine=refine), brdf.name)
+    save_code(material, output)
+    count = len(material.code)
+    text = f"{count} values ({4 * count} bytes){in_words(known)}"
+    report_file(output, text, code_dim=count, code_bytes=4 * count, **keyed(known))

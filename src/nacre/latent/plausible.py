@@ -1,0 +1,179 @@
+"""Materials known from few samples: what to expect, and what is as plausible beside it."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nacre.brdf import Brdf
+from nacre.errors import FormatError
+from nacre.latent.basis import CodedBrdf, LatentBasis
+from nacre.latent.file import pretrained_basis
+from nacre.latent.intervals import interval, reflectance_interval
+from nacre.measured.scattered import ScatteredBrdf
+from nacre.neural import NeuralBrdf
+from nacre.numerics.pca import Double
+from nacre.sampling.lit_views import lit_views
+
+FEW = 200
+"""Samples up to which a material is better known by what other materials are like."""
+COUNT = 64
+"""Plausible materials that are kept."""
+
+_KEY = "plausible"
+_STORED = np.dtype("<f2")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What few samples say of a material.
+
+    Parameters
+    ----------
+    material
+        To be expected.
+    codes
+        As plausible as each other, in the basis of the material, shape (:data:`COUNT`, k).
+    samples
+        How many there were.
+    scale
+        See :attr:`nacre.latent.posterior.Posterior.scale`.
+    """
+
+    material: CodedBrdf
+    codes: npt.NDArray[np.float16]
+    samples: int
+    scale: tuple[float, float] | None = None
+
+    def kept_by(self, fitted: NeuralBrdf) -> NeuralBrdf:
+        """A network that was fitted to the material, with the plausible ones in its metadata."""
+        kept: dict[str, Any] = {
+            "basis": self.material.basis.fingerprint(),
+            "samples": self.samples,
+            "codes": base64.b64encode(self.codes.astype(_STORED).tobytes()).decode("ascii"),
+        }
+        if self.scale is not None:
+            kept["scale"] = self.scale[0]
+        return fitted.replaced(metadata={**fitted.metadata, _KEY: kept})
+
+    def facts(self) -> dict[str, Any]:
+        """See :func:`facts`."""
+        basis, scale = self.material.basis, self.scale and self.scale[0]
+        return _facts([basis.decode(code) for code in self.codes], self.samples, scale)
+
+
+def is_few(brdf: Brdf) -> bool:
+    """Whether a material is isotropic and known from :data:`FEW` samples or fewer."""
+    return isinstance(brdf, ScatteredBrdf) and brdf.isotropic and len(brdf.samples) <= FEW
+
+
+def estimate(
+    brdf: ScatteredBrdf,
+    basis: LatentBasis | None = None,
+    *,
+    robust: bool = False,
+    free_scale: bool = False,
+) -> Estimate:
+    """A material from few samples.
+
+    Parameters
+    ----------
+    brdf
+        Isotropic.
+    basis
+        Of the materials that it may be like; the included one where None.
+    robust, free_scale
+        See :meth:`LatentBasis.posterior`.
+
+    Raises
+    ------
+    NacreError
+        If the basis does not take samples.
+    """
+    basis = basis or pretrained_basis()
+    found = basis.posterior(brdf.samples, robust=robust, free_scale=free_scale)
+    material = basis.decode(found.code, brdf.name).replaced(source=brdf.source)
+    codes = found.draw(COUNT).astype(np.float16)
+    return Estimate(material, codes, len(brdf.samples), found.scale)
+
+
+def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrdf]:
+    """Materials that are as plausible as a network that was fitted to few samples.
+
+    Parameters
+    ----------
+    material
+        Any; of one that was not fitted to few samples there are none.
+    basis
+        That the samples were looked at in; the included one where None.
+
+    Raises
+    ------
+    FormatError
+        If it was another basis, or what is kept is damaged.
+    """
+    kept = material.metadata.get(_KEY) if isinstance(material, NeuralBrdf) else None
+    if kept is None:
+        return []
+    basis = basis or pretrained_basis()
+    name = material.name or "network"
+    try:
+        stored = np.frombuffer(base64.b64decode(kept["codes"], validate=True), _STORED)
+        codes = stored.reshape(-1, basis.code_dim).astype(np.float64)
+        fingerprint = kept["basis"]
+    except (LookupError, TypeError, ValueError) as error:
+        raise FormatError(f"{name}: plausible materials: cannot be read: {error}") from error
+    if fingerprint != basis.fingerprint():
+        raise FormatError(f"{name}: plausible materials: are of another basis")
+    try:
+        return [basis.decode(code, material.name) for code in codes]
+    except ValueError as error:
+        raise FormatError(f"{name}: plausible materials: {error}") from error
+
+
+def albedo_interval(materials: Sequence[CodedBrdf]) -> tuple[Double, Double]:
+    """Ends (3,) of the 90 % interval of the albedo for light along the normal, linear RGB."""
+    lit = lit_views(0, [0.0], directions=512, lights=1)
+    pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)
+    values = np.stack([material.eval(*pairs) for material in materials])
+    return interval(lit.radiance(values.reshape(len(values), *lit.wi.shape))[:, 0, 0])
+
+
+def facts(material: Brdf) -> dict[str, Any]:
+    """What to show of how well a material is known; empty if it was not fitted to few samples."""
+    others = plausible(material)
+    if not others:
+        return {}
+    assert isinstance(material, NeuralBrdf)
+    kept = material.metadata[_KEY]
+    return _facts(others, kept.get("samples"), kept.get("scale"))
+
+
+def in_words(known: Mapping[str, Any]) -> str:
+    """What goes on with a line about a material, from its :func:`facts`; may be empty."""
+    if not known:
+        return ""
+    low, high = (np.mean(known[f"plausible albedo {end}"]) for end in ("from", "to"))
+    text = f"; of {known['known from samples']} samples: albedo {low:.3f} to {high:.3f} (90 %)"
+    return f"{text}, f_r within a factor of {known['f_r known within a factor']:.2f}"
+
+
+def _facts(others: Sequence[CodedBrdf], samples: int, scale: float | None) -> dict[str, Any]:
+    lit = lit_views(0, directions=16)
+    pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)
+    low, high = reflectance_interval(others, *pairs)
+    seen = low > 0.0
+    darkest, brightest = albedo_interval(others)
+    found = {
+        "known from samples": samples,
+        "factor of the instrument": scale,
+        "plausible albedo from": [float(x) for x in darkest],
+        "plausible albedo to": [float(x) for x in brightest],
+        "f_r known within a factor": float(np.median(np.sqrt(high[seen] / low[seen]))),
+    }
+    return {name: value for name, value in found.items() if value is not None}
