@@ -14,7 +14,7 @@ from nacre.numerics.direction_samples import DirectionSamples
 from nacre.runtime.parallel import one_blas_thread
 
 MAX_SAMPLES = 2048  # samples that count: of more, a code has nothing to learn
-UNEXPLAINED = 0.15
+UNEXPLAINED = 0.13
 """Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
 DARK = 1e-3
 """Added to f cos theta_i before logarithms."""
@@ -22,7 +22,8 @@ DARK = 1e-3
 _WIDTHS = 0.3, 0.5, 0.8  # of the prior about each training material, in standard deviations
 _NOISES = 0.1, 0.2, 0.4  # standard deviations of the logarithm of what is left unexplained
 _TRUST = 0.4  # power of the likelihood: neighboring directions and channels err alike
-_SPREAD = 0.6, 70.0
+_DOUBT = 0.15  # power of the weights of parts where codes are drawn
+_SPREAD = 0.9, 30.0
 """Of a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
 _STEPS, _ROBUST_STEPS = 12, 20
 _LONGEST, _PART = 1.0, 0.7
@@ -50,6 +51,9 @@ class Posterior:
         Columns are directions, orthonormal, shape (k, k) or (k + 1, k + 1).
     code_dim
         K.
+    doubts
+        Weights of the parts where codes are drawn, shape (m,): flatter ones, since the parts are
+        not all that a material can be like.
     """
 
     weights: Vector
@@ -57,6 +61,7 @@ class Posterior:
     deviations: Vector
     axes: Vector
     code_dim: int
+    doubts: Vector
 
     @property
     def mean(self) -> Vector:
@@ -84,7 +89,7 @@ class Posterior:
     def draw(self, count: int, seed: int = 0) -> Vector:
         """Codes drawn from it, shape (count, k); the same seed gives the same ones."""
         random = np.random.default_rng((seed, 8))
-        parts = random.choice(len(self.weights), count, p=self.weights)
+        parts = random.choice(len(self.doubts), count, p=self.doubts)
         offsets = random.normal(size=self.means[parts].shape) * self.deviations[parts]
         return np.asarray(self.means[parts] + offsets @ self.axes.T)[:, : self.code_dim]
 
@@ -183,6 +188,9 @@ def _mixture(values: Vector, slopes: Vector, centers: Vector, code_dim: int) -> 
             means.append(center + moved @ axes.T)
             deviations.append(np.broadcast_to(precision**-0.5, center.shape))
     likelihood = np.concatenate(logs)
-    weights = np.exp(likelihood - likelihood.max())
+    likelihood -= likelihood.max()
+    weights, doubts = (np.exp(power * likelihood) for power in (1.0, _DOUBT))
     weights /= weights.sum()
-    return Posterior(weights, np.concatenate(means), np.concatenate(deviations), axes, code_dim)
+    doubts /= doubts.sum()
+    parts = np.concatenate(means), np.concatenate(deviations)
+    return Posterior(weights, *parts, axes, code_dim, doubts)
