@@ -1,4 +1,4 @@
-"""`nacre measure`: Mitsuba's materials as files, and what it says of those it cannot take."""
+"""`nacre measure bsdf`: Mitsuba's materials as files, and what it says of those it cannot take."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def assert_diffuse(path, tolerance):
 @pytest.mark.parametrize("ending", [".bsdf", ".binary"])
 def test_a_description_becomes_a_table(tmp_path, ending):
     path = tmp_path / f"grey{ending}"
-    code, text = run("measure", GREY, "-o", path)
+    code, text = run("measure", "bsdf", GREY, "-o", path)
     assert code == 0, text
     assert f"{path.stat().st_size:,} bytes" in text
     assert_diffuse(path, 1e-3)
@@ -58,11 +58,11 @@ def test_a_description_becomes_a_table(tmp_path, ending):
 
 def test_a_description_becomes_a_neural_material(tmp_path):
     path = tmp_path / "grey.safetensors"
-    code, text = run("measure", GREY, "-o", path, "--preset", "draft")
+    code, text = run("measure", "bsdf", GREY, "-o", path, "--preset", "draft")
     assert code == 0, text
     assert_diffuse(path, 0.05)
     assert nacre.load(path).inputs == "enhanced"
-    code, text = run("measure", GREY, "-o", tmp_path / "grey.h5", "--preset", "draft")
+    code, text = run("measure", "bsdf", GREY, "-o", tmp_path / "grey.h5", "--preset", "draft")
     assert code == 0, text
     assert "grey.h5: fitted with the paper's inputs, as .h5 files need them" in text
     assert_diffuse(tmp_path / "grey.h5", 0.05)
@@ -71,14 +71,14 @@ def test_a_description_becomes_a_neural_material(tmp_path):
 def test_a_material_of_a_scene_is_measured(tmp_path):
     (tmp_path / "scene.xml").write_text(SCENE)
     scene = [tmp_path / "scene.xml"]
-    code, text = run("measure", *scene, "--bsdf", "matte", "-o", tmp_path / "x.binary")
+    code, text = run("measure", "bsdf", *scene, "--bsdf", "matte", "-o", tmp_path / "x.binary")
     assert code == 0, text
     assert_diffuse(tmp_path / "x.binary", 1e-3)
     for extra, words in (
         ([], "use --bsdf (found: matte, metal, 2 without an id)"),
         (["--bsdf", "x"], "no BSDF 'x' (found: matte, metal, 2 without an id)"),
     ):
-        code, text = run("measure", *scene, *extra, "-o", tmp_path / "y.binary")
+        code, text = run("measure", "bsdf", *scene, *extra, "-o", tmp_path / "y.binary")
         assert code == 2
         assert words in text
 
@@ -102,7 +102,7 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
     ],
 )
 def test_what_cannot_be_measured_is_refused_in_one_line(tmp_path, description, words):
-    code, text = run("measure", description, "-o", tmp_path / "x.bsdf")
+    code, text = run("measure", "bsdf", description, "-o", tmp_path / "x.bsdf")
     assert code == 2
     lines = [line for line in text.splitlines() if line.startswith("nacre: ")]
     assert len(lines) == 1, text
@@ -119,10 +119,10 @@ def test_targets_that_cannot_hold_it_are_refused_before_the_work(tmp_path, monke
         (brushed, "x.binary", "hold isotropic reflectance only"),
         (GREY, "absent/x.bsdf", "does not exist; create it first"),
     ):
-        code, text = run("measure", description, "-o", tmp_path / target)
+        code, text = run("measure", "bsdf", description, "-o", tmp_path / target)
         assert code == 2
         assert words in text
-    code, text = run("measure", GREY, "-o", tmp_path / "x.bsdf", "--resolution", "1,2")
+    code, text = run("measure", "bsdf", GREY, "-o", tmp_path / "x.bsdf", "--resolution", "1,2")
     assert code == 2
     assert "expected phi_i,theta_i,square,azimuths,polars" in text
     assert not list(tmp_path.iterdir())
@@ -130,7 +130,7 @@ def test_targets_that_cannot_hold_it_are_refused_before_the_work(tmp_path, monke
 
 def test_a_table_has_the_resolution_that_is_asked_for(tmp_path):
     path = tmp_path / "grey.binary"
-    code, text = run("measure", GREY, "-o", path, "--resolution", "12,10,8")
+    code, text = run("measure", "bsdf", GREY, "-o", path, "--resolution", "12,10,8")
     assert code == 0, text
     assert nacre.load(path).dimensions == (12, 10, 8)
     assert_diffuse(path, 1e-3)
@@ -143,7 +143,7 @@ def test_textures_are_read_in_their_middle(tmp_path):
     mi.Bitmap(pixels).write(str(tmp_path / "flat.exr"))
     texture = {"type": "bitmap", "filename": str(tmp_path / "flat.exr"), "raw": True}
     description = json.dumps({"type": "diffuse", "reflectance": texture})
-    code, text = run("measure", description, "-o", tmp_path / "x.binary")
+    code, text = run("measure", "bsdf", description, "-o", tmp_path / "x.binary")
     assert code == 0, text
     assert_diffuse(tmp_path / "x.binary", 1e-3)
 
@@ -155,7 +155,7 @@ def test_a_bump_makes_a_material_anisotropic(tmp_path):
     mi.Bitmap(ramp).write(str(tmp_path / "ramp.exr"))
     texture = {"type": "bitmap", "filename": str(tmp_path / "ramp.exr"), "raw": True}
     description = json.dumps({"type": "bumpmap", "map": texture, "nested": {"type": "diffuse"}})
-    code, text = run("measure", description, "-o", tmp_path / "x.binary")
+    code, text = run("measure", "bsdf", description, "-o", tmp_path / "x.binary")
     assert code == 2
     assert "hold isotropic reflectance only; x is anisotropic" in text
 
@@ -169,31 +169,31 @@ def test_a_bump_makes_a_material_anisotropic(tmp_path):
     ],
 )
 def test_what_no_table_holds_is_said(tmp_path, description, words):
-    code, text = run("measure", description, "-o", tmp_path / "x.bin")
+    code, text = run("measure", "bsdf", description, "-o", tmp_path / "x.bin")
     assert code == 0, text
     assert words in text
     assert ("note" in text) == bool(words)
 
 
 def test_one_source_is_wanted(tmp_path):
-    code, text = run("measure", GREY, "--bsdf", "x", "-o", tmp_path / "x.bsdf")
+    code, text = run("measure", "bsdf", GREY, "--bsdf", "x", "-o", tmp_path / "x.bsdf")
     assert code == 2
     assert "--bsdf chooses from a scene (.xml)" in text
-    code, text = run("measure", "-o", tmp_path / "x.bsdf")
+    code, text = run("measure", "bsdf", "-o", tmp_path / "x.bsdf")
     assert code == 2
     assert "Missing argument 'INPUT'" in text
-    code, text = run("measure", tmp_path / "absent.json", "-o", tmp_path / "x.bsdf")
+    code, text = run("measure", "bsdf", tmp_path / "absent.json", "-o", tmp_path / "x.bsdf")
     assert code == 2
     assert "absent.json: cannot be read" in text
 
 
 def test_a_description_is_read_from_a_file_or_standard_input(tmp_path, monkeypatch):
     (tmp_path / "grey.json").write_text(GREY)
-    code, text = run("measure", tmp_path / "grey.json", "-o", tmp_path / "x.binary")
+    code, text = run("measure", "bsdf", tmp_path / "grey.json", "-o", tmp_path / "x.binary")
     assert code == 0, text
     assert_diffuse(tmp_path / "x.binary", 1e-3)
     with CliRunner().isolation(GREY):
         from nacre.cli import main
 
-        main(["-q", "measure", "-", "-o", str(tmp_path / "y.binary")])
+        main(["-q", "measure", "bsdf", "-", "-o", str(tmp_path / "y.binary")])
     assert (tmp_path / "y.binary").read_bytes() == (tmp_path / "x.binary").read_bytes()

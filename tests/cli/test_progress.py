@@ -141,6 +141,6 @@ def test_verbose_tells_times_and_causes(tmp_path, monkeypatch, capsys):
     assert f"writes {tmp_path / 'gold.npz'}\n" in printed(console)
     assert re.search(r"gold: writing: \d+\.\d\d s\n", printed(console))
     assert re.search(r"nacre convert: \d+\.\d\d s\n", printed(console))
-    assert run("measure", "{", "-o", "x.binary", "-v", quiet=False) == 2
+    assert run("measure", "bsdf", "{", "-o", "x.binary", "-v", quiet=False) == 2
     assert "because of JSONDecodeError" in printed(console)
     assert "Traceback" not in printed(console) + capsys.readouterr().err

@@ -329,3 +329,33 @@ def test_means_of_duplicates_have_less_noise(tmp_path: Path) -> None:
     head = PLAIN.split("30,0")[0].replace("r,g,b", "r,g,b,sigma")
     sigma = read(tmp_path, head + rows).samples.sigma
     np.testing.assert_allclose(sigma, [0.025])
+
+
+def test_rows_without_values_are_left_out_and_counted(tmp_path: Path) -> None:
+    brdf = read(tmp_path, PLAIN + "10,0,10,180,,,\n20,0,20,180,,,\n")
+    assert len(brdf.samples) == 2
+    assert brdf.describe()["rows without values"] == 2
+    with pytest.raises(FormatError, match="line 6: column g: '' is not a finite number"):
+        read(tmp_path, PLAIN.replace("0.4,0.1,-0.01", "0.4,,0.1"))
+    plan = "\n".join([*PLAIN.splitlines()[:4], "10,0,10,180,,,"])
+    with pytest.raises(FormatError, match="a plan that is not filled in, from line 5 on"):
+        read(tmp_path, plan)
+
+
+@pytest.mark.parametrize("sigma", [None, [0.05, 0.02]])
+def test_a_plan_keeps_what_was_measured(tmp_path: Path, sigma: list[float] | None) -> None:
+    rng = np.random.default_rng(1)
+    wi, wo = hemisphere(rng, 2), hemisphere(rng, 2)
+    measured = ScatteredBrdf(wi, wo, [[0.5, 0.25, 0.125], [1, 2, 3]], "paint", sigma=sigma)
+    more = hemisphere(rng, 3), hemisphere(rng, 3)
+    comma_separated.save_plan(*more, tmp_path / "next.csv", name="paint", measured=measured)
+    text = (tmp_path / "next.csv").read_text()
+    assert text.count(",,,\n" if sigma is None else ",,,,\n") == 3
+    back = nacre.load(tmp_path / "next.csv")
+    np.testing.assert_allclose(back.samples.wi, wi, atol=1e-7)
+    np.testing.assert_array_equal(back.samples.rgb, measured.samples.rgb)
+    assert (back.samples.sigma is None) == (sigma is None)
+    filled = text.replace(",,,,\n", ",1,1,1,0.1\n").replace(",,,\n", ",1,1,1\n")
+    (tmp_path / "filled.csv").write_text(filled)
+    again = nacre.load(tmp_path / "filled.csv").samples
+    np.testing.assert_allclose(again.wo, np.concatenate([wo, more[1]]), atol=1e-6)

@@ -67,7 +67,7 @@ from nacre.errors import FormatError
     option("--prior/--no-prior", applies="network", default=True),
     "Fit measurements of up to 200 samples by what other materials are like, and keep how sure "
     "that is. Without, only the samples count.",
-    *options.faults_options(applies="network"),
+    *options.scale_option(applies="network"),
     options.seed_option(applies="brdf"),
     options.jobs_option(applies="brdf"),
     options.device_option(applies="network"),

@@ -127,11 +127,9 @@ def _fitting(chosen: Mapping[str, Any], ending: str = "") -> Fitting:
     if chosen["epochs"] is not None:
         settings["epochs"] = chosen["epochs"]
     recipe = Recipe.preset(chosen["preset"], size=chosen["max_bytes"], **settings)
-    few: dict[str, Any] = {name: chosen[name] for name in ("prior", "robust", "free_scale")}
-    if not few["prior"] and (few["robust"] or few["free_scale"]):
-        raise click.UsageError(
-            "--robust and --free-scale belong to the prior; leave out --no-prior"
-        )
+    few: dict[str, Any] = {name: chosen[name] for name in ("prior", "free_scale")}
+    if few["free_scale"] and not few["prior"]:
+        raise click.UsageError("--free-scale belongs to the prior; leave out --no-prior")
     return NetworkFitting(recipe, chosen["device"], **given, **few)
 
 

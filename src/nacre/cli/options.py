@@ -290,11 +290,9 @@ preset_option = _shared(
 )
 
 
-def faults_options(**settings: Any) -> list[Option | str]:
-    """What may be wrong with few samples of a material; rows of a command."""
+def scale_option(**settings: Any) -> list[Option | str]:
+    """Whether few samples may be wrong by a factor; rows of a command."""
     return [
-        option("--robust", is_flag=True, **settings),
-        "Let samples that are far from what the others say hardly count.",
         option("--free-scale", is_flag=True, **settings),
         "Find a factor by which all samples are wrong, as of an instrument not calibrated.",
     ]

@@ -208,17 +208,13 @@ class LatentBasis(Described):
             source = scan.samples
         return self.posterior(source).code
 
-    def posterior(
-        self, samples: DirectionSamples, *, robust: bool = False, free_scale: bool = False
-    ) -> Posterior:
+    def posterior(self, samples: DirectionSamples, *, free_scale: bool = False) -> Posterior:
         """The codes that samples of an isotropic material, however few, leave possible.
 
         Parameters
         ----------
         samples
             One or more.
-        robust
-            Whether samples may be outliers: one that is far from what the others say hardly counts.
         free_scale
             Whether all samples may be wrong by one factor, which is found too.
 
@@ -231,7 +227,7 @@ class LatentBasis(Described):
         """
         if not self.takes_samples:
             raise NacreError(f"the basis {self.kind!r} finds no code from samples alone")
-        return self._posterior(samples, robust=robust, free_scale=free_scale)
+        return self._posterior(samples, free_scale)
 
     def _refined(self, brdf: Brdf, seed: int) -> Vector:
         """The code that comes closest in pictures."""
@@ -241,7 +237,7 @@ class LatentBasis(Described):
         """The code that is not refined."""
         raise NotImplementedError
 
-    def _posterior(self, samples: DirectionSamples, **faults: bool) -> Posterior:
+    def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
         """The codes that samples leave possible, where the basis takes samples."""
         raise NotImplementedError
 

@@ -118,8 +118,8 @@ class Hypernetwork(WeightBasis):
     def _start(self, brdf: Brdf, errors: PictureErrors) -> Vector:
         return self.basis.closest(errors)
 
-    def _posterior(self, samples: DirectionSamples, **faults: bool) -> Posterior:
-        return self.basis.posterior(samples, **faults)
+    def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
+        return self.basis.posterior(samples, free_scale=free_scale)
 
     def pack(self) -> tuple[dict[str, Any], Tensors]:
         header, tensors = self.basis.pack()

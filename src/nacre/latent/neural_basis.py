@@ -191,10 +191,10 @@ class NeuralBasis(PredictingBasis):
 
         return minimize(residuals, jacobian, np.zeros(self.code_dim), _STEPS, _FARTHEST)[0]
 
-    def _posterior(self, samples: DirectionSamples, **faults: bool) -> Posterior:
+    def _posterior(self, samples: DirectionSamples, free_scale: bool) -> Posterior:
         from nacre.latent.posterior import posterior
 
-        return posterior(self, samples, **faults)
+        return posterior(self, samples, free_scale=free_scale)
 
     def decode(self, code: npt.ArrayLike, name: str = "") -> NeuralBasisBrdf:
         return NeuralBasisBrdf(self, code, name)

@@ -76,7 +76,6 @@ def estimate(
     brdf: ScatteredBrdf,
     basis: LatentBasis | None = None,
     *,
-    robust: bool = False,
     free_scale: bool = False,
 ) -> Estimate:
     """A material from few samples.
@@ -87,7 +86,7 @@ def estimate(
         Isotropic.
     basis
         Of the materials that it may be like; the included one where None.
-    robust, free_scale
+    free_scale
         See :meth:`LatentBasis.posterior`.
 
     Raises
@@ -96,7 +95,7 @@ def estimate(
         If the basis does not take samples.
     """
     basis = basis or pretrained_basis()
-    found = basis.posterior(brdf.samples, robust=robust, free_scale=free_scale)
+    found = basis.posterior(brdf.samples, free_scale=free_scale)
     material = basis.decode(found.code, brdf.name).replaced(source=brdf.source)
     codes = found.draw(COUNT).astype(np.float16)
     return Estimate(material, codes, len(brdf.samples), found.scale)

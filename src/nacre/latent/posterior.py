@@ -18,6 +18,8 @@ UNEXPLAINED = 0.13
 """Standard deviation of ln f_r, at single pairs of directions, that no code explains."""
 DARK = 1e-3
 """Added to f cos theta_i before logarithms."""
+LOOSE = 0.3
+"""Standard deviation of the logarithm of the factor of an instrument that may be wrong."""
 
 _WIDTHS = 0.3, 0.5, 0.8  # of the prior about each training material, in standard deviations
 _NOISES = 0.1, 0.2, 0.4  # standard deviations of the logarithm of what is left unexplained
@@ -25,7 +27,7 @@ _TRUST = 0.4  # power of the likelihood: neighboring directions and channels err
 _DOUBT = 0.15  # power of the weights of parts where codes are drawn
 _SPREAD = 0.9, 30.0
 """Of a and b: deviations are wider by the root of a + n / b with n samples, which err alike."""
-_STEPS, _ROBUST_STEPS = 12, 20
+_STEPS = 20
 _LONGEST, _PART = 1.0, 0.7
 """Change of a value in one step, and the part of a step that is taken: far from where it was
 linearized, the logarithm may be another one."""
@@ -44,7 +46,7 @@ class Posterior:
     weights
         Of the parts, shape (m,); they add up to 1.
     means
-        Of the parts, shape (m, k); with the logarithm of the scale, (m, k + 1).
+        Of the parts, shape (m, k); with the logarithm of the scale in :data:`LOOSE`, (m, k + 1).
     deviations
         Standard deviations of the parts along the axes, of the shape of the means.
     axes
@@ -84,7 +86,7 @@ class Posterior:
         parts, middle = self.means[:, -1], self.mean[-1]
         within = (self.axes[-1] * self.deviations) ** 2
         variance = self.weights @ (within.sum(axis=1) + (parts - middle) ** 2)
-        return math.exp(middle), math.sqrt(variance)
+        return math.exp(LOOSE * middle), LOOSE * math.sqrt(variance)
 
     def draw(self, count: int, seed: int = 0) -> Vector:
         """Codes drawn from it, shape (count, k); the same seed gives the same ones."""
@@ -98,7 +100,6 @@ def posterior(
     basis: NeuralBasis,
     samples: DirectionSamples,
     *,
-    robust: bool = False,
     free_scale: bool = False,
 ) -> Posterior:
     """What samples of a material, however few, say of its code.
@@ -107,7 +108,8 @@ def posterior(
     with its channels permuted, or to be anywhere in the normal distribution. ln(f cos theta_i + e)
     is nearly linear in the code, so samples turn each of these normal distributions into another
     one, and give how likely it was; the mixture of all is found again where its mean is linearized
-    until that stays. Noise that the samples state adds to what no code explains.
+    until that stays. Noise that the samples state adds to what no code explains, and a sample that
+    is far from what the others say hardly counts.
 
     How wide the parts are was chosen on training materials that bases of others had not seen, so
     that intervals hold as often as they say.
@@ -118,11 +120,9 @@ def posterior(
     ----------
     samples
         One or more.
-    robust
-        Whether samples may be outliers: one that is far from what the others say hardly counts.
     free_scale
         Whether all samples may be wrong by one factor, which is found too. Before they are known,
-        its logarithm is as wide as a value of the code.
+        the standard deviation of its logarithm is :data:`LOOSE` at most.
 
     Raises
     ------
@@ -141,17 +141,16 @@ def posterior(
         known = basis.examples.astype(np.float64)
         centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
         if free_scale:
-            rows = np.concatenate([rows, np.ones_like(rows[:1])])
+            rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
             centers = np.pad(centers, ((0, 0), (0, 1)))
         mean = np.zeros(len(rows))
-        steps = _ROBUST_STEPS if robust else _STEPS
-        for step in range(1, steps + 1):
+        for step in range(_STEPS):
             scaled = decoded(common, rows, mean) * cosine
             damped = scaled / (scaled + DARK)
             slopes = (rows * damped).reshape(len(mean), -1)
             missed = target - np.log(scaled + DARK)
             variance = 1.0 + np.square(noise / (scaled + DARK) / _TYPICAL) + 0.0 * missed
-            if robust and step > 1:
+            if step:
                 variance = variance * _outlying(missed, variance)
             deviation = np.sqrt(variance).reshape(-1)
             left = (missed.reshape(-1) + mean @ slopes) / deviation

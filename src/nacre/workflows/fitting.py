@@ -137,8 +137,8 @@ class NetworkFitting(Fitting):
     prior
         Whether few samples are seen in the light of what other materials are like; see
         :mod:`nacre.latent.plausible`.
-    robust, free_scale
-        What may be wrong with few samples; see :meth:`nacre.latent.LatentBasis.posterior`.
+    free_scale
+        Whether few samples may all be wrong by one factor.
     """
 
     holds: ClassVar[str] = "neural"
@@ -146,7 +146,6 @@ class NetworkFitting(Fitting):
     device: str | None = None
     ending: str = ".safetensors"
     prior: bool = True
-    robust: bool = False
     free_scale: bool = False
 
     def __post_init__(self) -> None:
@@ -155,7 +154,7 @@ class NetworkFitting(Fitting):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        few = {"prior": self.prior, "robust": self.robust, "free_scale": self.free_scale}
+        few = {"prior": self.prior, "free_scale": self.free_scale}
         few = {name: value for name, value in few.items() if value != (name == "prior")}
         return {"model": "nbrdf", "device": self.device, **asdict(self.recipe), **few}
 
@@ -174,7 +173,7 @@ class NetworkFitting(Fitting):
         """What is fitted in place of a material that is known from few samples."""
         if not self.prior or not isinstance(brdf, ScatteredBrdf) or not plausible.is_few(brdf):
             return None
-        return plausible.estimate(brdf, robust=self.robust, free_scale=self.free_scale)
+        return plausible.estimate(brdf, free_scale=self.free_scale)
 
     def losses(self, fitted: Any) -> dict[str, float]:
         return _finite(fitted.metadata["quality"])

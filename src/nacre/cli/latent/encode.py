@@ -22,11 +22,9 @@ from nacre.cli.report import keyed, report_file
     option("--refine/--no-refine", default=True),
     "Refine the code for pictures. Without, a pca code is closest in the logarithm, and an "
     "autoencoder's is what its encoder gives; the others have no such code.",
-    *options.faults_options(),
+    *options.scale_option(),
 )
-def command(
-    source: Path, output: Path, basis_name: str, refine: bool, robust: bool, free_scale: bool
-) -> None:
+def command(source: Path, output: Path, basis_name: str, refine: bool, free_scale: bool) -> None:
     """Find the code of an isotropic material.
 
     Of a measurement at scattered directions, however few, it says how well they determine it.
@@ -45,10 +43,10 @@ def command(
     line("encoding", 0, 1)
     known: dict[str, Any] = {}
     if basis.takes_samples and isinstance(brdf, ScatteredBrdf) and brdf.isotropic:
-        found = estimate(brdf, basis, robust=robust, free_scale=free_scale)
+        found = estimate(brdf, basis, free_scale=free_scale)
         material, known = found.material, found.facts()
-    elif robust or free_scale:
-        raise click.UsageError("--robust and --free-scale are for samples at scattered directions")
+    elif free_scale:
+        raise click.UsageError("--free-scale is for samples at scattered directions")
     else:
         material = basis.decode(basis.encode(brdf, refine=refine), brdf.name)
     save_code(material, output)

@@ -32,7 +32,7 @@ from nacre.errors import FormatError
     option("--until", options.FiniteRange(0.0, 1.0), default=0.0),
     "Expected error at which to stop: of a picture's display values, from 0 to 1.",
     *instrument_options(),
-    *options.faults_options(),
+    *options.scale_option(),
     options.basis_option(),
     options.seed_option(),
 )
@@ -42,7 +42,6 @@ def command(
     count: int,
     budget: int | None,
     until: float,
-    robust: bool,
     free_scale: bool,
     basis_name: str,
     seed: int,
@@ -70,7 +69,7 @@ def command(
     if not isinstance(measured, ScatteredBrdf):
         raise FormatError(f"{source}: is no measurement at scattered directions")
     samples = measured.samples
-    found = basis.posterior(samples, robust=robust, free_scale=free_scale)
+    found = basis.posterior(samples, free_scale=free_scale)
     exposures = count if budget is None else min(count, max(0, budget - len(samples)))
     proposal = propose(
         basis, found, samples, reached, exposures, until=until, seed=seed, progress=line
