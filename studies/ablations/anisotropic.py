@@ -3,7 +3,7 @@
 Eight virtual materials, which are formulas of this module: brushed metals of three strengths along
 three directions, satin, a car paint whose flakes lie along a direction, and a weave of two crossed
 threads. And three virtual measurements of Mitsuba materials on the grids of RGL files, in memory,
-as `nacre measure` makes them.
+as `nacre measure bsdf` makes them.
 
 Protocol: the deterministic sphere of :mod:`nacre.render.sphere`, 128 x 128, under an environment
 map and a directional light, as in `studies.speed.fidelity`. A table has the means over materials

@@ -98,6 +98,14 @@ def test_a_budget_and_an_error_end_it(capsys, measured):
     assert len(run_json(capsys, "measure", "next", "paint.csv", "--budget", 14)["next"]) == 2
 
 
+def test_a_virtual_measurement(capsys, measured):
+    nacre.save(TRUTH, "paint.json")
+    assert run("measure", "plan", "-n", 12, "--of", "paint.json", "-o", "made.csv") == 0
+    made, filled = (nacre.load(name).samples for name in ("made.csv", "paint.csv"))
+    np.testing.assert_allclose(made.wo, filled.wo, atol=1e-6)
+    np.testing.assert_allclose(made.rgb, filled.rgb, rtol=1e-3)
+
+
 def test_pictures_of_a_camera(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     extra = "--patch", "12,8", "--light", 30

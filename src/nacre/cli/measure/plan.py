@@ -21,23 +21,27 @@ from nacre.errors import FormatError
     options.output_option("Table to write (.csv), with empty cells for f_r.", text=".csv"),
     option("-n --count", click.IntRange(1, 256), default=16),
     "Pairs of directions, or pictures. The first of a plan are the plan of fewer.",
+    option("--of source", options.INPUT, metavar="MATERIAL"),
+    "Measure this material virtually at the directions: the cells are filled in, to try it out.",
     *instrument_options(),
     options.basis_option(),
 )
-def command(output: Path, count: int, basis_name: str, **chosen: Any) -> None:
+def command(output: Path, count: int, source: Path | None, basis_name: str, **chosen: Any) -> None:
     """Plan the directions that tell most of an isotropic material.
 
     They are chosen for materials like those of the basis. Fill in f_r in 1/sr on as
     many rows as you like, in place of r, g and b also as f alone or as bands, and pass the file to
     'nacre fit', 'nacre latent encode' or 'nacre measure next'.
     """
+    from nacre.formats import load_brdf
     from nacre.latent import find_basis
     from nacre.latent.plans import Design, neural_basis
-    from nacre.measured.comma_separated import save_plan
+    from nacre.measured.comma_separated import save, save_plan
+    from nacre.measured.scattered import ScatteredBrdf
 
     if output.suffix.lower() != ".csv":
         raise FormatError(f"{output}: a plan is a .csv file")
-    options.check_outputs([output], [Path(basis_name)])
+    options.check_outputs([output], [Path(basis_name), source])
     reached = instrument(chosen)
     line = progress(output.stem, "reading")
     basis = neural_basis(find_basis(basis_name))
@@ -49,8 +53,12 @@ def command(output: Path, count: int, basis_name: str, **chosen: Any) -> None:
         design.choose()
         line("choosing", index + 1, count)
     wi, wo = (w[design.chosen].reshape(-1, 3) for w in (exposures.wi, exposures.wo))
-    header = [f"rows of a picture: {exposures.pairs}"] if exposures.pairs > 1 else []
-    save_plan(wi, wo, output, name=output.stem, header=header)
+    if source is not None:
+        truth = load_brdf(source)
+        save(ScatteredBrdf(wi, wo, truth.eval(wi, wo), truth.name), output)
+    else:
+        header = [f"rows of a picture: {exposures.pairs}"] if exposures.pairs > 1 else []
+        save_plan(wi, wo, output, name=output.stem, header=header)
     text = counted(count, "pair of directions", "pairs of directions")
     if exposures.pairs > 1:
         text = counted(count, "picture", "pictures")
