@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from nacre.array import Components
@@ -13,6 +13,7 @@ from nacre.neural.network import NetworkBrdf
 from nacre.neural.prune import without_inactive_units
 from nacre.render import adapter, llvm
 from nacre.render.bsdf_base import base_class, choice, material_path
+from nacre.render.coded import coded_class
 from nacre.render.engine import check_llvm, mitsuba
 from nacre.render.network import WEIGHTS, BufferedNetwork, first_in_buffer, opaque
 from nacre.render.textures.plugins import plugins as texture_plugins
@@ -29,8 +30,10 @@ def register() -> None:
 
     For the current variant, if one is set, and for every variant set from now on. Calling it again
     is harmless. The first two take `filename`, a file that :func:`nacre.load` reads; `nbrdf` wants
-    a network in it and has two more properties: see :func:`bsdf`. The others take a texture, that
-    of `neuralbtf` encoded: see :func:`nacre.render.textures.plugins.texture_bsdf`.
+    a network in it and has two more properties: see :func:`bsdf`; or it takes `code`, values with
+    commas or a file of `nacre latent encode`, and `basis`: see :mod:`nacre.render.coded`. The
+    others take a texture, that of `neuralbtf` encoded: see
+    :func:`nacre.render.textures.plugins.texture_bsdf`.
 
     Raises
     ------
@@ -104,8 +107,19 @@ def _register_variant(_: str | None, variant: str) -> None:
     mi = require("mitsuba", "render")
     if variant.startswith("llvm"):
         check_llvm()
-    for name, plugin in (_plugins(variant) | texture_plugins(variant)).items():
+    known = _plugins(variant) | texture_plugins(variant)
+    known["nbrdf"] = partial(_network_or_code, variant)
+    for name, plugin in known.items():
         mi.register_bsdf(name, plugin)
+
+
+def _network_or_code(variant: str, properties: Any) -> Any:
+    """The plugin `nbrdf`: of a network in a file, or of a code, whichever it is given."""
+    if "code" not in properties:
+        return _plugins(variant)["nbrdf"](properties)
+    if "filename" in properties:
+        raise NacreError("nbrdf: give it the property 'filename' or 'code', not both")
+    return coded_class(variant)(properties)
 
 
 @cache
