@@ -82,11 +82,11 @@ def test_fit_takes_bytes_and_a_precision(folder, tmp_path):
 
 
 def test_the_fit_of_a_scan_ends_in_its_error_at_held_out_samples(tmp_path):
-    nacre.save(scan(Gloss(), 100), tmp_path / "scan.csv")
+    nacre.save(scan(Gloss(), 300), tmp_path / "scan.csv")
     done = run("fit", "scan.csv", "--epochs", 20, "--samples", 8000, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     error = r"median \d+\.\d %, mean \d+\.\d %"
-    line = rf"at 20 held-out samples: {error} \(of the nearest sample: {error}\)"
+    line = rf"at 60 held-out samples: {error} \(of the nearest sample: {error}\)"
     assert re.search(line, " ".join(done.stdout.split()))
     assert "held out median error" in run("info", "scan.safetensors", cwd=tmp_path).stdout
 

@@ -47,7 +47,7 @@ def test_whatever_else_would_be_in_an_h5_is_refused_by_its_remedy(capsys):
 
 
 def test_a_scan_gets_the_papers_inputs_in_single_precision():
-    nacre.save(scan(Gloss(), 100), "scan.csv")
+    nacre.save(scan(Gloss(), 300), "scan.csv")
     assert run("fit", "scan.csv", *QUICK) == 0
     network = nacre.load("scan.safetensors")
     assert (network.inputs, network.precision) == ("paper", "single")

@@ -108,7 +108,7 @@ def test_a_virtual_measurement(capsys, measured):
 
 def test_pictures_of_a_camera(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    extra = "--patch", "12,8", "--light", 30
+    extra = "--field", "12,8", "--fixed-light", 30
     assert run("measure", "plan", "-n", 2, "-o", "p.csv", *extra) == 0
     text = Path("p.csv").read_text()
     assert "# rows of a picture: 9\n" in text
@@ -128,14 +128,14 @@ def test_encode_says_how_sure_it_is(capsys, measured):
 def test_what_is_refused(capsys, measured):
     refused = lambda words, *arguments: assert_refused(capsys, words, *arguments)  # noqa: E731
     refused("a plan is a .csv file", "measure", "plan", "-o", "p.txt")
-    refused("beyond the largest polar", "measure", "plan", "--light", 85, "-o", "p.csv")
+    refused("beyond the largest polar", "measure", "plan", "--fixed-light", 85, "-o", "p.csv")
     refused("was changed since nacre wrote it", *filled_in_place())
     refused("is a plan that is not filled in", "measure", "next", "empty.csv")
     nacre.save(TRUTH, "ggx.json")
     refused("no measurement at scattered", "measure", "next", "ggx.json")
     refused("is for samples", "latent", "encode", "ggx.json", "--free-scale", "-o", "e.json")
     refused("belongs to the prior", "fit", "paint.csv", "--no-prior", "--free-scale", "-o", "n.h5")
-    refused("expected a width and a height", "measure", "plan", "--patch", "3", "-o", "p.csv")
+    refused("expected a width and a height", "measure", "plan", "--field", "3", "-o", "p.csv")
     refused("did you mean plan", "measure", "pla")
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,7 +48,8 @@ class Posterior:
     weights
         Of the parts, shape (m,); they add up to 1.
     means
-        Of the parts, shape (m, k); with the logarithm of the scale in :data:`LOOSE`, (m, k + 1).
+        Of the parts, shape (m, k); with further values, as the logarithm of the scale in
+        :data:`LOOSE`, (m, k + 1).
     deviations
         Standard deviations of the parts along the axes, of the shape of the means.
     axes
@@ -133,33 +136,69 @@ def posterior(
         raise ValueError("a code needs one sample or more")
     if len(samples) > MAX_SAMPLES:
         samples = samples[np.random.default_rng(0).permutation(len(samples))[:MAX_SAMPLES]]
+    common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
+    cosine = samples.cosine[:, None].astype(np.float64)
+    target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
+    noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
+    if free_scale:
+        rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
+
+    def linearized(mean: Vector) -> Linearized:
+        scaled = decoded(common, rows, mean) * cosine
+        lit = scaled + DARK
+        return Linearized(target - np.log(lit), rows * (scaled / lit), noise / lit + 0.0 * scaled)
+
+    return search(basis, linearized, extra=int(free_scale))
+
+
+class Linearized(NamedTuple):
+    """Logarithms of n observations in three channels, near some values to be found.
+
+    They are counted so that :data:`_NOISES` are what no code explains of them.
+    """
+
+    missed: Vector
+    """Observed less expected, shape (n, 3)."""
+    slopes: Vector
+    """Derivatives of the expected ones by the values, shape (k, n, 3)."""
+    noise: Vector
+    """Standard deviations beside what no code explains, shape (n, 3)."""
+
+
+def search(
+    basis: NeuralBasis, linearized: Callable[[Vector], Linearized], extra: int = 0
+) -> Posterior:
+    """What observations say of a code, and of values beside it.
+
+    Parameters
+    ----------
+    basis
+        Of the code.
+    linearized
+        Gives the observations near a code and further values, shape (k + extra,).
+    extra
+        How many there are of these; before anything is known, they are normally distributed about
+        0, with a standard deviation of 1 at most.
+    """
+    known = basis.examples.astype(np.float64)
+    centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
+    centers = np.pad(centers, ((0, 0), (0, extra)))
+    mean = np.zeros(basis.code_dim + extra)
     with one_blas_thread():
-        common, rows = (a.astype(np.float64) for a in basis.logarithms(samples.wi, samples.wo))
-        cosine = samples.cosine[:, None].astype(np.float64)
-        target = np.log(np.maximum(samples.rgb, 0.0) * cosine + DARK)
-        noise = 0.0 if samples.sigma is None else samples.sigma[:, None] * cosine
-        known = basis.examples.astype(np.float64)
-        centers = np.concatenate([basis.permuted(known, p) for p in range(len(PERMUTATIONS))])
-        if free_scale:
-            rows = np.concatenate([rows, LOOSE * np.ones_like(rows[:1])])
-            centers = np.pad(centers, ((0, 0), (0, 1)))
-        mean = np.zeros(len(rows))
         for step in range(_STEPS):
-            scaled = decoded(common, rows, mean) * cosine
-            damped = scaled / (scaled + DARK)
-            slopes = (rows * damped).reshape(len(mean), -1)
-            missed = target - np.log(scaled + DARK)
-            variance = 1.0 + np.square(noise / (scaled + DARK) / _TYPICAL) + 0.0 * missed
+            missed, slopes, noise = linearized(mean)
+            variance = 1.0 + np.square(noise / _TYPICAL)
             if step:
                 variance = variance * _outlying(missed, variance)
             deviation = np.sqrt(variance).reshape(-1)
-            left = (missed.reshape(-1) + mean @ slopes) / deviation
-            found = _mixture(left, slopes / deviation, centers, basis.code_dim)
+            flat = slopes.reshape(len(mean), -1)
+            left = (missed.reshape(-1) + mean @ flat) / deviation
+            found = _mixture(left, flat / deviation, centers, basis.code_dim)
             change = found.mean - mean
             if np.abs(change).max() < _CLOSE:
                 break
             mean = mean + _PART * np.clip(change, -_LONGEST, _LONGEST)
-    wider = math.sqrt(_SPREAD[0] + len(samples) / _SPREAD[1])
+    wider = math.sqrt(_SPREAD[0] + len(missed) / _SPREAD[1])
     return replace(found, deviations=wider * found.deviations)
 
 

@@ -82,7 +82,10 @@ def test_known_pairs_count_like_chosen_ones():
 def test_pictures_tell_more_than_their_middles():
     made = random_basis()
     left = []
-    for instrument in (Instrument(light=30.0), Instrument(light=30.0, patch=(20.0, 20.0))):
+    for instrument in (
+        Instrument(fixed_light=30.0),
+        Instrument(fixed_light=30.0, field=(20.0, 20.0)),
+    ):
         design = Design(made, made.examples, instrument.exposures())
         design.choose()
         left.append(design.left())

@@ -36,7 +36,7 @@ def test_the_mirror_direction_is_reached_as_closely_as_the_detector_lets_it():
 
 
 def test_a_fixed_light_and_a_plane():
-    light, view, _, turn = angles(Instrument(light=35.0, in_plane=True))
+    light, view, _, turn = angles(Instrument(fixed_light=35.0, in_plane=True))
     np.testing.assert_allclose(light, 35.0, atol=1e-3)
     inclined = view > 0.01
     assert np.isin(np.round(np.abs(turn[inclined]), 2), (0.0, 180.0)).all()
@@ -48,8 +48,8 @@ def test_angles_are_multiples_of_the_step():
         np.testing.assert_allclose(steps, np.round(steps), atol=1e-3)
 
 
-def test_a_picture_covers_its_patch():
-    found = Instrument(patch=(12.0, 8.0)).exposures()
+def test_a_picture_covers_its_field_of_view():
+    found = Instrument(field=(12.0, 8.0)).exposures()
     assert found.pairs == 9
     wo = found.wo.astype(float)
     np.testing.assert_allclose(np.linalg.norm(wo, axis=-1), 1.0, atol=1e-6)
@@ -66,8 +66,8 @@ def test_pairs_differ():
 
 
 def test_bad_instruments_are_refused():
-    for bad in ({"max_polar": 95.0}, {"light": 85.0}, {"step": 0.0}, {"patch": (0.0, 3.0)}):
+    for bad in ({"max_polar": 95.0}, {"fixed_light": 85.0}, {"step": 0.0}, {"field": (0.0, 3.0)}):
         with pytest.raises(ValueError, match=r"must be in|beyond"):
             Instrument(**bad)
     with pytest.raises(NacreError, match="reaches no pair"):
-        Instrument(max_polar=20.0, light=0.0, min_angle=35.0).exposures()
+        Instrument(max_polar=20.0, fixed_light=0.0, min_angle=35.0).exposures()

@@ -10,7 +10,7 @@ from nacre.cli import options
 from nacre.cli.options import Option, option
 
 
-def _patch(text: str) -> tuple[float, ...]:
+def _field(text: str) -> tuple[float, ...]:
     edges = options.floats(text)
     if len(edges) != 2:
         raise ValueError("expected a width and a height in degrees, like 12,8")
@@ -24,13 +24,13 @@ def instrument_options() -> list[Option | str]:
         "Largest angle of the light and of the detector to the normal.",
         option("--min-angle", options.FiniteRange(0.0, 170.0), default=10.0, metavar="DEG"),
         "Smallest angle between the light and the detector, where one would shade the other.",
-        option("--light", options.FiniteRange(0.0, 89.0), metavar="DEG", shown="it moves"),
+        option("--fixed-light", options.FiniteRange(0.0, 89.0), metavar="DEG", shown="it moves"),
         "Angle to the normal of a light that cannot be moved.",
         option("--in-plane", is_flag=True),
         "Keep the detector in the plane of the light and the normal.",
         option("--step", options.FiniteRange(0.01, 15.0), default=0.1, metavar="DEG"),
         "Step of the axes: all angles are multiples of it.",
-        option("--patch", options.Parsed("W,H", _patch), metavar="W,H", shown="one direction"),
+        option("--field", options.Parsed("W,H", _field), metavar="W,H", shown="one direction"),
         "Degrees that a picture of a camera covers, seen from the sample. A picture is then nine "
         "rows of the table: its corners, the middles of its edges, and its center.",
     ]

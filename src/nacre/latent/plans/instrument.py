@@ -54,13 +54,13 @@ class Instrument:
         Largest angle between the normal and the light, and the normal and the detector.
     min_angle
         Smallest angle between the light and the detector: closer, one is in the way of the other.
-    light
+    fixed_light
         Polar angle of a light that cannot be moved, or None.
     in_plane
         Whether the detector stays in the plane of the light and the normal.
     step
         Of the axes: angles are whole multiples of it.
-    patch
+    field
         Width and height, as angles seen from the sample, of what one picture of a camera covers;
         None for a detector that measures one direction at a time.
 
@@ -72,29 +72,29 @@ class Instrument:
 
     max_polar: float = 80.0
     min_angle: float = 10.0
-    light: float | None = None
+    fixed_light: float | None = None
     in_plane: bool = False
     step: float = 0.1
-    patch: tuple[float, float] | None = None
+    field: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 < self.max_polar < 90.0:
             raise ValueError(f"the largest polar angle must be in 0 to 90, got {self.max_polar}")
         if not 0.0 <= self.min_angle < 2.0 * self.max_polar:
             raise ValueError(f"the smallest angle must be in 0 to 2 x max_polar: {self.min_angle}")
-        if self.light is not None and not 0.0 <= self.light <= self.max_polar:
-            raise ValueError(f"the light is at {self.light}, beyond the largest polar angle")
+        if self.fixed_light is not None and not 0.0 <= self.fixed_light <= self.max_polar:
+            raise ValueError(f"the light is at {self.fixed_light}, beyond the largest polar angle")
         if not 0.0 < self.step <= 15.0:
             raise ValueError(f"a step of the axes must be in 0 to 15, got {self.step}")
-        if self.patch and not all(0.0 < edge <= 60.0 for edge in self.patch):
-            raise ValueError(f"edges of a picture must be in 0 to 60, got {self.patch}")
+        if self.field and not all(0.0 < edge <= 60.0 for edge in self.field):
+            raise ValueError(f"edges of a picture must be in 0 to 60, got {self.field}")
 
     def exposures(self) -> Exposures:
         """What it can measure of an isotropic material, coarsely: light in the plane of azimuth 0.
 
         Raises NacreError if that is nothing.
         """
-        lights = {0.5 * self.min_angle, *LIGHTS} if self.light is None else {self.light}
+        lights = {0.5 * self.min_angle, *LIGHTS} if self.fixed_light is None else {self.fixed_light}
         azimuths = np.linspace(0.0, 180.0, 2 if self.in_plane else AZIMUTHS)
         grids = np.meshgrid(sorted(lights), HALFWAY, azimuths, indexing="ij")
         theta, halfway, azimuth = (np.radians(grid.reshape(-1)) for grid in grids)
@@ -131,14 +131,14 @@ class Instrument:
 
     def _seen(self, view: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Directions (m, p, 3) that a picture about each of `view`, (m, 3), stands for."""
-        if self.patch is None:
+        if self.field is None:
             return view[:, None]
         right = np.cross([0.0, 0.0, 1.0], view)
         straight = np.linalg.norm(right, axis=1, keepdims=True) < 1e-6
         right = np.where(straight, [0.0, 1.0, 0.0], right)
         right /= np.linalg.norm(right, axis=1, keepdims=True)
         up = np.cross(view, right)
-        width, height = (math.tan(math.radians(0.5 * edge)) for edge in self.patch)
+        width, height = (math.tan(math.radians(0.5 * edge)) for edge in self.field)
         across = np.linspace(-1.0, 1.0, _ACROSS)
         x, y = (grid.reshape(-1, 1) for grid in np.meshgrid(width * across, height * across))
         seen = view[:, None] + x * right[:, None] + y * up[:, None]
