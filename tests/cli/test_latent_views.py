@@ -1,4 +1,4 @@
-"""`nacre latent interpolate` and `map`."""
+"""`nacre latent interpolate`, `map`, `sample` and `project`."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import nacre
 from nacre.latent.file import save_basis
 from nacre.latent.map import embed, nearest
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.latent.made import random_basis
 from tests.reflectances import Glossy
 
@@ -72,6 +73,22 @@ def test_a_map_shows_all_and_names_the_nearest(here, capsys):
     assert (here / "map.png").read_bytes() == first
 
 
+def test_plausible_materials_are_written_as_codes_or_in_a_picture(here, capsys):
+    options = ["--count", 2, "--seed", 4, "--like", "metal"]
+    assert run("latent", "sample", "-o", "drawn", *options) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "drawn: 2 materials"
+    assert sorted(path.name for path in (here / "drawn").iterdir()) == [
+        "0.json",
+        "1.json",
+        "2.json",
+    ]
+    assert run("latent", "sample", "-o", "x.png", *options, "--size", 16, "--spp", 1) == 0
+    assert Image.open("x.png").size == (32, 16)
+    reported = run_json(capsys, "latent", "project", "drawn/0.json", "-o", "same.json")
+    assert reported["moved"] == 0.0
+    assert reported["after"]["typical"] >= 0.05
+
+
 def test_neighbors_stay_neighbors():
     pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
     random = np.random.default_rng(0)
@@ -95,6 +112,8 @@ def test_codes_that_are_alike_have_places():
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
         (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
+        (["sample", "-o", "x", "--like", "steel"], "no material like 'steel'"),
+        (["project", "m0.npz", "-o", "x.png"], "a code is a .json file"),
         (
             ["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"],
             "m1.npz: is to be highlighted but not among",
