@@ -79,7 +79,8 @@ def test_plausible_materials_are_written_as_codes_or_in_a_picture(here, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == "drawn: 2 materials"
     assert sorted(path.name for path in (here / "drawn").iterdir()) == ["0.json", "1.json"]
     assert run("latent", "sample", "-o", "x.png", *options, "--size", 16, "--spp", 1) == 0
-    assert Image.open("x.png").size == (32, 16)
+    with Image.open("x.png") as picture:
+        assert picture.size == (32, 16)
     reported = run_json(capsys, "latent", "project", "drawn/0.json", "-o", "same.json")
     assert reported["moved"] == 0.0
     assert reported["after"]["typical"] >= 0.05
