@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import nacre
-from nacre.latent.file import save_basis
+from nacre.latent.file import load_code, save_basis
 from nacre.latent.map import embed, nearest
 from tests.cli.support import run, run_json
 from tests.latent.made import random_basis
@@ -41,6 +41,22 @@ def test_what_lies_between_is_rendered_and_kept(here, capsys):
     for k in range(3):
         again = json.loads((here / f"again/0{k}.json").read_text())["values"]
         np.testing.assert_allclose(again, codes[k], atol=1e-5)
+
+
+def test_a_material_moves_along_named_directions(here, capsys):
+    options = ["--basis", "basis.safetensors", "--count", 3, "--size", 16, "--spp", 1]
+    along = ["--along", "darker", "--along", "more-saturated"]
+    command = ["latent", "interpolate", "m0.npz", *along, *options]
+    found = run_json(capsys, *command, "-o", "x.png", "--codes", "codes")["materials"]
+    assert [row["along"] for row in found] == ["darker"] * 3 + ["more saturated"] * 3
+    assert [row["amount"] for row in found] == [-2.0, 0.0, 2.0] * 2
+    with Image.open("x.png") as picture:
+        assert picture.size == (48, 32)
+    codes = [load_code(path, random_basis()).code for path in sorted(here.glob("codes/*.json"))]
+    np.testing.assert_array_equal(codes[1], codes[4])
+    np.testing.assert_allclose(codes[3][4:], 0.0, atol=1e-6)  # gray
+    assert run(*command, "-o", "x.html") == 0
+    assert (here / "x.html").read_text().count("<section>") == 2
 
 
 def test_between_two_materials_f_is_at_most_their_mixture():
@@ -109,6 +125,8 @@ def test_codes_that_are_alike_have_places():
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
         (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
+        (["interpolate", "m0.npz", "-o", "x.png"], "expected SECOND, or a direction by --along"),
+        (["interpolate", "m0.npz", "m1.npz", "-o", "x.html"], "expected no SECOND"),
         (["sample", "-o", "x", "--like", "steel"], "no material like 'steel'"),
         (["project", "m0.npz", "-o", "x.png"], "a code is a .json file"),
         (
