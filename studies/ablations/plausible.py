@@ -30,7 +30,7 @@ from nacre.geometry import from_spherical, join
 from nacre.latent import NeuralBasis
 from nacre.latent.basis import CodedBrdf
 from nacre.latent.edits import Edit, Traits, edits, traits
-from nacre.metrics import albedo, compare
+from nacre.metrics import albedo, compare, delta_itp
 from nacre.reproduce.codes import CodeSettings, bases, split
 from nacre.workflows import draw_materials, project_material
 from studies.study import Study, data, log, museum, progress
@@ -136,15 +136,19 @@ def projections(
             made[f"noise of {deviation:g}"] = noisy
             made[f"noise of {deviation:g}, projected"] = project_material(noisy)
         for name, material in made.items():
-            lights = compare(truth, material, environment=museum(), size=64, directions=96).lights
-            errors = [x.errors for x in lights]
-            distance = float(np.linalg.norm(material.code - code))
-            figures = [v for e in errors for v in (e.mae, e.ssim, e.psnr, e.flip)]
-            kinds.setdefault(name, []).append((distance, *figures))
+            found = compare(truth, material, environment=museum(), size=64, directions=96)
+            figures = [float(np.linalg.norm(material.code - code))]
+            for light in found.lights:
+                e, itp = light.errors, delta_itp(light.truth, light.other)[found.mask].mean()
+                figures += [e.mae, e.ssim, e.psnr, e.flip, float(itp)]
+            kinds.setdefault(name, []).append(tuple(figures))
     rows = []
     for name, figures_of in kinds.items():
         distance, *mean = np.mean(figures_of, axis=0)
-        cells = [f"{a:.4f} / {b:.3f} / {c:.1f} / {d:.4f}" for a, b, c, d in (mean[:4], mean[4:])]
+        cells = [
+            f"{mae:.4f} / {ssim:.3f} / {psnr:.1f} / {flip:.4f} / {itp:.1f}"
+            for mae, ssim, psnr, flip, itp in (mean[:5], mean[5:])
+        ]
         rows.append((f"seed {seed}: {name}", f"{distance:.2f}", *cells))
     return rows
 
@@ -219,7 +223,9 @@ def main() -> None:
     columns = "albedo", "gloss at 20°", "gloss at 60°", "albedo above 1"
     note = f"Chi-square of 4 degrees of freedom (p), of {count} draws against the training set."
     study.table(("drawn", *columns), of_samples, "samples", note)
-    lights = [f"{light}: MAE / SSIM / PSNR / FLIP" for light in ("environment", "directional")]
+    lights = [
+        f"{light}: MAE / SSIM / PSNR / FLIP / ΔE_ITP" for light in ("environment", "directional")
+    ]
     study.table(("held out", "distance", *lights), of_projection, "projection")
     moves = "steps the right way", "whole ways", "rank correlation", "median step"
     changed = "roughness", "coat", "base"
