@@ -126,3 +126,23 @@ def test_the_guide_to_gradients_finds_the_light_and_saves_what_it_trained(
         for x in (names["satin"], tuned)
     )
     assert after < before
+
+
+def test_the_guide_to_codes_finds_a_plausible_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("torch", reason="needs the extra 'torch'")
+    (tmp_path / "satin_rosaline_rgb.bsdf").write_bytes(tensor_bytes(material([0.0])))
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    page = (DOCS / "guide" / "codes.md").read_text("utf-8")
+    found = re.search(r"```python\n(import nacre\nimport torch\n.*?)```", page, re.S)
+    assert found
+    exec(found[1].replace("range(300)", "range(30)"), names)
+    misfit, starts = names["misfit"], names["starts"]
+    ends = starts[misfit(starts[:, None]).argmin()], names["code"]
+    before, after = (
+        float((misfit(code) - names["space"].log_prior(code)).detach()) for code in ends
+    )
+    assert after < before
+    assert names["material"].name == "satin"

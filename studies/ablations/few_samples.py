@@ -27,10 +27,10 @@ from nacre import analytic
 from nacre.brdf import Brdf
 from nacre.geometry import join, uniform_rusinkiewicz
 from nacre.latent import NeuralBasis, PcaBasis, pretrained_basis
+from nacre.latent.estimates import albedo_interval
 from nacre.latent.intervals import reflectance_interval
 from nacre.latent.pca import encoded
 from nacre.latent.plans import Design, Exposures, Instrument
-from nacre.latent.plausible import albedo_interval
 from nacre.measured.merl import node_directions
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.metrics import albedo

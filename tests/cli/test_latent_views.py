@@ -1,4 +1,4 @@
-"""`nacre latent interpolate` and `map`."""
+"""`nacre latent interpolate`, `map`, `sample` and `project`."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import nacre
-from nacre.latent.file import save_basis
+from nacre.latent.file import load_code, save_basis
 from nacre.latent.map import embed, nearest
-from tests.cli.support import run
+from tests.cli.support import run, run_json
 from tests.latent.made import random_basis
 from tests.reflectances import Glossy
 
@@ -40,6 +41,22 @@ def test_what_lies_between_is_rendered_and_kept(here, capsys):
     for k in range(3):
         again = json.loads((here / f"again/0{k}.json").read_text())["values"]
         np.testing.assert_allclose(again, codes[k], atol=1e-5)
+
+
+def test_a_material_moves_along_named_directions(here, capsys):
+    options = ["--basis", "basis.safetensors", "--count", 3, "--size", 16, "--spp", 1]
+    along = ["--along", "darker", "--along", "more-saturated"]
+    command = ["latent", "interpolate", "m0.npz", *along, *options]
+    found = run_json(capsys, *command, "-o", "x.png", "--codes", "codes")["materials"]
+    assert [row["along"] for row in found] == ["darker"] * 3 + ["more saturated"] * 3
+    assert [row["amount"] for row in found] == [-2.0, 0.0, 2.0] * 2
+    with Image.open("x.png") as picture:
+        assert picture.size == (48, 32)
+    codes = [load_code(path, random_basis()).code for path in sorted(here.glob("codes/*.json"))]
+    np.testing.assert_array_equal(codes[1], codes[4])
+    np.testing.assert_allclose(codes[3][4:], 0.0, atol=1e-6)  # gray
+    assert run(*command, "-o", "x.html") == 0
+    assert (here / "x.html").read_text().count("<section>") == 2
 
 
 def test_between_two_materials_f_is_at_most_their_mixture():
@@ -72,6 +89,19 @@ def test_a_map_shows_all_and_names_the_nearest(here, capsys):
     assert (here / "map.png").read_bytes() == first
 
 
+def test_plausible_materials_are_written_as_codes_or_in_a_picture(here, capsys):
+    options = ["--count", 2, "--seed", 4, "--like", "metal"]
+    assert run("latent", "sample", "-o", "drawn", *options) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "drawn: 2 materials"
+    assert sorted(path.name for path in (here / "drawn").iterdir()) == ["0.json", "1.json"]
+    assert run("latent", "sample", "-o", "x.png", *options, "--size", 16, "--spp", 1) == 0
+    with Image.open("x.png") as picture:
+        assert picture.size == (32, 16)
+    reported = run_json(capsys, "latent", "project", "drawn/0.json", "-o", "same.json")
+    assert reported["moved"] == 0.0
+    assert reported["after"]["typical"] >= 0.05
+
+
 def test_neighbors_stay_neighbors():
     pytest.importorskip("openTSNE", reason="needs the extra 'latent'")
     random = np.random.default_rng(0)
@@ -95,6 +125,10 @@ def test_codes_that_are_alike_have_places():
         (["interpolate", "m0.npz", "m1.npz", "-o", "x.json"], "x.json"),
         (["interpolate", "m0.npz", "none.npz", "-o", "x.png"], "none.npz: cannot be read"),
         (["map", "m0.npz", "m1.npz", "-o", "x.png"], "a map takes at least 5 materials, got 2"),
+        (["interpolate", "m0.npz", "-o", "x.png"], "expected SECOND, or a direction by --along"),
+        (["interpolate", "m0.npz", "m1.npz", "-o", "x.html"], "expected no SECOND"),
+        (["sample", "-o", "x", "--like", "steel"], "no material like 'steel'"),
+        (["project", "m0.npz", "-o", "x.png"], "a code is a .json file"),
         (
             ["map", "m0.npz", "-o", "x.png", "--highlight", "m1.npz"],
             "m1.npz: is to be highlighted but not among",

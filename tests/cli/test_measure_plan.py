@@ -11,7 +11,7 @@ import pytest
 import nacre
 from nacre.analytic import Ggx
 from nacre.io.image_file import read_header
-from nacre.latent.plausible import COUNT, plausible
+from nacre.latent.estimates import COUNT, plausible
 from nacre.measured import merl
 from tests.cli.support import assert_refused, run, run_json
 

@@ -79,6 +79,18 @@ def test_samples_are_like_the_materials_asked_for():
         made.prior.sample(1, like=[])
 
 
+def test_samples_around_a_code_have_the_covariance_of_its_neighbors():
+    code = np.array([0.3, 0.1])
+    found = PLANE.around(code, 20000, 4)
+    np.testing.assert_array_equal(found, PLANE.around(code, 20000, 4))
+    away = CODES[:, 0] - code
+    covariance = away.T @ away / len(away)
+    covariance = (1 - ROUND) * covariance + ROUND * np.trace(covariance) / 2 * np.eye(2)
+    scale = np.dot(WEIGHTS[:2], SCALES) / sum(WEIGHTS[:2])
+    np.testing.assert_allclose(found.mean(axis=0), code, atol=0.02)
+    np.testing.assert_allclose(np.cov(found.T), scale * covariance, atol=0.02)
+
+
 def test_an_implausible_code_moves_to_the_closest_plausible_one():
     level = PLANE.level()
     far = np.array([4.0, 5.0])

@@ -11,7 +11,7 @@ from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.color import tone_map
 from nacre.errors import NacreError
-from nacre.metrics import angular_errors, flip, image_errors
+from nacre.metrics import angular_errors, delta_itp, flip, image_errors
 
 pytest.importorskip("skimage", reason="needs the extra 'render'")
 pytest.importorskip("flip_evaluator", reason="needs the extra 'render'")
@@ -136,3 +136,23 @@ def test12_a_black_reference_has_no_relative_error():
     errors = angular_errors(Grey(0.0), Grey(0.4), count=1000)
     assert errors.relative_median == 0.0
     assert errors.log_cosine > 0.0
+
+
+def test13_color_differences_are_those_of_the_recommendations():
+    """ITU-R BT.2087 to wide primaries, BT.2100 to ICtCp, BT.2124 to the difference."""
+    pytest.importorskip("colour", reason="needs the extra 'spectral'")
+    wide = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]]
+    cones = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
+    opponents = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096
+
+    def encoded(picture):
+        light = 203.0 * np.clip(picture, 0.0, 1.0) @ np.array(wide).T @ cones.T / 10_000
+        power = light ** (2610 / 16384)
+        top = 3424 / 4096 + 2413 / 128 * power
+        values = (top / (1.0 + 2392 / 128 * power)) ** (2523 / 32)
+        return values @ opponents.T * [1.0, 0.5, 1.0]
+
+    truth, other = noise(1, 8), 1.5 * noise(2, 8)
+    expected = 720.0 * np.linalg.norm(encoded(truth) - encoded(other), axis=-1)
+    np.testing.assert_allclose(delta_itp(truth, other), expected, rtol=2e-3, atol=0.05)
+    np.testing.assert_array_equal(delta_itp(truth, truth), 0.0)

@@ -67,15 +67,25 @@ def displayed(material: CodedBrdf, size: int, spp: int | None) -> npt.NDArray[np
 
 
 def strip(
-    materials: Sequence[CodedBrdf], size: int, spp: int | None, progress: Progress = silent
+    materials: Sequence[CodedBrdf],
+    size: int,
+    spp: int | None,
+    progress: Progress = silent,
+    columns: int | None = None,
 ) -> npt.NDArray[np.uint8]:
-    """Previews of materials side by side, shape (size, size * materials, 3)."""
-    pictures = []
+    """Previews of materials side by side, in rows of so many where `columns` is given; white where
+    the last row ends early. Shape (size * rows, size * columns, 3).
+    """
+    columns = columns or len(materials)
+    rows = -(-len(materials) // columns)
+    picture = np.ones((rows * size, columns * size, 3), np.float32)
     for index, material in enumerate(materials):
         progress("rendering", index, len(materials), "")
-        pictures.append(displayed(material, size, spp))
+        row, column = divmod(index, columns)
+        place = slice(row * size, (row + 1) * size), slice(column * size, (column + 1) * size)
+        picture[place] = displayed(material, size, spp)
     progress("rendering", len(materials), len(materials), "")
-    return display_bytes(np.concatenate(pictures, axis=1))
+    return display_bytes(picture)
 
 
 def draw_map(

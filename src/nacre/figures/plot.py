@@ -20,8 +20,8 @@ from nacre.figures.lobes import Lobe, lobe
 from nacre.figures.page import DPI, FAINT, INK, RULE, Page
 from nacre.geometry import from_spherical, join
 from nacre.io.files import PathLike, atomic_path
+from nacre.latent.estimates import plausible
 from nacre.latent.intervals import reflectance_interval
-from nacre.latent.plausible import plausible
 
 Floats = npt.NDArray[np.floating]
 

@@ -77,11 +77,7 @@ class Prior:
         every = codes.reshape(-1, k)
         whitening, logarithms = np.empty((len(every), k, k)), np.empty(len(every))
         for index, center in enumerate(every):
-            away = every - center
-            near = np.argsort(np.square(away).sum(axis=1), kind="stable")[1 : NEAREST + 1]
-            covariance = away[near].T @ away[near] / max(len(near), 1)
-            even = max(np.trace(covariance) / k, _FLOOR) * np.eye(k)
-            root = np.linalg.cholesky((1.0 - ROUND) * covariance + ROUND * even)
+            root = _root(every, center, own=1)
             whitening[index] = np.linalg.inv(root)
             half = np.log(np.diag(root)).sum()
             logarithms[index] = -half - 0.5 * k * math.log(2.0 * math.pi)
@@ -106,21 +102,28 @@ class Prior:
         found = [pull - hold @ code for code in flat for hold, pull in [self._spring(code)]]
         return np.array(found).reshape(values.shape)
 
-    def level(self, fraction: float = PLAUSIBLE) -> float:
-        """Log density below which a fraction of the training materials lies, each without itself.
+    def left_out(self) -> Double:
+        """Log densities of the training materials, each of the density without itself, shape (m,).
 
-        Raises ValueError if there are fewer than two training materials.
+        Raises ValueError if there are fewer than two.
         """
         count, orders, _ = self.orders.shape
         if count < 2:
             raise ValueError("what is plausible takes two training materials or more")
-        logs = []
+        logs = np.empty(count)
         for index, code in enumerate(self.orders[:, 0]):
             parts = self._logs(code)
             others = parts[: -len(ANYWHERE)].reshape(len(SCALES), count, orders)
             left = np.delete(others, index, axis=1) + math.log(count / (count - 1))
-            logs.append(_log_sum(np.concatenate([left.reshape(-1), parts[-len(ANYWHERE) :]])))
-        return float(np.quantile(logs, fraction))
+            logs[index] = _log_sum(np.concatenate([left.reshape(-1), parts[-len(ANYWHERE) :]]))
+        return logs
+
+    def level(self, fraction: float = PLAUSIBLE) -> float:
+        """Log density below which a fraction of the training materials lies; see :meth:`left_out`.
+
+        Raises ValueError if there are fewer than two training materials.
+        """
+        return float(np.quantile(self.left_out(), fraction))
 
     def sample(
         self, count: int, seed: int = 0, like: Sequence[int] | npt.NDArray[np.int64] | None = None
@@ -165,6 +168,21 @@ class Prior:
             offset = np.linalg.solve(self.blobs.whitening[blob], noise[index])
             found[index] = self.blobs.centers[blob] + math.sqrt(SCALES[kind]) * offset
         return found
+
+    def around(self, code: npt.ArrayLike, count: int, seed: int = 0) -> Double:
+        """Codes drawn as if another code (k,) were that of a training material, shape (count, k).
+
+        The same seed gives the same codes. Raises ValueError if there is no training material.
+        """
+        random = np.random.default_rng((seed, 8))
+        center = np.asarray(code, np.float64)
+        if not self.orders.size:
+            raise ValueError("there is no training material to draw codes about")
+        root = _root(self.blobs.centers, center, own=0)
+        chances = np.array(WEIGHTS[: len(SCALES)])
+        scales = random.choice(SCALES, count, p=chances / chances.sum())
+        noise = random.normal(size=(count, self.code_dim))
+        return np.asarray(center + np.sqrt(scales)[:, None] * (noise @ root.T), np.float64)
 
     def project(self, code: npt.ArrayLike, fraction: float = PLAUSIBLE) -> Double:
         """The closest code to another one (k,) that is as plausible as most training materials.
@@ -242,6 +260,18 @@ class Prior:
         pull = (holds @ self.blobs.centers[likely][..., None]).sum(axis=(0, 2))
         round_part = float((anywhere / np.array(ANYWHERE)).sum()) * np.eye(len(code))
         return holds.sum(axis=0) + round_part, pull
+
+
+def _root(codes: Double, center: Double, own: int) -> Double:
+    """Lower triangular root of the covariance of the codes nearest to a center, seen from there.
+
+    The nearest `own` of the codes (n, k) are the center itself.
+    """
+    k, away = codes.shape[1], codes - center
+    near = np.argsort(np.square(away).sum(axis=1), kind="stable")[own : own + NEAREST]
+    covariance = away[near].T @ away[near] / max(len(near), 1)
+    even = max(np.trace(covariance) / k, _FLOOR) * np.eye(k)
+    return np.linalg.cholesky((1.0 - ROUND) * covariance + ROUND * even)
 
 
 def _log_sum(logs: Double) -> float:

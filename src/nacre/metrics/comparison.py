@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.brdf import Brdf
-from nacre.latent.plausible import plausible
+from nacre.latent.estimates import plausible
 from nacre.metrics.metrics import AngularErrors, ImageErrors, angular_errors, image_errors
 from nacre.metrics.plausible_views import DIRECTIONS as PLAUSIBLE_DIRECTIONS
 from nacre.metrics.plausible_views import PlausibleViews, plausible_views

@@ -168,6 +168,38 @@ def flip(truth: Floats, other: Floats) -> Floats:
     return np.asarray(result, np.float32)[..., 0]
 
 
+def delta_itp(truth: Floats, other: Floats, white: float = 203.0) -> Floats:
+    """Color differences Delta E_ITP of two pictures (ITU-R BT.2124), of 1 where just visible.
+
+    Of the measures that Kavoosighafi et al. 2025, "Perceived quality of BRDF models", compare with
+    what people judge of rendered materials, this one follows them best.
+
+    Parameters
+    ----------
+    truth, other
+        Linear Rec. 709 RGB, shapes (..., 3); clipped to [0, 1], as displays show it.
+    white
+        Luminance of 1 on the display in cd/m^2; that of reference white (ITU-R BT.2408) by default.
+
+    Returns
+    -------
+    array of shape (...)
+        From 0 up.
+
+    Raises
+    ------
+    MissingExtraError
+        If colour-science is not installed.
+    """
+    colour = require("colour", "spectral")
+    wide = [
+        colour.RGB_to_RGB(np.clip(image, 0.0, 1.0), "ITU-R BT.709", "ITU-R BT.2020")
+        for image in (truth, other)
+    ]
+    first, second = (colour.RGB_to_ICtCp(white * np.maximum(image, 0.0)) for image in wide)
+    return np.asarray(colour.difference.delta_E_ITP(first, second))
+
+
 def angular_errors(truth: Brdf, other: Brdf, count: int = PAIRS, seed: int = 0) -> AngularErrors:
     """Errors of a reflectance over pairs of directions uniform in Rusinkiewicz angles.
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from nacre.workflows.inspection import Inspection, inspect
     from nacre.workflows.manifest import MANIFEST, Manifest, Record
     from nacre.workflows.measuring import described_bsdf, scene_bsdf
+    from nacre.workflows.plausible import draw_materials, plausibility, project_material
     from nacre.workflows.run import Outcome, fit_library
     from nacre.workflows.sources import Source, find_sources, output_names
     from nacre.workflows.stacks import Stacks
@@ -50,6 +51,7 @@ __all__ = [
     "TrainedCodec",
     "Watcher",
     "described_bsdf",
+    "draw_materials",
     "encode",
     "encode_texture",
     "find_sources",
@@ -58,6 +60,8 @@ __all__ = [
     "inspect",
     "output_names",
     "output_paths",
+    "plausibility",
+    "project_material",
     "render_texture",
     "scene_bsdf",
     "texture_reflectance",
@@ -78,6 +82,7 @@ __getattr__, __dir__, _ = lazy_loader.attach(
         "inspection": ["Inspection", "inspect"],
         "manifest": ["MANIFEST", "Manifest", "Record"],
         "measuring": ["described_bsdf", "scene_bsdf"],
+        "plausible": ["draw_materials", "plausibility", "project_material"],
         "run": ["Outcome", "fit_library"],
         "sources": ["Source", "find_sources", "output_names"],
         "stacks": ["Stacks"],

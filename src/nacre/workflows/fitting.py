@@ -19,7 +19,7 @@ from nacre.brdf import Brdf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import check_target, identify, save, target
 from nacre.io.files import PathLike
-from nacre.latent import plausible
+from nacre.latent import estimates
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import NeuralBrdf, Recipe
 from nacre.neural import file as neural_file
@@ -136,7 +136,7 @@ class NetworkFitting(Fitting):
         Of the files: `.safetensors`, or `.h5` as the paper's authors have it.
     prior
         Whether few samples are seen in the light of what other materials are like; see
-        :mod:`nacre.latent.plausible`.
+        :mod:`nacre.latent.estimates`.
     free_scale
         Whether few samples may all be wrong by one factor.
     """
@@ -160,7 +160,7 @@ class NetworkFitting(Fitting):
 
     @property
     def deciding(self) -> tuple[Any, ...]:
-        return neural.fit, neural.fit_many, plausible.estimate
+        return neural.fit, neural.fit_many, estimates.estimate
 
     def fit(self, brdf: Brdf, progress: Progress) -> NeuralBrdf:
         check_target(f"{brdf.name or 'fit'}{self.ending}", brdf)
@@ -169,18 +169,18 @@ class NetworkFitting(Fitting):
         fitted = neural.fit(seen, self.recipe, device=self.device, progress=progress)
         return few.kept_by(fitted) if few else fitted
 
-    def estimate(self, brdf: Brdf) -> plausible.Estimate | None:
+    def estimate(self, brdf: Brdf) -> estimates.Estimate | None:
         """What is fitted in place of a material that is known from few samples."""
-        if not self.prior or not isinstance(brdf, ScatteredBrdf) or not plausible.is_few(brdf):
+        if not self.prior or not isinstance(brdf, ScatteredBrdf) or not estimates.is_few(brdf):
             return None
-        return plausible.estimate(brdf, free_scale=self.free_scale)
+        return estimates.estimate(brdf, free_scale=self.free_scale)
 
     def losses(self, fitted: Any) -> dict[str, float]:
         return _finite(fitted.metadata["quality"])
 
     def summary(self, fitted: Any) -> str:
         memory = f"{fitted.weight_count} weights ({fitted.nbytes:,} bytes)"
-        known = plausible.in_words(plausible.facts(fitted))
+        known = estimates.in_words(estimates.facts(fitted))
         return f"{memory}, {fitted.loss_text()}{_validation(fitted.metadata['quality'])}{known}"
 
     def check(self) -> None:

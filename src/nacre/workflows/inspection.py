@@ -13,7 +13,7 @@ from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
 from nacre.io.files import PathLike, read_bytes
 from nacre.io.tensors import has_header
-from nacre.latent.plausible import facts as plausible_facts
+from nacre.latent.estimates import facts as plausible_facts
 
 if TYPE_CHECKING:
     from nacre.measured.textures.image_folder import Quantity

@@ -10,7 +10,7 @@ from functools import partial
 from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
-from nacre.latent.plausible import Estimate
+from nacre.latent.estimates import Estimate
 from nacre.neural import fit_many
 from nacre.workflows.executor import Executor, Job, Results, Stream, Threads
 from nacre.workflows.fitting import Fitting, NetworkFitting

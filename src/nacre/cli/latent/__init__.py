@@ -12,6 +12,8 @@ command = Group(
         "encode": "Find the code of a material.",
         "interpolate": "Render what lies between two materials or codes.",
         "map": "Lay out materials or codes in a map, neighbors side by side.",
+        "project": "Bring a material back to what is plausible.",
+        "sample": "Draw plausible materials that nobody measured.",
         "train": "Train a basis on materials.",
     },
     help="Encode materials as short codes in a basis that they share.\n\nA basis is functions "

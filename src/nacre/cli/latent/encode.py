@@ -31,7 +31,7 @@ def command(source: Path, output: Path, basis_name: str, refine: bool, free_scal
     """
     from nacre.formats import load_brdf
     from nacre.latent import find_basis, save_code
-    from nacre.latent.plausible import estimate, in_words
+    from nacre.latent.estimates import estimate, in_words
     from nacre.measured.scattered import ScatteredBrdf
 
     if output.suffix.lower() != ".json":

@@ -9,7 +9,7 @@ import nacre
 from nacre.errors import FormatError
 from nacre.latent import pretrained_basis
 from nacre.latent.directions import shared_directions
-from nacre.latent.plausible import COUNT, FEW, estimate, facts, in_words, is_few, plausible
+from nacre.latent.estimates import COUNT, FEW, estimate, facts, in_words, is_few, plausible
 from nacre.measured import ScatteredBrdf
 from nacre.metrics import albedo
 from nacre.neural import Layer, NeuralBrdf
