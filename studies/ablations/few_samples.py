@@ -48,8 +48,6 @@ RIDGE = 0.1
 """Weight of the squared code beside the sum of squared errors of the logarithm."""
 CANDIDATES = 4000
 """Nodes of the grid that the pattern of the smallest condition number is chosen from."""
-MODELS = "ggx", "cook-torrance", "sgd", "abc-microfacet", "blinn-phong"
-
 STEEPEST = 80.0, 75.0
 """Angles to the normal up to which samples of Cornell's scans are planned."""
 
@@ -180,9 +178,10 @@ def cornell(paths: Sequence[Path], count: int) -> list[tuple[str, ...]]:
             rest = np.setdiff1d(np.arange(len(samples)), chosen)
             few = basis.decode(basis.encode(samples[chosen]))
             errors[f"{count} planned, up to {degrees:g}°"] = _missed(few, samples[rest])
-        for name in MODELS:
-            model = analytic.fit(scan, analytic.MODELS[name])
-            errors[f"{name}, all {len(samples)}"] = _missed(model, samples[rest])
+        for name, model in analytic.MODELS.items():
+            if model.isotropic:
+                fitted = analytic.fit(scan, model)
+                errors[f"{name}, all {len(samples)}"] = _missed(fitted, samples[rest])
         for name, (logs, relative) in errors.items():
             log(path.stem, name, f"{logs:.4f}", f"{relative:.3f}")
             rows.append((path.stem, name, f"{logs:.4f}", f"{relative:.1%}"))
