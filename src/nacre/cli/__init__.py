@@ -19,6 +19,7 @@ _COMMANDS = {
     "convert": "Write a material in another format.",
     "demo": "Fit, render and compare one material from start to end.",
     "download": "Download measured materials from a public database.",
+    "estimate": "Estimate a material from photographs in known light.",
     "export": "Write a material as shader code, or for another tool.",
     "fit": "Fit a neural material to each file, or to all files in a folder.",
     "help": "Show the help of a command.",

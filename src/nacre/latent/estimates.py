@@ -1,4 +1,4 @@
-"""Materials known from few samples: what to expect, and what is as plausible beside it."""
+"""Materials known from few samples or photographs: what to expect, and what is as plausible."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from nacre.errors import FormatError
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.latent.file import pretrained_basis
 from nacre.latent.intervals import interval, reflectance_interval
+from nacre.latent.posterior import Posterior
 from nacre.measured.scattered import ScatteredBrdf
 from nacre.neural import NeuralBrdf
 from nacre.numerics.pca import Double
@@ -24,6 +25,8 @@ FEW = 200
 """Samples up to which a material is better known by what other materials are like."""
 COUNT = 64
 """Plausible materials that are kept."""
+OBSERVED = "samples", "pixels"
+"""By what a material may be known."""
 
 _KEY = "plausible"
 _STORED = np.dtype("<f2")
@@ -31,7 +34,7 @@ _STORED = np.dtype("<f2")
 
 @dataclass(frozen=True)
 class Estimate:
-    """What few samples say of a material.
+    """What few samples, or photographs, say of a material.
 
     Parameters
     ----------
@@ -39,22 +42,25 @@ class Estimate:
         To be expected.
     codes
         As plausible as each other, in the basis of the material, shape (:data:`COUNT`, k).
-    samples
-        How many there were.
+    count
+        How many samples or pixels there were.
     scale
         See :attr:`nacre.latent.posterior.Posterior.scale`.
+    observed
+        "samples" or "pixels".
     """
 
     material: CodedBrdf
     codes: npt.NDArray[np.float16]
-    samples: int
+    count: int
     scale: tuple[float, float] | None = None
+    observed: str = "samples"
 
     def kept_by(self, fitted: NeuralBrdf) -> NeuralBrdf:
         """A network that was fitted to the material, with the plausible ones in its metadata."""
         kept: dict[str, Any] = {
             "basis": self.material.basis.fingerprint(),
-            "samples": self.samples,
+            self.observed: self.count,
             "codes": base64.b64encode(self.codes.astype(_STORED).tobytes()).decode("ascii"),
         }
         if self.scale is not None:
@@ -64,7 +70,8 @@ class Estimate:
     def facts(self) -> dict[str, Any]:
         """See :func:`facts`."""
         basis, scale = self.material.basis, self.scale and self.scale[0]
-        return _facts([basis.decode(code) for code in self.codes], self.samples, scale)
+        others = [basis.decode(code) for code in self.codes]
+        return _facts(others, {self.observed: self.count}, scale)
 
 
 def is_few(brdf: Brdf) -> bool:
@@ -97,8 +104,12 @@ def estimate(
     basis = basis or pretrained_basis()
     found = basis.posterior(brdf.samples, free_scale=free_scale)
     material = basis.decode(found.code, brdf.name).replaced(source=brdf.source)
-    codes = found.draw(COUNT).astype(np.float16)
-    return Estimate(material, codes, len(brdf.samples), found.scale)
+    return Estimate(material, plausible_codes(found), len(brdf.samples), found.scale)
+
+
+def plausible_codes(found: Posterior) -> npt.NDArray[np.float16]:
+    """:data:`COUNT` codes that are as plausible as each other, shape (:data:`COUNT`, k)."""
+    return found.draw(COUNT).astype(_STORED)
 
 
 def plausible(material: Brdf, basis: LatentBasis | None = None) -> list[CodedBrdf]:
@@ -150,7 +161,8 @@ def facts(material: Brdf) -> dict[str, Any]:
         return {}
     assert isinstance(material, NeuralBrdf)
     kept = material.metadata[_KEY]
-    return _facts(others, kept.get("samples"), kept.get("scale"))
+    counts = {name: kept[name] for name in OBSERVED if name in kept}
+    return _facts(others, counts, kept.get("scale"))
 
 
 def in_words(known: Mapping[str, Any]) -> str:
@@ -158,18 +170,21 @@ def in_words(known: Mapping[str, Any]) -> str:
     if not known:
         return ""
     low, high = (np.mean(known[f"plausible albedo {end}"]) for end in ("from", "to"))
-    text = f"; of {known['known from samples']} samples: albedo {low:.3f} to {high:.3f} (90 %)"
+    counts = (f"{known[f'known from {n}']} {n}" for n in OBSERVED if f"known from {n}" in known)
+    text = f"; of {', '.join(counts)}: albedo {low:.3f} to {high:.3f} (90 %)"
     return f"{text}, f_r within a factor of {known['f_r known within a factor']:.2f}"
 
 
-def _facts(others: Sequence[CodedBrdf], samples: int, scale: float | None) -> dict[str, Any]:
+def _facts(
+    others: Sequence[CodedBrdf], counts: Mapping[str, int], scale: float | None
+) -> dict[str, Any]:
     lit = lit_views(0, directions=16)
     pairs = lit.wi.reshape(-1, 3), lit.wo.reshape(-1, 3)
     low, high = reflectance_interval(others, *pairs)
     seen = low > 0.0
     darkest, brightest = albedo_interval(others)
-    found = {
-        "known from samples": samples,
+    found: dict[str, Any] = {f"known from {name}": count for name, count in counts.items()}
+    found |= {
         "factor of the instrument": scale,
         "plausible albedo from": [float(x) for x in darkest],
         "plausible albedo to": [float(x) for x in brightest],

@@ -49,7 +49,7 @@ class Posterior:
         Of the parts, shape (m,); they add up to 1.
     means
         Of the parts, shape (m, k); with further values, as the logarithm of the scale in
-        :data:`LOOSE`, (m, k + 1).
+        :data:`LOOSE`, (m, k + 1) or more.
     deviations
         Standard deviations of the parts along the axes, of the shape of the means.
     axes
@@ -79,6 +79,11 @@ class Posterior:
         return self.mean[: self.code_dim]
 
     @property
+    def factors(self) -> Vector:
+        """What the further values stand for, shape (0,) or more: factors of what is observed."""
+        return np.asarray(np.exp(LOOSE * self.mean[self.code_dim :]))
+
+    @property
     def scale(self) -> tuple[float, float] | None:
         """Factor of the instrument and the standard deviation of its logarithm, where it is free.
 
@@ -89,7 +94,7 @@ class Posterior:
         parts, middle = self.means[:, -1], self.mean[-1]
         within = (self.axes[-1] * self.deviations) ** 2
         variance = self.weights @ (within.sum(axis=1) + (parts - middle) ** 2)
-        return math.exp(LOOSE * middle), LOOSE * math.sqrt(variance)
+        return float(self.factors[-1]), LOOSE * math.sqrt(variance)
 
     def draw(self, count: int, seed: int = 0) -> Vector:
         """Codes drawn from it, shape (count, k); the same seed gives the same ones."""

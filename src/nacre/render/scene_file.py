@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -80,6 +80,59 @@ def load_scene(path: PathLike) -> Any:
     return found
 
 
+def load_scene_with(path: PathLike, name: str, bsdf: str, properties: Mapping[str, Any]) -> Any:
+    """A scene file as Mitsuba's scene, with another BSDF in place of one of its own.
+
+    Parameters
+    ----------
+    path
+        Mitsuba scene (`.xml`); files that it names are found beside it.
+    name
+        Id of the BSDF to replace; the other one has it, too.
+    bsdf
+        Name of the plugin that takes its place.
+    properties
+        Of that.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is no scene that Mitsuba can make, or has no such BSDF.
+    """
+    mi = mitsuba()
+
+    def made() -> Any:
+        beside = mi.FileResolver(mi.file_resolver())
+        beside.append(str(Path(path).parent))
+        found = mi.file_resolver()
+        mi.set_file_resolver(beside)
+        try:
+            return replaced()
+        finally:
+            mi.set_file_resolver(found)
+
+    def replaced() -> Any:
+        settings = mi.parser.ParserConfig(mi.variant())
+        state = mi.parser.parse_file(settings, str(path))
+        bsdfs = [node for node in state.nodes if node.type == mi.ObjectType.BSDF]
+        names = [node.props.id() for node in bsdfs]
+        if name not in names:
+            known = ", ".join(n for n in names if not n.startswith("_arg_")) or "none"
+            raise FormatError(f"{path}: has no BSDF {name!r} (found: {known})")
+        other = mi.Properties(bsdf)
+        for key, value in properties.items():
+            other[key] = value
+        other.set_id(name)
+        bsdfs[names.index(name)].props = other
+        mi.parser.transform_all(settings, state)
+        return mi.parser.instantiate(settings, state)
+
+    found = _made(path, made)
+    if not isinstance(found, mi.Scene):
+        raise FormatError(f"{path}: is no <scene>, but a {type(found).__name__}")
+    return found
+
+
 def scene_bsdfs(path: PathLike) -> list[Any]:
     """The BSDFs of a file: those of shapes, those that no shape has, or its only one.
 
@@ -102,11 +155,16 @@ def scene_bsdfs(path: PathLike) -> list[Any]:
 
 def _load(path: PathLike) -> Any:
     """What Mitsuba makes of a file."""
+    return _made(path, lambda: mitsuba().load_file(str(path)))
+
+
+def _made(path: PathLike, make: Callable[[], Any]) -> Any:
+    """What is made of a file, with the plugins of this package."""
     check_depth(path)
-    mi = mitsuba()
+    mitsuba()
     register()
     try:
-        return mi.load_file(str(path))
+        return make()
     except NacreError:
         raise
     except Exception as error:  # Mitsuba raises what its parser, plugins and bindings meet

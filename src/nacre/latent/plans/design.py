@@ -181,5 +181,5 @@ def neural_basis(basis: LatentBasis) -> NeuralBasis:
     """
     found = basis.basis if isinstance(basis, Hypernetwork) else basis
     if not isinstance(found, NeuralBasis):
-        raise NacreError(f"plans are made in a neural basis; this one is {basis.kind!r}")
+        raise NacreError(f"few observations need a neural basis; this one is {basis.kind!r}")
     return found

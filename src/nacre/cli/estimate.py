@@ -1,0 +1,106 @@
+"""`nacre estimate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from nacre.cli import options
+from nacre.cli.command import command as make
+from nacre.cli.options import option
+from nacre.cli.progress import progress
+from nacre.cli.report import keyed, note, report_file
+from nacre.errors import FormatError
+
+DOUBTFUL = 0.2
+"""Differences of logarithms of pixels, in the median, from which on the scene is likely wrong."""
+
+
+@make(
+    "estimate",
+    options.inputs_argument("photographs", "PHOTOGRAPH..."),
+    options.output_option("Network (.safetensors) or code (.json) to write."),
+    option("--scene", options.INPUT, metavar="FILE"),
+    "Mitsuba scene (.xml) that was photographed, with a camera for each photograph, or one.",
+    option("--bsdf name", metavar="ID"),
+    "BSDF of the scene to estimate.",
+    option("--geometry", ["sphere"]),
+    "In place of a scene: a sphere seen from afar that leaves 3 % of the picture free all around.",
+    options.environment_option(shown=None),
+    "Light on the geometry: a latitude-longitude map (.exr, .hdr).",
+    option("--camera", ["known", "exposure", "white-balance"], default="known"),
+    "Known of the cameras: all; not how long each exposed; nor its factors of red, green and blue.",
+    options.basis_option(),
+    options.seed_option(),
+)
+def command(
+    photographs: tuple[Path, ...],
+    output: Path,
+    scene: Path | None,
+    name: str | None,
+    geometry: str | None,
+    environment: Path | None,
+    camera: str,
+    basis_name: str,
+    seed: int,
+) -> None:
+    """Estimate an isotropic material from one to eight photographs in known light.
+
+    PHOTOGRAPHs are OpenEXR pictures of linear values, in the unit of the light.
+    """
+    from nacre.latent import find_basis, save_code
+    from nacre.latent.estimates import in_words
+    from nacre.workflows import photographs as work
+
+    if output.suffix.lower() not in (".safetensors", ".json"):
+        raise FormatError(f"{output}: an estimate is a .safetensors or a .json file")
+    if (scene is None) == (geometry is None):
+        raise click.UsageError("say what was photographed: --scene, or --geometry")
+    if scene is not None and (name is None or environment is not None):
+        raise click.UsageError("--scene needs --bsdf, and has its own light")
+    if geometry is not None and (environment is None or name is not None):
+        raise click.UsageError("--geometry needs --environment, and has one material")
+    options.check_outputs([output], [*photographs, scene, environment, Path(basis_name)])
+    line = progress(output.stem, "reading")
+    pictures = work.read_photographs(photographs)
+    if scene is not None:
+        setting = work.scene_setting(scene, name or "")
+    else:
+        setting = work.sphere_setting(environment or Path())
+    found = work.estimate_from_photographs(
+        pictures,
+        setting,
+        basis_name,
+        camera=camera,
+        name=output.stem,
+        called=[str(path) for path in photographs],
+        seed=seed,
+        progress=line,
+    )
+    known = found.estimate.facts()
+    if output.suffix.lower() == ".json":
+        code = found.estimate.material.code
+        save_code(find_basis(basis_name).decode(code, output.stem), output)
+    else:
+        from nacre.formats import save
+
+        save(found.network(seed=seed, progress=line), output)
+    text = f"pixels within {found.unexplained:.1%} in the median{in_words(known)}"
+    factors = found.factors.tolist() if camera != "known" else None
+    report_file(
+        output,
+        text,
+        unexplained=found.unexplained,
+        camera_factors=factors,
+        rounds=found.rounds,
+        **keyed(known),
+    )
+    if factors:
+        for path, factor in zip(photographs, factors, strict=True):
+            note(f"{path}: camera factor {' '.join(f'{value:.3f}' for value in factor)}")
+    if found.unexplained > DOUBTFUL:
+        note(
+            "no material explains the photographs: check the scene, the light and its unit, and "
+            "--camera"
+        )
