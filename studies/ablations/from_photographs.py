@@ -1,13 +1,14 @@
 """Materials from photographs, beside what Mitsuba's own materials come to with the same pictures.
 
 A seeded fifth of the published MERL networks is held out, as in
-:mod:`studies.ablations.few_samples`; with four measured RGL tables they are the materials. The basis
-knows only the other networks. Mitsuba's path integrator renders each as a sphere in the museum, seen
-by one to four cameras, and the pictures get the noise of a camera: of photons and of reading.
+:mod:`studies.ablations.few_samples`; with four measured RGL tables they are the materials. The
+basis knows only the other networks. Mitsuba's path integrator renders each as a sphere in the
+museum, seen by one to four cameras, and the pictures get the noise of a camera: of photons and of
+reading.
 
 - `nacre estimate`: see :mod:`nacre.workflows.photographs`; the network that it writes;
-- `principled`, `roughconductor`: Mitsuba's plugins, all parameters of theirs that are continuous, by
-  Adam on gradients of `mi.render`, from two starts of which the one that fits better counts.
+- `principled`, `roughconductor`: Mitsuba's plugins, all parameters of theirs that are continuous,
+  by Adam on gradients of `mi.render`, from two starts of which the one that fits better counts.
 
 Errors are those of spheres relit by two environments in which none was photographed.
 """
@@ -15,7 +16,8 @@ Errors are those of spheres relit by two environments in which none was photogra
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -227,23 +229,31 @@ def main() -> None:
         truth = nacre.load(file)
         for count in options.counts:
             key = f"{file.stem}-{count}"
-            known = study.cache.find(key, ["psnr", "seconds"])
-            if known is None:
-                known = trial(study, key, truth, small, count, path, index)
+
+            def made(
+                truth: Brdf = truth, count: int = count, key: str = key, index: int = index
+            ) -> Any:
+                return trial(study, key, truth, small, count, path, index)
+
+            known = study.cache.arrays(key, ["psnr", "seconds"], made)
             psnr, seconds = known["psnr"], known["seconds"]
             scores.setdefault(count, []).append([*psnr.mean(axis=1), *seconds])
             cells = [f"{a:.1f} / {b:.1f}" for a, b in psnr]
             rows.append((file.stem.removesuffix("_rgb"), str(count), *cells))
             log(*rows[-1], *(f"{s:.0f} s" for s in seconds))
     columns = ("nacre estimate", *PEERS)
-    study.table(("material", "photographs", *columns), rows, "materials", "PSNR in dB, relit twice.")
+    study.table(
+        ("material", "photographs", *columns), rows, "materials", "PSNR in dB, relit twice."
+    )
     lines = []
     for count, found in scores.items():
         values = np.array(found)
         psnr, seconds = values[:, : len(columns)], values[:, len(columns) :]
         lead = psnr[:, 0] - psnr[:, 1:].max(axis=1)
         ahead = f"{lead.mean():+.1f} dB, better on {(lead > 0).sum()} of {len(lead)}"
-        cells = [f"{p:.1f} dB, {s:.0f} s" for p, s in zip(psnr.mean(0), seconds.mean(0), strict=True)]
+        cells = [
+            f"{p:.1f} dB, {s:.0f} s" for p, s in zip(psnr.mean(0), seconds.mean(0), strict=True)
+        ]
         lines.append((str(count), *cells, ahead))
     study.table(("photographs", *columns, "ahead of the better peer"), lines, "means")
 
@@ -251,7 +261,7 @@ def main() -> None:
 def trial(
     study: Study, key: str, truth: Brdf, environment: Image, count: int, basis: Path, seed: int
 ) -> Mapping[str, Any]:
-    """All methods on one material, kept."""
+    """PSNR of all methods on one material, and seconds; a sheet of pictures is written."""
     mi = mitsuba()
     pictures = photographs(environment, truth, count, seed)
 
@@ -264,13 +274,9 @@ def trial(
     def found_by_nacre() -> Photographed:
         return estimate_from_photographs(pictures, setting, str(basis))
 
-    methods = {
-        "nacre estimate": lambda: found_by_nacre().network(),
-        **{
-            name: lambda name=name: optimized(PEERS[name], environment, pictures, name)
-            for name in PEERS
-        },
-    }
+    methods: dict[str, Callable[[], Brdf]] = {"nacre estimate": lambda: found_by_nacre().network()}
+    for name, peer in PEERS.items():
+        methods[name] = partial(optimized, peer, environment, pictures, name)
     for method in methods.values():
         start = time.perf_counter()
         found = method()
@@ -279,15 +285,11 @@ def trial(
         psnr.append(errors)
         images.append(np.concatenate(views, axis=1))
     width = max(image.shape[1] for image in images)
-    sheet = np.concatenate(
-        [np.pad(i, ((0, 0), (0, width - i.shape[1]), (0, 0))) for i in images]
-    )
+    sheet = np.concatenate([np.pad(i, ((0, 0), (0, width - i.shape[1]), (0, 0))) for i in images])
     mi.Bitmap(sheet.astype(np.float32)).convert(
         mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True
     ).write(str(study.output / f"{key}.png"))
-    known = {"psnr": np.array(psnr), "seconds": np.array(seconds)}
-    study.cache.keep(key, known)
-    return known
+    return {"psnr": np.array(psnr), "seconds": np.array(seconds)}
 
 
 if __name__ == "__main__":

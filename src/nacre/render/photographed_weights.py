@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.errors import require
-from nacre.geometry import join, uniform_rusinkiewicz
+from nacre.geometry import uniform_rusinkiewicz
 from nacre.latent.posterior import UNEXPLAINED
 from nacre.neural import NeuralBrdf
 from nacre.render.photographs import BLACK, Photograph
@@ -100,7 +100,7 @@ def _held(plausible: Sequence[Brdf], seed: int) -> tuple[npt.NDArray[np.float32]
     """Pairs of directions, means and deviations of the logarithm of f cos theta_i there."""
     u = np.random.default_rng((seed, 14)).random((4, 4 * _PAIRS), dtype=np.float32)
     u[1] = 0.0
-    wi, wo = (join(np.broadcast_arrays(*w)) for w in uniform_rusinkiewicz(u))
+    wi, wo = (np.stack(np.broadcast_arrays(*w), axis=-1) for w in uniform_rusinkiewicz(u))
     above = (wi[:, 2] > 0.02) & (wo[:, 2] > 0.02)
     wi, wo = wi[above][:_PAIRS], wo[above][:_PAIRS]
     values = np.stack([brdf.eval(wi, wo) for brdf in plausible]) * wi[:, 2:]
