@@ -37,8 +37,8 @@ def refine(
 ) -> NeuralBrdf:
     """A network that shows what photographs show.
 
-    Its pixels are drawn to those of the photographs. Where these do not tell, f_r is held to what is
-    plausible: the more, the more alike the plausible materials are there.
+    Its pixels are drawn to those of the photographs. Where these do not tell, f_r is held to what
+    is plausible: the more, the more alike the plausible materials are there.
 
     Parameters
     ----------
