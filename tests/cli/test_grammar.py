@@ -28,7 +28,7 @@ def commands(group: click.Group, parent: click.Context) -> Iterator[tuple[str, c
         yield name, command
 
 
-CONTEXT = click.Context(root, info_name="nacre")
+CONTEXT = click.Context(root, info_name="nacre", **root.context_settings)
 ALL = dict(commands(root, CONTEXT))
 LEAVES = {name: c for name, c in ALL.items() if not isinstance(c, click.Group)}
 

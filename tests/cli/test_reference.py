@@ -44,7 +44,7 @@ def examples(page: Path) -> list[list[str]]:
 def test_examples_name_commands_and_options_that_exist(page: Path) -> None:
     for words in examples(page):
         command: click.Command = root
-        context = click.Context(root, info_name="nacre")
+        context = click.Context(root, info_name="nacre", **root.context_settings)
         rest = words
         while isinstance(command, click.Group) and rest:
             name, *rest = rest
@@ -52,7 +52,9 @@ def test_examples_name_commands_and_options_that_exist(page: Path) -> None:
             assert found is not None, f"nacre {shlex.join(words)}: no command {name}"
             command = found
         try:
-            given, _, _ = command.make_parser(click.Context(command)).parse_args(list(rest))
+            given, _, _ = command.make_parser(
+                click.Context(command, **root.context_settings)
+            ).parse_args(list(rest))
         except click.UsageError as error:
             pytest.fail(f"nacre {shlex.join(words)}: {error.format_message()}")
         required = {p.name for p in command.params if p.required and "--help" not in rest}
