@@ -8,7 +8,7 @@ reading.
 
 - `nacre estimate`: see :mod:`nacre.workflows.photographs`; the network that it writes;
 - `principled`, `roughconductor`: Mitsuba's plugins, all parameters of theirs that are continuous,
-  by Adam on gradients of `mi.render`, from two starts of which the one that fits better counts.
+  by Adam on gradients of `mi.render`, from three starts of which the one that fits better counts.
 
 Errors are those of spheres relit by two environments in which none was photographed.
 """
@@ -50,7 +50,7 @@ PHOTONS = 4000.0
 """That a pixel of value 1 counts."""
 READING = 1e-3
 """Standard deviation of the noise of reading."""
-STEPS, STEP_SAMPLES, RATE = 150, 16, 0.03
+STEPS, STEP_SAMPLES, RATE = 300, 16, 0.02
 """Of the peers: steps, samples of a pixel in each, the learning rate of Adam."""
 BLACK = 0.1
 """Added to pixels by which differences are divided, in their mean. Logarithms of rendered pixels,
@@ -83,7 +83,7 @@ PEERS = {
                 "clearcoat_gloss": 0.8,
                 "flatness": 0.0,
             }
-            for roughness, metallic in ((0.25, 0.7), (0.5, 0.1))
+            for roughness, metallic in ((0.08, 1.0), (0.25, 0.5), (0.5, 0.1))
         ],
         {
             "base_color.value": (0.0, 1.0),
@@ -108,7 +108,7 @@ PEERS = {
                 "k": _ONE,
                 "specular_reflectance": _COLOR,
             }
-            for alpha in (0.1, 0.4)
+            for alpha in (0.03, 0.1, 0.4)
         ],
         {
             "alpha.value": (0.005, 1.0),
