@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nacre.latent import pretrained_basis
+from nacre.brdf import Brdf
+from nacre.latent import find_basis, pretrained_basis
+from nacre.neural import NeuralBrdf
+from nacre.render.photographed_weights import refine
 from nacre.render.photographs import (
     Photograph,
     _Sum,
@@ -90,3 +93,23 @@ def test_pixels_that_no_material_explains_hardly_count():
     spoiled = Photograph(values, clean.recording, clean.noise)
     found = posterior_of_photographs(BASIS, [spoiled])
     assert unexplained(BASIS, found.code, [clean], np.ones((1, 3))) < 0.1
+
+
+def test_weights_are_drawn_to_the_pictures():
+    pytest.importorskip("torch", reason="PyTorch draws weights to photographs")
+    network = find_basis("hypernetwork").decode(CODE, "seven")
+    assert isinstance(network, NeuralBrdf)
+    tint = np.array([1.4, 1.0, 0.75])
+    pictures = [photograph(1, tint), photograph(2, tint)]
+    others = [BASIS.decode(CODE + np.eye(BASIS.code_dim)[k]) for k in range(6)]
+    refined = refine(network, others, pictures, np.ones((2, 3)))
+
+    def missed(material: Brdf, seen: Photograph) -> float:
+        shape = seen.recording.wi.shape
+        pairs = (w.reshape(-1, 3) for w in (seen.recording.wi, seen.recording.wo))
+        values = (material.eval(*pairs).reshape(shape) * seen.recording.weights).sum(axis=1)
+        return float(np.median(np.abs(np.log(values / seen.values))))
+
+    unseen = photograph(3, tint)
+    assert missed(network, unseen) > 0.2
+    assert missed(refined, unseen) < 0.08

@@ -99,7 +99,7 @@ def test_a_code_that_is_put_into_a_scene_is_what_all_its_things_reflect(mi, tmp_
 
 
 def test_scenes_that_cannot_be_are_refused(mi, tmp_path):
-    refused(tmp_path / "none.xml", "none.xml: no such file")
+    refused(tmp_path / "none.xml", "none.xml: cannot be read: No such file")
     path = scene(tmp_path, SENSOR, PAINT, BALL, LIGHT)
     refused(path, "has no BSDF 'gold' (found: paint)", bsdf="gold")
     refused(path, "expected 1 to 8 photographs, not 9", *[GRAY] * 9)
@@ -192,3 +192,34 @@ def test_what_is_read_is_red_green_and_blue(mi, tmp_path):
         assert str(tmp_path / name) in str(found.value)
     with pytest.raises(NacreError, match="expected 1 to 8 photographs, not 0"):
         work.read_photographs([])
+
+
+def test_an_estimate_that_was_stopped_ends_as_one_that_was_not(mi, tmp_path, monkeypatch):
+    monkeypatch.setattr(work, "ROUNDS", 2)
+    setting = work.scene_setting(scene(tmp_path, SENSOR, LIGHT, PAINT, BALL), "paint")
+    made = setting.load({"code": ", ".join(map(str, CODE))})
+    path = mi.load_dict({"type": "path"})
+    picture = np.array(mi.render(made, integrator=path, spp=64))[..., :3]
+    whole = work.estimate_from_photographs([picture], setting)
+    assert whole.rounds == 2
+    state = tmp_path / "paint.state"
+
+    def stop(stage: str, done: int, total: int, text: str) -> None:
+        if stage == "recording" and done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        work.estimate_from_photographs([picture], setting, state=state, progress=stop)
+    assert state.exists()
+    with pytest.raises(NacreError, match=r"paint\.state: is of another run; remove it"):
+        work.estimate_from_photographs([picture + 0.1], setting, state=state)
+    begun: list[int] = []
+    resumed = work.estimate_from_photographs(
+        [picture],
+        setting,
+        state=state,
+        progress=lambda stage, done, *_: begun.append(done) if stage == "recording" else None,
+    )
+    assert min(begun) == 1
+    np.testing.assert_array_equal(resumed.estimate.material.code, whole.estimate.material.code)
+    assert resumed.rounds == whole.rounds

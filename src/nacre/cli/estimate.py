@@ -47,7 +47,8 @@ def command(
 ) -> None:
     """Estimate an isotropic material from one to eight photographs in known light.
 
-    PHOTOGRAPHs are OpenEXR pictures of linear values, in the unit of the light.
+    PHOTOGRAPHs are OpenEXR pictures of linear values, in the unit of the light. The same command
+    goes on where it was stopped.
     """
     from nacre.latent import find_basis, save_code
     from nacre.latent.estimates import in_words
@@ -68,6 +69,7 @@ def command(
         setting = work.scene_setting(scene, name or "")
     else:
         setting = work.sphere_setting(environment or Path())
+    state = output.with_name(f"{output.name}.state")
     found = work.estimate_from_photographs(
         pictures,
         setting,
@@ -76,6 +78,7 @@ def command(
         name=output.stem,
         called=[str(path) for path in photographs],
         seed=seed,
+        state=state,
         progress=line,
     )
     known = found.estimate.facts()
@@ -86,6 +89,7 @@ def command(
         from nacre.formats import save
 
         save(found.network(seed=seed, progress=line), output)
+    state.unlink(missing_ok=True)
     text = f"pixels within {found.unexplained:.1%} in the median{in_words(known)}"
     factors = found.factors.tolist() if camera != "known" else None
     report_file(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,10 +15,11 @@ import numpy.typing as npt
 from nacre.array import Image
 from nacre.brdf import Sampler
 from nacre.errors import FormatError, NacreError, reason
-from nacre.io.files import PathLike, read_bytes
+from nacre.io.files import PathLike, digest, read_bytes
 from nacre.io.image_file import HEADER_LIMIT, decode, exr_header
 from nacre.latent import find_basis, pretrained_basis
 from nacre.latent.estimates import Estimate, plausible_codes
+from nacre.latent.neural_basis import NeuralBasis
 from nacre.latent.plans import neural_basis
 from nacre.neural import NeuralBrdf, fit
 from nacre.render.engine import mitsuba
@@ -32,6 +34,7 @@ from nacre.render.plugins import register
 from nacre.render.recording import LOBES, Recording, record, shrunk, sphere_scene
 from nacre.render.scene_file import load_scene_with
 from nacre.runtime.progress import Progress, silent
+from nacre.runtime.store import Store
 
 MAX_PHOTOGRAPHS = 8
 ROUNDS = 4
@@ -59,11 +62,14 @@ class Setting:
         Id of the material in it.
     where
         What errors call it.
+    fingerprint
+        What tells it from others.
     """
 
     load: Callable[[dict[str, Any]], Any]
     name: str
     where: str
+    fingerprint: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +131,7 @@ def scene_setting(path: PathLike, bsdf: str) -> Setting:
     def load(properties: dict[str, Any]) -> Any:
         return load_scene_with(path, bsdf, "nbrdf", properties)
 
-    return Setting(load, bsdf, str(path))
+    return Setting(load, bsdf, str(path), f"{digest(path)} {bsdf}")
 
 
 def sphere_setting(environment: PathLike) -> Setting:
@@ -147,7 +153,7 @@ def sphere_setting(environment: PathLike) -> Setting:
         scene["shape"]["bsdf"] = {"type": "nbrdf", "id": name, **properties}
         return mi.load_dict(scene)
 
-    return Setting(load, name, str(environment))
+    return Setting(load, name, str(environment), digest(environment))
 
 
 def read_photographs(paths: Sequence[PathLike]) -> list[Image]:
@@ -189,6 +195,7 @@ def estimate_from_photographs(
     name: str = "",
     called: Sequence[str] = (),
     seed: int = 0,
+    state: Path | None = None,
     progress: Progress = silent,
 ) -> Photographed:
     """A material from photographs of known geometry in known light.
@@ -214,19 +221,22 @@ def estimate_from_photographs(
         What errors call the pictures.
     seed
         Of the paths.
+    state
+        File in which rounds are kept, from which the same call goes on; the caller removes it.
     progress
         Called with the rounds done.
 
     Raises
     ------
     NacreError
-        If the pictures do not go with the scene, show nothing of the material, or the basis is no
-        neural one.
+        If the pictures do not go with the scene, show nothing of the material, the basis is no
+        neural one, or the state is of another call.
     """
     _check_count(len(pictures))
     called = called or [f"photograph {index + 1}" for index in range(len(pictures))]
     basis = neural_basis(find_basis(basis_name))
-    code = np.zeros(basis.code_dim)
+    store = Store(state, _fingerprint(pictures, setting, basis, camera, seed))
+    done, code = 0, np.zeros(basis.code_dim)
     progress("reading the scene", 0, ROUNDS, "")
     included = basis_name in ("neural", "hypernetwork")
     named = basis_name if included else str(Path(basis_name).resolve())
@@ -235,7 +245,11 @@ def estimate_from_photographs(
     cameras = _cameras(scene, pictures, called, setting.where)
     small = [shrunk(picture) for picture in pictures]
     lobes: Sampler = LOBES
-    for done in range(1, ROUNDS + 1):
+    if (kept := store.load()) is not None:
+        done, code = kept["rounds"], kept["code"]
+        lobes = _put(bsdf, code)
+    while True:
+        done += 1
         photographs = []
         for index, picture in enumerate(pictures):
             progress("recording", done - 1, ROUNDS, f"picture {index + 1} of {len(pictures)}")
@@ -252,6 +266,7 @@ def estimate_from_photographs(
         if change < ENOUGH or done == ROUNDS:
             break
         lobes = _put(bsdf, code)
+        store.save({"rounds": done, "code": code})
     progress("estimating", ROUNDS, ROUNDS, "")
     pixels = sum(len(photograph.values) for photograph in photographs)
     factors = camera_factors(found, len(pictures), camera)
@@ -262,6 +277,16 @@ def estimate_from_photographs(
         done,
         tuple(photographs),
     )
+
+
+def _fingerprint(
+    pictures: Sequence[Image], setting: Setting, basis: NeuralBasis, camera: str, seed: int
+) -> str:
+    """What decides the rounds of an estimate."""
+    whole = hashlib.sha256()
+    for picture in pictures:
+        whole.update(f"{picture.shape}".encode() + np.ascontiguousarray(picture).tobytes())
+    return f"{whole.hexdigest()} {setting.fingerprint} {basis.fingerprint()} {camera} {seed}"
 
 
 def _bsdf(scene: Any, setting: Setting) -> Any:
