@@ -215,13 +215,15 @@ def _outlying(missed: Vector, variance: Vector) -> Vector:
 
 def _mixture(values: Vector, slopes: Vector, centers: Vector, code_dim: int) -> Posterior:
     """Codes whose products with slopes, (k, n), give values, (n,), but for noise."""
-    squares, axes = np.linalg.eigh(slopes @ slopes.T)
+    gram, product = slopes @ slopes.T, slopes @ values
+    squares, axes = np.linalg.eigh(gram)
     anywhere = np.zeros((1, len(slopes)))
     priors = [(centers, width) for width in _WIDTHS if len(centers)] + [(anywhere, 1.0)]
     logs, means, deviations = [], [], []
     for center, width in priors:
-        missed = values - center @ slopes
-        length, pulls = (missed**2).sum(axis=1), missed @ slopes.T @ axes
+        expected = center @ gram
+        length = values @ values + ((expected - 2.0 * product) * center).sum(axis=1)
+        pulls = (product - expected) @ axes
         for noise in _NOISES:
             precision = squares / noise**2 + 1.0 / width**2
             moved = pulls / (noise**2 * precision)
