@@ -10,7 +10,8 @@ reading.
 - `principled`, `roughconductor`: Mitsuba's plugins, all parameters of theirs that are continuous,
   by Adam on gradients of `mi.render`, from three starts of which the one that fits better counts.
 
-Errors are those of spheres relit by two environments in which none was photographed.
+Errors are those of spheres relit by two environments in which none was photographed. Sheets show
+each photograph, then the truth, the estimate and the peers relit.
 """
 
 from __future__ import annotations
@@ -190,15 +191,15 @@ def optimized(peer: Peer, environment: Image, pictures: Sequence[Image], name: s
     return MitsubaBrdf(best[1], name)
 
 
-def relit(truth: Brdf, other: Brdf) -> tuple[list[float], list[Image]]:
-    """PSNR in dB under both environments, and the pictures."""
+def relit(truth: Brdf, other: Brdf) -> tuple[list[float], list[tuple[Image, Image]]]:
+    """PSNR in dB under both environments, and the pictures of each."""
     found, pictures = [], []
     for name in RELIT:
         light = EnvironmentLight(ENVIRONMENTS[name]().exposed(), RELIT_DIRECTIONS)
         (own, mask), (theirs, _) = (render_sphere(m, light, RELIT_SIZE) for m in (truth, other))
         errors, _ = image_errors(own, theirs, mask)
         found.append(errors.psnr)
-        pictures += [own, theirs]
+        pictures.append((own, theirs))
     return found, pictures
 
 
@@ -225,18 +226,18 @@ def main() -> None:
     small = np.asarray(mi.Bitmap(environment).resample([512, 256]), np.float32)
     rows: list[tuple[str, ...]] = []
     scores: dict[int, list[list[float]]] = {}
+    sheets: dict[int, list[Image]] = {}
     for index, file in enumerate(materials):
         truth = nacre.load(file)
         for count in options.counts:
             key = f"{file.stem}-{count}"
 
-            def made(
-                truth: Brdf = truth, count: int = count, key: str = key, index: int = index
-            ) -> Any:
-                return trial(study, key, truth, small, count, path, index)
+            def made(truth: Brdf = truth, count: int = count, index: int = index) -> Any:
+                return trial(truth, small, count, path, index)
 
-            known = study.cache.arrays(key, ["psnr", "seconds"], made)
+            known = study.cache.arrays(key, ["psnr", "seconds", "views"], made)
             psnr, seconds = known["psnr"], known["seconds"]
+            sheets.setdefault(count, []).append(known["views"])
             scores.setdefault(count, []).append([*psnr.mean(axis=1), *seconds])
             cells = [f"{a:.1f} / {b:.1f}" for a, b in psnr]
             rows.append((file.stem.removesuffix("_rgb"), str(count), *cells))
@@ -245,6 +246,8 @@ def main() -> None:
     study.table(
         ("material", "photographs", *columns), rows, "materials", "PSNR in dB, relit twice."
     )
+    for count, views in sheets.items():
+        write_sheet(views, study.output / f"relit-{count}.jpg")
     lines = []
     for count, found in scores.items():
         values = np.array(found)
@@ -258,18 +261,16 @@ def main() -> None:
     study.table(("photographs", *columns, "ahead of the better peer"), lines, "means")
 
 
-def trial(
-    study: Study, key: str, truth: Brdf, environment: Image, count: int, basis: Path, seed: int
-) -> Mapping[str, Any]:
-    """PSNR of all methods on one material, and seconds; a sheet of pictures is written."""
-    mi = mitsuba()
+def trial(truth: Brdf, environment: Image, count: int, basis: Path, seed: int) -> Mapping[str, Any]:
+    """PSNR of all methods on one material, seconds, and pictures side by side."""
     pictures = photographs(environment, truth, count, seed)
 
     def load(properties: dict[str, Any]) -> Any:
         return scene(environment, {"type": "nbrdf", "id": "material", **properties}, count)
 
     setting = Setting(load, "material", "study")
-    psnr, seconds, images = [], [], [np.concatenate(pictures, axis=1)]
+    psnr, seconds = [], []
+    views = [[enlarged(pictures[0])], [enlarged(pictures[-1])]]
 
     def found_by_nacre() -> Photographed:
         return estimate_from_photographs(pictures, setting, str(basis))
@@ -281,15 +282,30 @@ def trial(
         start = time.perf_counter()
         found = method()
         seconds.append(time.perf_counter() - start)
-        errors, views = relit(truth, found)
+        errors, shown = relit(truth, found)
         psnr.append(errors)
-        images.append(np.concatenate(views, axis=1))
-    width = max(image.shape[1] for image in images)
-    sheet = np.concatenate([np.pad(i, ((0, 0), (0, width - i.shape[1]), (0, 0))) for i in images])
-    mi.Bitmap(sheet.astype(np.float32)).convert(
+        for row, (own, theirs) in zip(views, shown, strict=True):
+            row += [theirs] if len(row) > 1 else [own, theirs]
+    rows = [np.concatenate(row, axis=1) for row in views]
+    return {
+        "psnr": np.array(psnr),
+        "seconds": np.array(seconds),
+        "views": np.concatenate(rows, axis=1).astype(np.float32),
+    }
+
+
+def enlarged(photograph: Image) -> Image:
+    """By as much as relit pictures are larger."""
+    bitmap = mitsuba().Bitmap(photograph).resample([RELIT_SIZE, RELIT_SIZE])
+    return np.asarray(bitmap, np.float32)
+
+
+def write_sheet(views: Sequence[Image], path: Path) -> None:
+    """Pictures of materials, one below the other."""
+    mi = mitsuba()
+    mi.Bitmap(np.concatenate(views)).convert(
         mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True
-    ).write(str(study.output / f"{key}.png"))
-    return {"psnr": np.array(psnr), "seconds": np.array(seconds)}
+    ).write(str(path))
 
 
 if __name__ == "__main__":
