@@ -7,7 +7,8 @@ texel is seen from a direction of its own. Mitsuba's path integrator renders the
 get the noise of photons and of reading.
 
 - codes: each texel alone, by the posterior of its few pixels;
-- codes, like texels: then again with the pixels of the texels whose codes are nearest;
+- codes, like texels: then again with the pixels of the texels that look most alike in the plan's
+  directions, as their codes have it;
 - GGX: a diffuse and a GGX lobe fitted to the same pixels, of each texel alone and of like texels.
 
 Errors are those of the plane under other lamps, seen by other cameras.
@@ -20,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import KDTree
 
 import nacre
 from nacre import analytic
@@ -44,14 +46,18 @@ TEXELS = 24
 DISTANCE = 4.0
 """Of lamps and cameras from the middle of the plane."""
 PIXELS, TRUE_SAMPLES = 256, 64
-LIKE = 24
+LIKE = 8
 """Texels that count as one, with the texel itself."""
+DARK = 1e-3
+"""Added to f_r before the logarithms by which texels are alike."""
 RELIT = 8
 GAIN, STARTS = 32.0, 4
 """Of the fit of GGX: of the logarithm, and sets of parameters to start from."""
 PLANES = 2
 
 Directions = npt.NDArray[np.float64]
+Groups = npt.NDArray[np.int64]
+Pairs = Sequence[npt.NDArray[np.float32]]
 
 
 def masks(seed: int) -> npt.NDArray[np.float32]:
@@ -144,12 +150,11 @@ def _pixels(scene: Any) -> tuple[Any, Any, Any]:
     return np.array(hit.x), np.array(hit.y), np.array(found.is_valid())
 
 
-def like(codes: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Texels with the nearest codes, the own first, shape (texels, LIKE)."""
-    squared = (codes**2).sum(axis=1)
-    distances = squared[:, None] + squared - 2.0 * codes @ codes.T
-    np.fill_diagonal(distances, -1.0)
-    return np.argsort(distances, axis=1)[:, :LIKE]
+def like(basis: NeuralBasis, codes: npt.NDArray[np.float64], pairs: Pairs) -> Groups:
+    """Texels that look alike at known pairs of directions, the own first, shape (texels, LIKE)."""
+    f_r = basis.reflectances(codes.astype(np.float32), *pairs).reshape(len(codes), -1)
+    tree = KDTree(np.log(f_r + DARK))
+    return np.asarray(tree.query(tree.data, LIKE)[1])
 
 
 def pooled(photographs: Sequence[DirectionSamples], texels: Sequence[int]) -> DirectionSamples:
@@ -166,7 +171,7 @@ def ggx(samples: DirectionSamples) -> Brdf:
 
 
 def maps(
-    basis: NeuralBasis, photographs: Sequence[DirectionSamples]
+    basis: NeuralBasis, photographs: Sequence[DirectionSamples], pairs: Pairs
 ) -> Iterator[tuple[str, list[Brdf]]]:
     """A material of each texel, by each method."""
 
@@ -175,8 +180,7 @@ def maps(
 
     alone = codes([texel] for texel in range(len(photographs)))
     yield "codes", [basis.decode(code) for code in alone]
-    groups = like(alone)
-    groups = like(codes(groups))
+    groups = like(basis, alone, pairs)
     yield "codes, like texels", [basis.decode(code) for code in codes(groups)]
     yield "GGX", list(thread_map(ggx, photographs))
     alike = (pooled(photographs, group) for group in groups)
@@ -213,7 +217,8 @@ def main() -> None:
     training, held_out = split(sorted(data("pretrained", "merl").glob("*.h5")), options.seed)
     basis = bases(training, ["neural"], settings, study.cache, progress)["neural"]
     assert isinstance(basis, NeuralBasis)
-    plan = [DISTANCE * w.astype(np.float64) for w in planned(basis, max(options.counts))]
+    pairs = planned(basis, max(options.counts))
+    plan = [DISTANCE * w.astype(np.float64) for w in pairs]
     order = np.random.default_rng((options.seed, 17)).permutation(len(held_out))
     rows = []
     for index in study.few(range(PLANES), 1):
@@ -222,7 +227,7 @@ def main() -> None:
         seen = [plane.photograph(a, b, i) for i, (a, b) in enumerate(zip(*plan, strict=True))]
         for count in options.counts:
             photographs = _of_texels(plan, seen[:count])
-            for name, found in maps(basis, photographs):
+            for name, found in maps(basis, photographs, [w[:count] for w in pairs]):
                 psnr = error(plane, found)
                 log(*(file.stem for file in files), count, name, f"{psnr:.1f} dB")
                 rows.append((" + ".join(f.stem for f in files), str(count), name, f"{psnr:.1f}"))
