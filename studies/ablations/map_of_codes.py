@@ -6,22 +6,20 @@ cameras stand where the plan has its first pairs of directions, two edges of the
 texel is seen from a direction of its own. Mitsuba's path integrator renders the photographs, which
 get the noise of photons and of reading.
 
-- codes: each texel alone, by the posterior of its few pixels;
-- codes, like texels: then again with the pixels of the texels that look most alike in the plan's
-  directions, as their codes have it;
-- GGX: a diffuse and a GGX lobe fitted to the same pixels, of each texel alone and of like texels.
+Each texel is known by itself from its few pixels: by a code, the posterior mean, and by a diffuse
+and a GGX lobe that are fitted to them.
 
 Errors are those of the plane under other lamps, seen by other cameras.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import KDTree
 
 import nacre
 from nacre import analytic
@@ -46,18 +44,12 @@ TEXELS = 24
 DISTANCE = 4.0
 """Of lamps and cameras from the middle of the plane."""
 PIXELS, TRUE_SAMPLES = 256, 64
-LIKE = 8
-"""Texels that count as one, with the texel itself."""
-DARK = 1e-3
-"""Added to f_r before the logarithms by which texels are alike."""
 RELIT = 8
 GAIN, STARTS = 32.0, 4
 """Of the fit of GGX: of the logarithm, and sets of parameters to start from."""
 PLANES = 2
 
 Directions = npt.NDArray[np.float64]
-Groups = npt.NDArray[np.int64]
-Pairs = Sequence[npt.NDArray[np.float32]]
 
 
 def masks(seed: int) -> npt.NDArray[np.float32]:
@@ -150,41 +142,15 @@ def _pixels(scene: Any) -> tuple[Any, Any, Any]:
     return np.array(hit.x), np.array(hit.y), np.array(found.is_valid())
 
 
-def like(basis: NeuralBasis, codes: npt.NDArray[np.float64], pairs: Pairs) -> Groups:
-    """Texels that look alike at known pairs of directions, the own first, shape (texels, LIKE)."""
-    f_r = basis.reflectances(codes.astype(np.float32), *pairs).reshape(len(codes), -1)
-    tree = KDTree(np.log(f_r + DARK))
-    return np.asarray(tree.query(tree.data, LIKE)[1])
-
-
-def pooled(photographs: Sequence[DirectionSamples], texels: Sequence[int]) -> DirectionSamples:
-    """What photographs show of some texels as of one."""
-    chosen = [photographs[texel] for texel in texels]
-    parts = (np.concatenate([getattr(s, name) for s in chosen]) for name in ("wi", "wo", "rgb"))
-    return DirectionSamples(*parts)
-
-
 def ggx(samples: DirectionSamples) -> Brdf:
     """Fitted to the samples of a texel."""
     scattered = ScatteredBrdf(samples.wi, samples.wo, samples.rgb)
     return analytic.fit(scattered, analytic.MODELS["ggx"], gain=GAIN, starts=STARTS)
 
 
-def maps(
-    basis: NeuralBasis, photographs: Sequence[DirectionSamples], pairs: Pairs
-) -> Iterator[tuple[str, list[Brdf]]]:
-    """A material of each texel, by each method."""
-
-    def codes(groups: Iterable[Sequence[int]]) -> npt.NDArray[np.float64]:
-        return np.stack([basis.posterior(pooled(photographs, group)).code for group in groups])
-
-    alone = codes([texel] for texel in range(len(photographs)))
-    yield "codes", [basis.decode(code) for code in alone]
-    groups = like(basis, alone, pairs)
-    yield "codes, like texels", [basis.decode(code) for code in codes(groups)]
-    yield "GGX", list(thread_map(ggx, photographs))
-    alike = (pooled(photographs, group) for group in groups)
-    yield "GGX, like texels", list(thread_map(ggx, alike))
+def by_codes(basis: NeuralBasis, samples: DirectionSamples) -> Brdf:
+    """What the samples of a texel say of its code."""
+    return basis.decode(basis.encode(samples))
 
 
 def error(plane: Plane, found: Sequence[Brdf]) -> float:
@@ -217,8 +183,8 @@ def main() -> None:
     training, held_out = split(sorted(data("pretrained", "merl").glob("*.h5")), options.seed)
     basis = bases(training, ["neural"], settings, study.cache, progress)["neural"]
     assert isinstance(basis, NeuralBasis)
-    pairs = planned(basis, max(options.counts))
-    plan = [DISTANCE * w.astype(np.float64) for w in pairs]
+    plan = [DISTANCE * w.astype(np.float64) for w in planned(basis, max(options.counts))]
+    methods = {"codes": partial(by_codes, basis), "GGX": ggx}
     order = np.random.default_rng((options.seed, 17)).permutation(len(held_out))
     rows = []
     for index in study.few(range(PLANES), 1):
@@ -227,11 +193,13 @@ def main() -> None:
         seen = [plane.photograph(a, b, i) for i, (a, b) in enumerate(zip(*plan, strict=True))]
         for count in options.counts:
             photographs = _of_texels(plan, seen[:count])
-            for name, found in maps(basis, photographs, [w[:count] for w in pairs]):
-                psnr = error(plane, found)
-                log(*(file.stem for file in files), count, name, f"{psnr:.1f} dB")
-                rows.append((" + ".join(f.stem for f in files), str(count), name, f"{psnr:.1f}"))
-    study.table(("plane", "photographs", "texels", "PSNR in dB, relit"), rows)
+            cells = []
+            for method in methods.values():
+                psnr = error(plane, list(thread_map(method, photographs)))
+                cells.append(f"{psnr:.1f} dB")
+            rows.append((" + ".join(file.stem for file in files), str(count), *cells))
+            log(*rows[-1])
+    study.table(("plane", "photographs", *methods), rows, note="PSNR, relit.")
 
 
 def _of_texels(plan: Sequence[Directions], seen: Sequence[Image]) -> list[DirectionSamples]:
