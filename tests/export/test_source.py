@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 import re
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -67,18 +68,21 @@ TEXTS = [
 ]
 
 
+@lru_cache
+def exported(target: str, name: str) -> dict[str, bytes]:
+    """What a target writes of a material of some name."""
+    held = MODELS["closures"](**closures()) if target in CLOSURES else material("glossy")
+    return TARGETS[target]().files(held.replaced(name=name, source={"terms": name}), "same")
+
+
 @pytest.mark.parametrize("target", TEXTS)
 @pytest.mark.parametrize("text", HOSTILE)
 def test_nothing_of_a_name_is_code(target: str, text: str) -> None:
     """The output differs from that of a harmless name in comments only."""
-    held = MODELS["closures"](**closures()) if target in CLOSURES else material("glossy")
-    named = {
-        each: TARGETS[target]().files(held.replaced(name=each, source={"terms": each}), "same")
-        for each in (text, "harmless")
-    }
-    assert list(named[text]) == list(named["harmless"])
-    for file, content in named[text].items():
-        pairs = zip(content.split(b"\n"), named["harmless"][file].split(b"\n"), strict=True)
+    hostile, harmless = exported(target, text), exported(target, "harmless")
+    assert list(hostile) == list(harmless)
+    for file, content in hostile.items():
+        pairs = zip(content.split(b"\n"), harmless[file].split(b"\n"), strict=True)
         changed = [line for line, other in pairs if line != other]
         comment = COMMENTS.get(target, b"//")
         assert all(line.startswith(comment) and b"*/" not in line for line in changed)

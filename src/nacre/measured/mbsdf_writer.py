@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from nacre.array import Floats
 from nacre.brdf import Brdf
@@ -135,8 +136,11 @@ def _gathered(
         As :func:`_averages` gives them.
     """
     found: _Single | None = None
+    near = csr_array(polar)  # few points are around a node
     for row, weights in enumerate(polar.T):
-        average = np.matmul(azimuths, np.tensordot(polar, values(row), 1))
+        own = values(row)
+        average = (near @ own.reshape(len(own), -1)).reshape(-1, *own.shape[1:])
+        average = np.matmul(azimuths, average)
         if found is None:
             found = np.zeros((len(polar), *average.shape), np.float32)
         nodes = np.flatnonzero(weights)
