@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import os
 import re
 import subprocess
 import sys
@@ -14,18 +13,14 @@ from typing import Any
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
 
-EQUATION = re.compile(
-    r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>',
-    re.DOTALL,
-)
+EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add to `api/` what pdoc writes of the modules in `extra.api`; its warnings end the build."""
+    """Add to `api/` what pdoc writes of the module `extra.api`; its warnings end the build."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-W", "error::UserWarning", "-m", "pdoc", "-o", folder]
-        environment = os.environ | {"EAGER_IMPORT": "1"}
-        subprocess.run([*command, *config.extra["api"]], env=environment, check=True)
+        subprocess.run([*command, config.extra["api"]], check=True)
         for path in sorted(Path(folder).rglob("*.*")):
             name = f"api/{path.relative_to(folder).as_posix()}"
             files.append(File.generated(config, name, content=path.read_bytes()))
