@@ -80,6 +80,8 @@ def test_equations_are_mathml(site: Path) -> None:
         source = (ROOT / "docs" / "theory" / f"{name}.md").read_text("utf-8")
         text = (site / "theory" / f"{name}.html").read_text("utf-8")
         assert text.count('display="block"') == source.count("\n$$\n") // 2 > 0
+        equations = re.findall(r"<math.*?</math>", text, re.DOTALL)
+        assert [equation for equation in equations if "\\" in equation] == []  # unknown commands
     for page in site.rglob("*.html"):
         assert 'class="arithmatex"' not in page.read_text("utf-8"), page
 
