@@ -63,7 +63,7 @@ gallery-textures: setup  ## Capture and encode the gallery's textures: minutes, 
 	done
 
 site: setup  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
-	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build --quiet
+	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
 
 setup:
 	@$(PYTHON) scripts/setup.py

@@ -35,14 +35,20 @@ class Addresses(HTMLParser):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All pages; of the API reference one module, since all take a minute."""
-    pytest.importorskip("material", reason="needs the extra 'docs'")
-    pytest.importorskip("latex2mathml", reason="needs the extra 'docs'")
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
-    environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"}
-    built = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert built.returncode == 0, built.stdout + built.stderr
+    status, output = build(ROOT, "--site-dir", str(folder))
+    assert status == 0, output
     return folder
+
+
+def build(folder: Path, *options: str) -> tuple[int, str]:
+    """The exit status of MkDocs in a folder, as the Makefile runs it, and what it says."""
+    for name in ("mkdocs", "material", "latex2mathml"):
+        pytest.importorskip(name, reason="needs the extra 'docs'")
+    environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"}
+    command = [sys.executable, "-m", "mkdocs", "build", *options]
+    built = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    return built.returncode, built.stdout + built.stderr
 
 
 def pages(site: Path) -> Iterator[tuple[Path, list[tuple[str, str]]]]:
@@ -55,6 +61,17 @@ def test_every_page_of_docs_is_there(site: Path) -> None:
         name = source.with_suffix(".html").relative_to(ROOT / "docs")
         assert (site / name.parent / name.name.replace("README", "index")).is_file()
     assert "FormatError" in (site / "api" / "nacre" / "errors.html").read_text("utf-8")
+
+
+def test_links_that_lead_nowhere_end_the_build(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "README.md").write_text("# A\n\n[b](#nowhere), [c](nowhere.md)\n")
+    settings = f"INHERIT: {ROOT / 'mkdocs.yml'}\nnav: [README.md]\nhooks: []\n"
+    (tmp_path / "mkdocs.yml").write_text(settings)
+    status, output = build(tmp_path)
+    assert status == 1
+    assert "'#nowhere', but there is no such anchor" in output
+    assert "'nowhere.md', but the target is not found" in output
 
 
 def test_nothing_comes_from_a_network(site: Path) -> None:
