@@ -2,7 +2,7 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz docs gallery gallery-textures parity-blender setup tools clean
+.PHONY: demo test lint bench fuzz site gallery gallery-textures parity-blender setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
@@ -62,8 +62,8 @@ gallery-textures: setup  ## Capture and encode the gallery's textures: minutes, 
 	    out/gallery/$$name.exr gallery/textures/$$name.safetensors || exit 1; \
 	done
 
-docs: setup  ## The API reference as HTML in out/docs.
-	EAGER_IMPORT=1 $(RUN) -m pdoc -o out/docs nacre
+site: setup  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
+	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
 
 setup:
 	@$(PYTHON) scripts/setup.py
