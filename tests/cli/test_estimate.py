@@ -90,7 +90,9 @@ def test_what_is_refused(capsys, here):
     refused("say what was photographed", "photo.exr", *output)
     refused("--geometry needs --environment", "photo.exr", "--geometry", "sphere", *output)
     refused("--scene needs --bsdf", "photo.exr", "--scene", "s.xml", *output)
-    refused("scene.xml: cannot be read", "photo.exr", "--scene", "scene.xml", "--bsdf", "a", *output)
+    refused(
+        "scene.xml: cannot be read", "photo.exr", "--scene", "scene.xml", "--bsdf", "a", *output
+    )
     refused("none.exr: ", "none.exr", *SPHERE, *output)
     refused("expected 1 to 8 photographs, not 9", *["photo.exr"] * 9, *SPHERE, *output)
     refused("none.safetensors", "photo.exr", *SPHERE, "--basis", "none.safetensors", *output)
