@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from nacre.analytic import Ggx
 from tests.attacks.files import ATTACKS
 from tests.variants import require_mitsuba
 
+ROOT = Path(__file__).parents[2]
 SECONDS = 5.0
 """Of processor time, for one attack."""
 MEBIBYTES = 100.0
@@ -31,8 +34,15 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, An
     (folder / "empty.xml").write_text('<scene version="3.0.0"/>')
     whole = [["info", "paint.json"], ["render", "empty.xml", "-o", "out.exr"]]
     whole += [["view", "paint.json", "--environment", "none.png", "-o", "out.html"]]
+    commands = {}
+    for name, attack in ATTACKS.items():
+        (first, last), path = attack.command, attack.write(folder / name)
+        commands[name] = [*first, str(path.relative_to(folder)), *last]
     done = subprocess.run(
-        [sys.executable, "-m", "tests.attacks.trial", str(folder), json.dumps(whole)],
+        [sys.executable, "-m", "tests.attacks.trial"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
+        input=json.dumps([whole, commands]),
         capture_output=True,
         text=True,
         timeout=300,

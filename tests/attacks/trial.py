@@ -1,18 +1,18 @@
-"""Give every attack in a folder to its command, in this one process, and print what came of it."""
+"""Run the commands of attacks in this one process, and print what came of each.
+
+Standard input is JSON: commands to warm up with, and commands by name.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import json
-import os
 import resource
 import sys
 import time
-from pathlib import Path
 
 from nacre.cli import main
-from tests.attacks.files import ATTACKS
 
 
 def tried(arguments: list[str]) -> dict[str, object]:
@@ -39,11 +39,8 @@ def _resident() -> float:
 
 
 if __name__ == "__main__":
-    os.chdir(sys.argv[1])
-    for name, attack in ATTACKS.items():
-        (first, last), path = attack.command, attack.write(Path(name))
-        arguments = [*first, str(path), *last]
-        if name == next(iter(ATTACKS)):
-            for whole in json.loads(sys.argv[2]):  # what is imported late is not an attack's
-                tried(whole)
+    warm, commands = json.load(sys.stdin)
+    for arguments in warm:  # what is imported late is not an attack's
+        tried(arguments)
+    for name, arguments in commands.items():
         print(json.dumps({"name": name, **tried(arguments)}), flush=True)
