@@ -1,9 +1,9 @@
 """Install the built wheel in many environments, and try in each what it should do.
 
 `python scripts/matrix.py [ROW...]`, or `make matrix`; ROW is a part of a row's name. Needs `uv` on
-the path or in this Python's environment. Every row is an environment of its own in out/matrix: no
-extras on each Python, each extra alone, and the oldest and newest releases of what is declared.
-Prints a table in Markdown; the exit code is 1 where a row failed.
+the path or in this Python's environment. Every row is a temporary environment of its own: without
+extras and with `render` on each Python, each extra alone, and the oldest releases of what is
+declared. Prints a table in Markdown; the exit code is 1 where a row failed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDER = ROOT / "out" / "matrix"
 LOWEST = "lowest-direct"
 """The oldest releases that pyproject.toml declares, with the newest of what those need."""
 TIME_LIMIT = 1200
@@ -122,14 +121,13 @@ def run(command: list[str], folder: Path) -> str:
 
 def try_row(row: Row, wheel: Path, uv: str) -> str:
     """Install the wheel in a new environment and try it; the problem, empty where there is none."""
-    environment = FOLDER / row.name
     binaries = "Scripts" if os.name == "nt" else "bin"
-    python = str(environment / binaries / "python")
     package = f"{wheel}[{row.extra}]" if row.extra else str(wheel)
-    install = [uv, "pip", "install", "-q", "--python", python, "--resolution", row.resolution]
-    with tempfile.TemporaryDirectory() as work:
+    with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory() as environment:
+        python = str(Path(environment) / binaries / "python")
+        install = [uv, "pip", "install", "-q", "--python", python, "--resolution", row.resolution]
         steps = [
-            [uv, "venv", "-q", "--clear", "--python", row.python, str(environment)],
+            [uv, "venv", "-q", "--clear", "--python", row.python, environment],
             [*install, "--only-binary", ":all:", package],
             [uv, "pip", "check", "-q", "--python", python],
             *([python, *arguments] for arguments in (*COMMON, *SMOKE[row.extra])),
@@ -146,7 +144,6 @@ def main(parts: list[str]) -> int:
     if len(wheels) != 1:
         sys.exit("matrix: needs one wheel in out/release: make release")
     uv, failed = found_uv(), 0
-    FOLDER.mkdir(parents=True, exist_ok=True)
     print("| Python | extra | releases | outcome |\n|---|---|---|---|", flush=True)
     for row in rows():
         if parts and not any(part in row.name for part in parts):
@@ -160,8 +157,6 @@ def main(parts: list[str]) -> int:
         )
         if problem:
             print(problem, file=sys.stderr, flush=True)
-        if not problem or os.environ.get("CI"):
-            shutil.rmtree(FOLDER / row.name, ignore_errors=True)
     return bool(failed)
 
 
