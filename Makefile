@@ -2,13 +2,13 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz site gallery gallery-textures parity-blender setup tools clean
+.PHONY: demo test lint bench fuzz site gallery gallery-textures parity-blender release matrix setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
 
 test: lint tools  ## Formatting, lint, types, layers, doctests and tests.
-	NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto -q
+	NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
 lint: setup
 	.venv/bin/ruff format --no-cache --check .
@@ -65,6 +65,19 @@ gallery-textures: setup  ## Capture and encode the gallery's textures: minutes, 
 site: setup  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
 	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build
 
+RELEASE := .venv-release/bin/python
+
+release: $(RELEASE)  ## Wheel, source archive, bill of materials in out/release, and their checks.
+	$(RELEASE) scripts/release.py
+
+matrix: $(RELEASE)  ## The wheel of out/release in many environments; ROWS=3.12 for some of them.
+	$(RELEASE) scripts/matrix.py $(ROWS)
+
+$(RELEASE): scripts/release.lock
+	$(PYTHON) -m venv .venv-release
+	$(RELEASE) -m pip install -q --disable-pip-version-check -r scripts/release.lock
+	@touch $(RELEASE)
+
 setup:
 	@$(PYTHON) scripts/setup.py
 
@@ -72,4 +85,4 @@ tools:  # what runs exports; tests without theirs are skipped
 	@$(PYTHON) scripts/setup.py --tests
 
 clean:
-	rm -rf .venv .venv-blender out
+	rm -rf .venv .venv-blender .venv-release out

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from nacre.formats import load, save
     from nacre.neural import NeuralBrdf, Recipe, fit, fit_many
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "Brdf",

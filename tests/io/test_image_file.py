@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,9 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError
-from nacre.io.image_file import HEADER_LIMIT, decode, read_header
+from nacre.io.image_file import HEADER_LIMIT, PIXEL_LIMIT, check_pixel_count, decode, read_header
+from nacre.render.environment import load_environment
+from nacre.textures.height_file import read_heights
 from tests.specimens.images import png_bytes
 
 mi = pytest.importorskip("mitsuba", reason="needs the extra 'render'")
@@ -83,6 +86,57 @@ def test_what_is_no_image_is_refused(tmp_path: Path) -> None:
     refused(tmp_path / "pipe.png", "is not a regular file")
     (tmp_path / "x.png").write_bytes(b"GIF89a")
     refused(tmp_path / "x.png", "is not an OpenEXR, PNG or JPEG image")
+
+
+@pytest.mark.parametrize(
+    ("ending", "channels"),
+    [("png", 1), ("png", 3), ("jpg", 1), ("jpg", 3), ("exr", 1), ("exr", 3), ("hdr", 3)],
+)
+def test_images_of_few_pixels_pass(tmp_path: Path, ending: str, channels: int) -> None:
+    path = tmp_path / f"x.{ending}"
+    if ending in ("exr", "hdr"):
+        mi.Bitmap(PIXELS[..., :channels].astype(np.float32)).write(str(path))
+    else:
+        pillow.fromarray(PIXELS if channels == 3 else PIXELS[..., 0]).save(path)
+    check_pixel_count(path)
+
+
+@pytest.mark.parametrize("ending", ["png", "jpg", "exr", "hdr"])
+def test_images_of_many_pixels_are_refused_before_they_are_decoded(
+    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, edge = tmp_path / f"x.{ending}", 1 + int(PIXEL_LIMIT**0.5)
+    if ending == "png":
+        path.write_bytes(png_bytes(PIXELS, edge, edge))
+    elif ending == "hdr":
+        size = f"#?RADIANCE\n# more\n-Y 4 +X 4 \n\n-Y {edge} +X {edge}\n"
+        path.write_bytes(size.encode() + bytes(64))
+    else:
+        write = {
+            "jpg": pillow.fromarray(PIXELS).save,
+            "exr": mi.Bitmap(PIXELS.astype(np.float32)).write,
+        }
+        write[ending](str(path))
+        data = bytearray(path.read_bytes())
+        if ending == "jpg":
+            struct.pack_into(">2H", data, data.index(b"\xff\xc0") + 5, edge, edge)
+        else:
+            start = data.index(b"dataWindow\0box2i\0") + 21
+            struct.pack_into("<4i", data, start, 0, 0, edge - 1, edge - 1)
+        path.write_bytes(data)
+    monkeypatch.setattr(mi, "Bitmap", lambda *_: pytest.fail("is decoded"))
+    readers = [check_pixel_count, read_heights]
+    readers += [load_environment] if ending != "jpg" else []
+    for reader in readers:
+        with pytest.raises(FormatError, match="more than 67,108,864 pixels"):
+            reader(path)
+
+
+def test_pixels_of_other_images_are_not_counted(tmp_path: Path) -> None:
+    for data in (b"GIF89a", b"#?RADIANCE\n\n", b"\xff\xd8\xff\xe0", b"\x76\x2f\x31\x01"):
+        (tmp_path / "x").write_bytes(data)
+        with pytest.raises(FormatError, match="is not an OpenEXR, Radiance, PNG or JPEG image"):
+            check_pixel_count(tmp_path / "x")
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores cannot be left out here")

@@ -9,6 +9,7 @@ which may be a thousand times what they take, and hides that samples have 16 bit
 from __future__ import annotations
 
 import io
+import re
 import struct
 import warnings
 from collections.abc import Iterator
@@ -29,9 +30,14 @@ _USUAL_HEADER = 1 << 12  # bytes that nearly all headers fit in
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 JPEG_MAGIC = b"\xff\xd8\xff"
+_RADIANCE_MAGIC = b"#?"
+
+PIXEL_LIMIT = 1 << 26
+"""Most pixels of an image that is read whole: what packs well could fill any memory."""
 
 _EXR_HEADER_LIMIT = 1 << 16
 _EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
+_RADIANCE_SIZE = re.compile(rb"\n[-+][XY] +(\d{1,9}) +[-+][XY] +(\d{1,9})\s")
 _PNG_COLORS = {2, 6}  # RGB, with and without opacity
 
 
@@ -75,6 +81,54 @@ def parse_header(data: bytes, path: PathLike) -> ImageHeader:
         if data.startswith(magic):
             return parse(data, path)
     raise FormatError(f"{path}: is not an OpenEXR, PNG or JPEG image")
+
+
+def check_pixel_count(path: PathLike) -> None:
+    """Refuse an image of more than :data:`PIXEL_LIMIT` pixels by its header, before it is decoded.
+
+    A :class:`FormatError` says so, or that it cannot be read or is of no kind whose header is known
+    here: OpenEXR, Radiance (`.hdr`), PNG or JPEG, of any channels.
+    """
+    with opened(path) as file:
+        data = file.read(HEADER_LIMIT)
+    try:
+        count = _pixel_count(data)
+    except (struct.error, ValueError, LookupError) as error:
+        raise FormatError(f"{path}: is not an OpenEXR, Radiance, PNG or JPEG image") from error
+    if count > PIXEL_LIMIT:
+        raise FormatError(f"{path}: has more than {PIXEL_LIMIT:,} pixels; scale it down")
+
+
+def _pixel_count(data: bytes) -> int:
+    """Number of pixels that a header promises; raises what parsing it raises."""
+    if data.startswith(PNG_MAGIC):
+        width, height = struct.unpack_from(">2I", data, 16)
+    elif data.startswith(EXR_MAGIC):
+        window = dict(_exr_attributes(data[:_EXR_HEADER_LIMIT]))["dataWindow"]
+        left, top, right, bottom = struct.unpack("<4i", window)
+        width, height = right - left + 1, bottom - top + 1
+    elif data.startswith(_RADIANCE_MAGIC):
+        # A remark may look like the size, so the largest counts.
+        sizes = _RADIANCE_SIZE.findall(data)
+        return max(int(first) * int(second) for first, second in sizes)
+    elif data.startswith(JPEG_MAGIC):
+        width, height = _jpeg_size(data)
+    else:
+        raise ValueError("unknown")
+    return int(width) * int(height)
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int]:
+    """Width and height in the first frame header (ITU-T T.81, annex B.2.2)."""
+    place = 2
+    while True:
+        marker, length = struct.unpack_from(">2H", data, place)
+        if 0xFFC0 <= marker <= 0xFFCF and marker not in (0xFFC4, 0xFFC8, 0xFFCC):
+            height, width = struct.unpack_from(">2H", data, place + 5)
+            return width, height
+        if marker < 0xFFC0:
+            raise ValueError("no marker")
+        place += 2 + length
 
 
 def exr_header(data: bytes, path: PathLike) -> ImageHeader:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from nacre.color import luminance
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike
-from nacre.io.image_file import bitmaps
+from nacre.io.image_file import bitmaps, check_pixel_count
 
 Floats = npt.NDArray[np.floating]
 
@@ -28,8 +28,6 @@ EXPOSURE = 0.8
 
 EXTENSIONS = (".exr", ".hdr", ".png")
 """Endings of the files that :func:`load_environment` reads."""
-
-_MAX_PIXELS = 1 << 26
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,15 +155,12 @@ def load_environment(path: PathLike) -> Environment:
         raise FormatError(f"{path}: an environment is one of {', '.join(EXTENSIONS)}")
     if not path.is_file():
         raise FormatError(f"{path}: no such file")
+    check_pixel_count(path)
     mi = bitmaps()
     try:
         bitmap = mi.Bitmap(str(path))
-        if bitmap.pixel_count() > _MAX_PIXELS:
-            raise FormatError(f"{path}: more than {_MAX_PIXELS} pixels; scale it down")
         bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
         return Environment(np.maximum(np.array(bitmap), 0.0), path.stem)
-    except FormatError:
-        raise
     except MemoryError as error:
         raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:

@@ -176,6 +176,8 @@ def _made(path: PathLike, make: Callable[[], Any]) -> Any:
 def check_depth(path: PathLike) -> None:
     """Refuse a file that is no XML, or nested so deeply that Mitsuba's parser would not survive it.
 
+    One with a document type is refused too: older expat expands its entities to gigabytes.
+
     Raises
     ------
     FormatError
@@ -196,8 +198,12 @@ def check_depth(path: PathLike) -> None:
         nonlocal depth
         depth -= 1
 
+    def declared(*_: Any) -> None:
+        raise FormatError(f"{path}: declares a document type (DOCTYPE), which is not read; drop it")
+
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler = opened, closed
+    parser.StartDoctypeDeclHandler = declared
     if not Path(path).is_file():
         raise FormatError(f"{path}: no such file")
     try:

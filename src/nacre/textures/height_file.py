@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path
-from nacre.io.image_file import bitmaps
+from nacre.io.image_file import bitmaps, check_pixel_count
 
 DEPTH = 0.1
 """Widths of a texture from black to white of height fields that do not tell."""
@@ -66,8 +66,9 @@ def read_heights(path: PathLike) -> Any:
     Raises
     ------
     FormatError
-        If it cannot be read.
+        If it cannot be read, or has too many pixels.
     """
+    check_pixel_count(path)
     mi = bitmaps()
     try:
         bitmap = mi.Bitmap(str(path))

@@ -1,0 +1,164 @@
+"""Install the built wheel in many environments, and try in each what it should do.
+
+`python scripts/matrix.py [ROW...]`, or `make matrix`; ROW is a part of a row's name. Needs `uv` on
+the path or in this Python's environment. Every row is a temporary environment of its own: without
+extras and with `render` on each Python, each extra alone, and the oldest releases of what is
+declared. Prints a table in Markdown; the exit code is 1 where a row failed.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+LOWEST = "lowest-direct"
+"""The oldest releases that pyproject.toml declares, with the newest of what those need."""
+TIME_LIMIT = 1200
+"""Seconds that one step may take."""
+
+MEASUREMENT = """
+import nacre
+from nacre.analytic import Ggx
+nacre.save(Ggx(diffuse=(0.2, 0.1, 0.1), specular=(0.3, 0.2, 0.1), roughness=0.3), "paint.bsdf")
+"""
+FIT = "-m", "nacre", "fit", "paint.bsdf", "--preset", "draft", "-o", "paint.safetensors"
+COMMON = ("-c", MEASUREMENT), FIT, ("-m", "nacre", "info", "paint.safetensors")
+"""What works without extras, as arguments of Python: a file is written, fitted and shown."""
+
+NACRE = "-m", "nacre"
+SMOKE: dict[str, tuple[tuple[str, ...], ...]] = {
+    "": (),
+    "render": ((*NACRE, "demo", "--preset", "draft", "--spp", "4", "-o", "demo.png"),),
+    "spectral": (("-c", "import colour, nacre.metrics"),),
+    "plot": ((*NACRE, "plot", "paint.safetensors", "-o", "lobes.pdf"),),
+    "torch": (("-c", "import nacre.neural.torch_module, nacre.latent.torch"),),
+    "jax": (("-c", "import jax, nacre"),),
+    "latent": (("-c", "import openTSNE, nacre.latent.neural_training"),),
+    "btf": (("-c", "import tensorboardX, nacre.textures.codecs"),),
+    "view": (),
+    "export": ((*NACRE, "export", "paint.safetensors", "--to", "onnx", "-o", "paint.onnx"),),
+    "notebook": (("-c", "import nacre.viewer.notebook, nacre.viewer.widget"),),
+    "cluster": (("-c", "import distributed, nacre.workflows.cluster"),),
+}
+"""What each extra adds, as arguments of Python, tried after :data:`COMMON`."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One environment.
+
+    Parameters
+    ----------
+    python
+        Version of Python, as `uv` takes it.
+    extra
+        Extra of the package; empty for none.
+    resolution
+        As `uv pip install --resolution` takes it.
+    """
+
+    python: str
+    extra: str = ""
+    resolution: str = "highest"
+
+    @property
+    def name(self) -> str:
+        """Python, extra and resolution in one word."""
+        return "-".join((self.python, self.extra or "none", self.resolution))
+
+
+def rows() -> Iterator[Row]:
+    """Every environment."""
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = [e for e in declared["optional-dependencies"] if e not in ("all", "dev", "fuzz")]
+    pythons = [
+        text.rpartition(" ")[2]
+        for text in declared["classifiers"]
+        if text.startswith("Programming Language :: Python :: 3.")
+    ]
+    yield from (Row(python) for python in pythons)
+    yield from (Row(python, "render") for python in pythons)
+    yield from (Row(pythons[0], extra) for extra in extras if extra != "render")
+    yield from (Row(pythons[0], extra, LOWEST) for extra in ("", *extras))
+
+
+def found_uv() -> str:
+    """Path of `uv`; ends where there is none."""
+    beside = Path(sys.executable).with_name("uv")
+    path = str(beside) if beside.exists() else shutil.which("uv")
+    if path is None:
+        sys.exit("matrix: needs uv: python -m pip install uv")
+    return path
+
+
+def run(command: list[str], folder: Path) -> str:
+    """Run a command; what is wrong with it, empty where nothing is."""
+    # Only what is installed counts, not the checkout.
+    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=TIME_LIMIT,
+        )
+    except subprocess.TimeoutExpired:
+        return f"took more than {TIME_LIMIT} s"
+    if done.returncode == 0:
+        return ""
+    return (done.stderr.strip() or done.stdout.strip() or f"exit {done.returncode}")[-600:]
+
+
+def try_row(row: Row, wheel: Path, uv: str) -> str:
+    """Install the wheel in a new environment and try it; the problem, empty where there is none."""
+    binaries = "Scripts" if os.name == "nt" else "bin"
+    package = f"{wheel}[{row.extra}]" if row.extra else str(wheel)
+    with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory() as environment:
+        python = str(Path(environment) / binaries / "python")
+        install = [uv, "pip", "install", "-q", "--python", python, "--resolution", row.resolution]
+        steps = [
+            [uv, "venv", "-q", "--clear", "--python", row.python, environment],
+            [*install, "--only-binary", ":all:", package],
+            [uv, "pip", "check", "-q", "--python", python],
+            *([python, *arguments] for arguments in (*COMMON, *SMOKE[row.extra])),
+        ]
+        for step in steps:
+            if problem := run(step, Path(work)):
+                return f"{' '.join(step[1:4])}: {problem}"
+    return ""
+
+
+def main(parts: list[str]) -> int:
+    """Try the rows whose names hold any of the parts, or all; the exit code."""
+    wheels = sorted((ROOT / "out" / "release").glob("*.whl"))
+    if len(wheels) != 1:
+        sys.exit("matrix: needs one wheel in out/release: make release")
+    uv, failed = found_uv(), 0
+    print("| Python | extra | releases | outcome |\n|---|---|---|---|", flush=True)
+    for row in rows():
+        if parts and not any(part in row.name for part in parts):
+            continue
+        problem = try_row(row, wheels[0], uv)
+        failed += bool(problem)
+        lines = [line.strip() for line in problem.splitlines() if line.strip()]
+        outcome = lines[-1].replace("|", "/") if lines else "passes"
+        print(
+            f"| {row.python} | {row.extra or 'none'} | {row.resolution} | {outcome} |", flush=True
+        )
+        if problem:
+            print(problem, file=sys.stderr, flush=True)
+    return bool(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
