@@ -2,7 +2,8 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz site gallery gallery-textures parity-blender release matrix setup tools clean
+.PHONY: demo test lint bench fuzz site gallery gallery-textures included parity-blender release
+.PHONY: matrix setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
@@ -42,25 +43,33 @@ parity-blender: setup  ## Exports to OSL and Blender, and Principled, in Cycles:
 
 LIBRARY := out/gallery/library
 
-gallery: setup  ## A page of all materials that may be passed on; NACRE_DATA=FOLDER adds published ones.
+gallery: setup  ## A page of all materials that come with nacre; OPENPBR=1 fits standard forms of all.
 	@mkdir -p out
-	@if [ -n "$(NACRE_DATA)" ]; then $(RUN) scripts/gallery.py "$(NACRE_DATA)"; fi
-	@if [ -d $(LIBRARY) ]; then more="$(LIBRARY) --notice $(LIBRARY)/LICENSE"; fi; \
-	  $(RUN) -m nacre view gallery $$more --map --title "nacre gallery" -o out/gallery.html
+	$(RUN) scripts/gallery.py $(if $(OPENPBR),--openpbr)
+	$(RUN) -m nacre view gallery/textures $(LIBRARY) --notice src/nacre/included/NOTICE.txt \
+	  --map --title "nacre gallery" -o out/gallery.html
 
 SHOWPIECES := tweed leather wood
+# Captured from its recipe and encoded: $(1) name, $(2) texels along an edge, $(3) folder, $(4) heights.
+define texture
+	$(RUN) -m nacre btf capture gallery/recipes/$(1).json --texels $(2) --paths 64 \
+	  --directions gallery/recipes/directions.csv --height-map out/gallery/$(1).exr \
+	  -o out/gallery/$(1).npz
+	$(RUN) -m nacre fit out/gallery/$(1).npz --precision half --no-embed \
+	  -o out/gallery/$(1).safetensors
+	$(RUN) scripts/gallery_texture.py out/gallery/$(1).safetensors out/gallery/$(1).npz \
+	  $(3)/$(1).safetensors $(4)
+
+endef
 
 gallery-textures: setup  ## Capture and encode the gallery's textures: minutes, and 0.8 GB in out/.
 	@mkdir -p out/gallery gallery/textures
-	@for name in $(SHOWPIECES); do \
-	  $(RUN) -m nacre btf capture gallery/recipes/$$name.json --texels 256 --paths 64 \
-	    --directions gallery/recipes/directions.csv --height-map out/gallery/$$name.exr \
-	    -o out/gallery/$$name.npz && \
-	  $(RUN) -m nacre fit out/gallery/$$name.npz --precision half --no-embed \
-	    -o out/gallery/$$name.safetensors && \
-	  $(RUN) scripts/gallery_texture.py out/gallery/$$name.safetensors out/gallery/$$name.npz \
-	    out/gallery/$$name.exr gallery/textures/$$name.safetensors || exit 1; \
-	done
+	$(foreach name,$(SHOWPIECES),$(call texture,$(name),256,gallery/textures,out/gallery/$(name).exr))
+
+included: setup  ## Make the materials that come with nacre anew, of NACRE_DATA=FOLDER.
+	@mkdir -p out/gallery
+	$(RUN) scripts/included.py "$(NACRE_DATA)"
+	$(foreach name,$(SHOWPIECES),$(call texture,$(name),128,src/nacre/included/captured))
 
 site: setup  ## The pages of docs/ and the API reference in out/site, to be opened from disk.
 	EAGER_IMPORT=1 NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build

@@ -1,9 +1,8 @@
-"""Make the library that `make gallery` shows: networks that may be passed on, and OpenPBR forms.
+"""Lay out the library that `make gallery` shows: included reflectances, each with its OpenPBR form.
 
-`python scripts/gallery.py DATA`: the networks that the authors of "Neural BRDF Representation and
-Importance Sampling" published (`DATA/pretrained/*/*.h5`, MIT), into `out/gallery`, with their
-notice; and isotropic tables of the RGL database (`DATA/rgl/*_rgb.bsdf`, CC0), to which networks are
-fitted here, into `gallery`. What is there is kept: after a stop the same command goes on.
+`python scripts/gallery.py` copies the networks that come with nacre into `out/gallery/library`, and
+those OpenPBR forms that there are in `gallery/openpbr`. With `--openpbr` the others are fitted,
+which takes minutes; what is there is kept: after a stop the same command goes on.
 """
 
 from __future__ import annotations
@@ -18,40 +17,34 @@ from nacre.analytic import MODELS, fit
 from nacre.formats import load_brdf
 
 ROOT = Path(__file__).resolve().parents[1]
-LIBRARY, OURS = ROOT / "out/gallery/library", ROOT / "gallery/fits to RGL"
-PUBLISHED = "network: MIT, Sztrajman, Rainer, Ritschel and Weyrich 2021"
-FITTED = "measurement: CC0, EPFL RGL material database (Dupuy and Jakob 2018)"
-MODEL = "openpbr"
+LIBRARY, FORMS = ROOT / "out/gallery/library", ROOT / "gallery/openpbr"
+OURS = "rgl"
+"""Family whose forms are in FORMS, fitted to the tables as its networks are."""
 
 
-def make(source: Path, folder: Path) -> str:
-    """Write a material's network and its OpenPBR form; its name."""
-    name = source.stem.removesuffix("_rgb")
-    network, standard = (folder / f"{name}{ending}" for ending in (".safetensors", ".json"))
+def laid_out(name: str, fitting: bool) -> str:
+    """Copy the network of a name and its OpenPBR form, which is fitted if asked for; the name."""
+    (material,) = (m for m in nacre.materials(name) if m.name == name)
+    folder = LIBRARY / material.family.name
     folder.mkdir(parents=True, exist_ok=True)
-    measured = load_brdf(source)
-    if not network.exists():
-        made = measured if source.suffix == ".h5" else nacre.fit(measured)
-        terms = PUBLISHED if source.suffix == ".h5" else FITTED
-        nacre.save(made.replaced(source={**(made.source or {}), "terms": terms}), network)
-    if not standard.exists():
-        nacre.save(fit(measured, MODELS[MODEL]), standard)
+    shutil.copy(material.path, folder)
+    form = folder / f"{material.path.stem}.json"
+    if material.family.name == OURS:
+        shutil.copy(FORMS / form.name, form)
+    elif fitting and not form.exists():
+        nacre.save(fit(load_brdf(name), MODELS["openpbr"]), form)
     return name
 
 
-def main() -> None:
-    """Make all materials, one a core."""
-    data = Path(sys.argv[1])
-    published = sorted(data.glob("pretrained/*/*.h5"))
-    if published:
-        LIBRARY.mkdir(parents=True, exist_ok=True)
-        shutil.copy(data / "pretrained/LICENSE", LIBRARY / "LICENSE")
-    wanted = [(path, LIBRARY / f"published, {path.parent.name}") for path in published]
-    wanted += [(path, OURS) for path in sorted(data.glob("rgl/*_rgb.bsdf"))]
+def main(fitting: bool) -> None:
+    """Lay out all of them, one a core."""
+    names = [material.name for material in nacre.materials() if material.kind == "brdf"]
     with ProcessPoolExecutor() as pool:
-        for name in pool.map(make, *zip(*wanted, strict=True)):
+        for name in pool.map(laid_out, names, [fitting] * len(names)):
             print(name, flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] not in ([], ["--openpbr"]):
+        raise SystemExit(__doc__)
+    main(len(sys.argv) > 1)

@@ -1,7 +1,8 @@
-"""Store an encoded texture for the gallery: `gallery_texture.py ENCODED CAPTURED HEIGHTS OUTPUT`.
+"""Store an encoded texture for the gallery: `gallery_texture.py ENCODED CAPTURED OUTPUT [HEIGHTS]`.
 
 Codes become compact; errors of what is left of them, against what was captured at all pairs of
-directions, are told and stored. Heights, as many a texel as there are, become their mean.
+directions, are told and stored. Heights, as many a texel as there are, become their mean and lie
+beside the output.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from nacre.textures.latent_file import load_latent_map, save_latent_map
 BLOCK = 4096  # texels at a time
 
 
-def main(encoded: str, captured: str, heights: str, output: str) -> None:
-    """Write OUTPUT (.safetensors), and heights beside it (.exr)."""
+def main(encoded: str, captured: str, output: str, heights: str | None = None) -> None:
+    """Write OUTPUT (.safetensors), and heights beside it (.exr) where there are some."""
     latent, table = load_latent_map(encoded), load_btf(captured)
     codes = latent.codes, CompactCodes.of(latent.codes, latent.codec).codes
     decode = on_all_cores(latent.codec, latent.codec.decoder(table.wi, table.wo))
@@ -37,19 +38,25 @@ def main(encoded: str, captured: str, heights: str, output: str) -> None:
     before, facts = (sums.result().facts() for sums in errors)
     stored = latent.metadata | {"errors": facts | {"pairs compared a texel": table.pair_count}}
     save_latent_map(replace(latent, metadata=stored), output, compact=True)
-    height, width = latent.codes.shape[:2]
+    print(
+        f"{output}: {Path(output).stat().st_size:,} bytes, MSE x 1e4 {facts['MSE x 1e4']:.4g} "
+        f"(codes as they were {before['MSE x 1e4']:.4g})"
+    )
+    if heights is not None:
+        write_relief(heights, latent.codes.shape[:2], Path(output).with_suffix(".exr"))
+
+
+def write_relief(heights: str, shape: tuple[int, ...], output: Path) -> None:
+    """Write the mean height of every texel."""
+    height, width = shape
     fine = read_heights(heights)
     rows, columns = fine.shape[0] // height, fine.shape[1] // width
     blocks = fine.reshape(height, rows, width, columns)
-    relief = Path(output).with_suffix(".exr")
-    write_heights(np.asarray(blocks.mean(axis=(1, 3)), np.float32), relief)
-    print(
-        f"{output}: {Path(output).stat().st_size:,} bytes, MSE x 1e4 {facts['MSE x 1e4']:.4g} "
-        f"(codes as they were {before['MSE x 1e4']:.4g}); {relief}: {relief.stat().st_size:,} bytes"
-    )
+    write_heights(np.asarray(blocks.mean(axis=(1, 3)), np.float32), output)
+    print(f"{output}: {output.stat().st_size:,} bytes")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
+    if len(sys.argv) not in (4, 5):
         raise SystemExit(__doc__)
     main(*sys.argv[1:])

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         figures,
         formats,
         geometry,
+        included,
         latent,
         measured,
         metrics,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from nacre.btf import Btf, TableBtf
     from nacre.errors import FormatError, MissingExtraError, NacreError
     from nacre.formats import load, save
+    from nacre.included import materials
     from nacre.neural import NeuralBrdf, Recipe, fit, fit_many
 
 __version__ = "0.2.0"
@@ -65,8 +67,10 @@ __all__ = [
     "fit_many",
     "formats",
     "geometry",
+    "included",
     "latent",
     "load",
+    "materials",
     "measured",
     "metrics",
     "neural",
@@ -83,6 +87,7 @@ _ATTRIBUTES = {
     "btf": ["Btf", "TableBtf"],
     "errors": ["FormatError", "MissingExtraError", "NacreError"],
     "formats": ["load", "save"],
+    "included": ["materials"],
     "neural": ["NeuralBrdf", "Recipe", "fit", "fit_many"],
 }
 

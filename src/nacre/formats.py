@@ -13,6 +13,7 @@ from typing import Any, cast
 from nacre.brdf import Brdf
 from nacre.btf import Btf
 from nacre.errors import FormatError
+from nacre.included import resolve
 from nacre.io.files import PathLike, first_bytes, read_head
 from nacre.io.format import Format, Kind
 from nacre.io.source import Source
@@ -81,14 +82,14 @@ def identify(path: PathLike) -> Format:
     Parameters
     ----------
     path
-        A file, or a folder of images.
+        A file, a folder of images, or the name of a material that comes with nacre.
 
     Raises
     ------
     FormatError
         If there is nothing, or nothing of a known format.
     """
-    return _identify(Path(path), {})
+    return _identify(resolve(path), {})
 
 
 def _identify(path: Path, options: dict[str, Any]) -> Format:
@@ -180,7 +181,7 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     ----------
     path
         A measured, analytic or neural material; or a texture: a file, a folder of images, or a list
-        of photographs (`.csv`).
+        of photographs (`.csv`); or the name of one that comes with nacre (:func:`nacre.materials`).
     material
         Name of a material, for files that hold several.
     options
@@ -196,7 +197,7 @@ def load(path: PathLike, material: str | None = None, **options: Any) -> Brdf | 
     MissingExtraError
         If its reader needs a library that is not installed.
     """
-    return cast("Brdf | Btf", _load(Path(path), None, material, options))
+    return cast("Brdf | Btf", _load(path, None, material, options))
 
 
 def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Brdf:
@@ -207,7 +208,7 @@ def load_brdf(path: PathLike, material: str | None = None, **options: Any) -> Br
     FormatError
         As :func:`load`, or if the file is a texture.
     """
-    return cast(Brdf, _load(Path(path), "brdf", material, options))
+    return cast(Brdf, _load(path, "brdf", material, options))
 
 
 def load_btf(path: PathLike, **options: Any) -> Btf:
@@ -218,11 +219,12 @@ def load_btf(path: PathLike, **options: Any) -> Btf:
     FormatError
         As :func:`load`, or if the file is one material.
     """
-    return cast(Btf, _load(Path(path), "btf", None, options))
+    return cast(Btf, _load(path, "btf", None, options))
 
 
-def _load(path: Path, kind: Kind | None, material: str | None, given: dict[str, Any]) -> Any:
+def _load(path: PathLike, kind: Kind | None, material: str | None, given: dict[str, Any]) -> Any:
     """What is in a file, which must be of a kind unless that is None."""
+    path = resolve(path)
     options = {name: value for name, value in given.items() if value is not None}
     entry = _identify(path, options)
     load, source = entry.load, Source(path)

@@ -25,6 +25,7 @@ _COMMANDS = {
     "help": "Show the help of a command.",
     "info": "Show what a file holds, and whether a material is physical.",
     "latent": "Encode materials as short codes in a basis that they share.",
+    "materials": "List the materials that come with nacre.",
     "measure": "Plan measurements of few directions, or measure a Mitsuba BSDF virtually.",
     "plot": "Plot the lobes of materials over one another.",
     "reproduce": "Make a table or figure of either paper from given materials.",

@@ -11,7 +11,7 @@ from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import NAMES, kind_of
+from nacre.cli.kinds import NAMES, kind_of
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_facts, print_table, report

@@ -10,7 +10,7 @@ from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import check_pixels, kind_of
+from nacre.cli.kinds import check_pixels, kind_of
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import note, report_file, say

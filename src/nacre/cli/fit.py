@@ -11,7 +11,7 @@ from click import IntRange
 from nacre.cli import options
 from nacre.cli.command import command as make
 from nacre.cli.fitting import fit_reflectances, fit_texture
-from nacre.cli.materials import kind_of
+from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.errors import FormatError
 

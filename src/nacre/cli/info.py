@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of
+from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.plot import check_count, name_apart
 from nacre.cli.progress import progress

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 from click.core import ParameterSource
+from click.shell_completion import CompletionItem
 
 from nacre.cli.session import session
+from nacre.included import names, resolve
 from nacre.io.files import check_not_inputs, check_writable
 
 if TYPE_CHECKING:
@@ -40,10 +42,22 @@ def positive(most: float | None = None) -> FiniteRange:
 
 
 class _Input(click.Path):
-    """A file or folder to read, which the command checks itself; - is standard input."""
+    """A file or folder to read, which the command checks itself; - is standard input.
+
+    A name like rgl:paper_white is the file of a material that comes with nacre.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return session().spooled() if value == "-" else super().convert(value, param, ctx)
+        if value == "-":
+            return session().spooled()
+        return super().convert(resolve(value), param, ctx)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """See click; once there is a colon, names of materials that come with nacre."""
+        found = [name for name in names() if ":" in incomplete and name.startswith(incomplete)]
+        return [*map(CompletionItem, found)] or super().shell_complete(ctx, param, incomplete)
 
 
 class _Codec(_Input):

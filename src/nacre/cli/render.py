@@ -10,7 +10,7 @@ from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import kind_of
+from nacre.cli.kinds import kind_of
 from nacre.cli.options import option
 from nacre.cli.rendering import TEXTURE_SPP, render_reflectance, render_scene, render_texture
 from nacre.formats import describe_kind

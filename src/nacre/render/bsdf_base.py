@@ -17,6 +17,7 @@ import numpy as np
 from nacre.array import Components
 from nacre.brdf import Sampler, above_horizon
 from nacre.errors import FormatError, NacreError, require
+from nacre.included import resolve
 from nacre.render import adapter
 
 
@@ -117,10 +118,12 @@ def base_class(variant: str) -> Any:
 def material_path(properties: Any) -> Path:
     """The file that the property `filename` names; relative ones are beside the scene.
 
+    It may be a material that comes with nacre (:func:`nacre.materials`).
+
     Raises
     ------
     FormatError
-        If there is no such property.
+        If there is no such property, or no such material.
     """
     if "filename" not in properties:
         raise FormatError(f"{properties.plugin_name()}: give it the property 'filename'")
@@ -129,7 +132,7 @@ def material_path(properties: Any) -> Path:
 
 def resolved(filename: Any) -> Path:
     """A file of a scene, where Mitsuba finds it."""
-    return Path(str(require("mitsuba", "render").file_resolver().resolve(str(filename))))
+    return resolve(str(require("mitsuba", "render").file_resolver().resolve(str(filename))))
 
 
 def choice(properties: Any, name: str, choices: tuple[str, ...]) -> str:

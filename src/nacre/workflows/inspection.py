@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from nacre.brdf import Brdf
 from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
+from nacre.included import resolve
 from nacre.io.files import PathLike, read_bytes
 from nacre.io.tensors import has_header
 from nacre.latent.estimates import facts as plausible_facts
@@ -30,6 +31,9 @@ _UNITS = {
     "bytes": "bytes",
     "training loss": "mean log-cosine loss",
     "held out loss": "mean log-cosine loss",
+    "environment psnr": "dB, of spheres in an environment, to what it was fitted to",
+    "directional psnr": "dB, of spheres in directional light, to what it was fitted to",
+    "rounding psnr": "dB, of spheres, to the network in single precision",
     "angle of the axes": "degrees",
     "plausible albedo from": "red, green, blue: of light along the normal; 5 % are below",
     "plausible albedo to": "red, green, blue: of light along the normal; 5 % are above",
@@ -86,7 +90,7 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     FormatError
         If it cannot be read, is of no known kind, or is no folder of images and `pixels` is given.
     """
-    path = Path(path)
+    path = resolve(path)
     other = _other(path)
     if other is not None:
         if pixels is not None:
@@ -110,6 +114,7 @@ def inspect(path: PathLike, *, physics: bool = True, pixels: Quantity | None = N
     }
     if path.is_file():
         facts["bytes"] = path.stat().st_size
+    facts |= _terms(texture.source)
     return Inspection("btf", facts, _known(facts, _TEXTURE_UNITS))
 
 
@@ -122,7 +127,14 @@ def _reflectance(path: Path, brdf: Brdf, physics: bool) -> Inspection:
         units |= UNITS
     facts["bytes"] = path.stat().st_size
     facts["sha256"] = (brdf.source or {}).get("sha256", "")
+    facts |= _terms(brdf.source)
     return Inspection("brdf", facts, _known(facts, units), brdf)
+
+
+def _terms(source: Mapping[str, str] | None) -> dict[str, str]:
+    """Terms of use that lie beside a file, where there are some."""
+    terms = (source or {}).get("terms")
+    return {"terms": terms} if terms else {}
 
 
 def _other(path: Path) -> Inspection | None:

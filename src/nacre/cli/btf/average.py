@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from nacre.cli import options
 from nacre.cli.btf.written import OUTPUT_HELP, check_codec, write
 from nacre.cli.command import command as make
-from nacre.cli.materials import check_pixels, expect
+from nacre.cli.kinds import check_pixels, expect
 from nacre.cli.progress import progress
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from pathlib import Path
 from nacre.cli import options
 from nacre.cli.btf.written import source_of, written_reference
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
+from nacre.cli.kinds import expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import report_file

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from nacre.cli import options
 from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
+from nacre.cli.kinds import expect
 from nacre.cli.progress import progress
 
 if TYPE_CHECKING:

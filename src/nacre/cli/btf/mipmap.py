@@ -10,7 +10,7 @@ import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
+from nacre.cli.kinds import expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import keyed, print_table, report

@@ -9,7 +9,7 @@ from click import IntRange
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import expect
+from nacre.cli.kinds import expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report

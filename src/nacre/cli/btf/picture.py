@@ -9,7 +9,7 @@ import numpy as np
 
 from nacre.cli import options
 from nacre.cli.command import command as make
-from nacre.cli.materials import check_pixels, expect
+from nacre.cli.kinds import check_pixels, expect
 from nacre.cli.options import option
 from nacre.cli.progress import progress
 from nacre.cli.report import print_table, report

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from nacre.cli.materials import expect
+from nacre.cli.kinds import expect
 from nacre.cli.report import counted, report_facts, report_file, say
 from nacre.io.files import digest
 
