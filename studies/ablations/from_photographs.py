@@ -11,7 +11,7 @@ reading.
   by Adam on gradients of `mi.render`, from three starts of which the one that fits better counts.
 
 Errors are those of spheres relit by two environments in which none was photographed. Sheets show
-each photograph, then the truth, the estimate and the peers relit.
+the truth, the estimate and the peers in one, then in the other.
 """
 
 from __future__ import annotations
@@ -270,7 +270,7 @@ def trial(truth: Brdf, environment: Image, count: int, basis: Path, seed: int) -
 
     setting = Setting(load, "material", "study")
     psnr, seconds = [], []
-    views = [[enlarged(pictures[0])], [enlarged(pictures[-1])]]
+    views: list[list[Image]] = [[] for _ in RELIT]
 
     def found_by_nacre() -> Photographed:
         return estimate_from_photographs(pictures, setting, str(basis))
@@ -285,19 +285,13 @@ def trial(truth: Brdf, environment: Image, count: int, basis: Path, seed: int) -
         errors, shown = relit(truth, found)
         psnr.append(errors)
         for row, (own, theirs) in zip(views, shown, strict=True):
-            row += [theirs] if len(row) > 1 else [own, theirs]
+            row += [theirs] if row else [own, theirs]
     rows = [np.concatenate(row, axis=1) for row in views]
     return {
         "psnr": np.array(psnr),
         "seconds": np.array(seconds),
         "views": np.concatenate(rows, axis=1).astype(np.float32),
     }
-
-
-def enlarged(photograph: Image) -> Image:
-    """By as much as relit pictures are larger."""
-    bitmap = mitsuba().Bitmap(photograph).resample([RELIT_SIZE, RELIT_SIZE])
-    return np.asarray(bitmap, np.float32)
 
 
 def write_sheet(views: Sequence[Image], path: Path) -> None:
