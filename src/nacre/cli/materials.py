@@ -8,7 +8,7 @@ from nacre.cli.report import print_json, print_table, say
 from nacre.errors import NacreError
 
 
-@make("materials", options.argument("words", None, nargs=-1, metavar="WORD..."))
+@make("materials", options.argument("words", None, nargs=-1, metavar="WORD..."), writes=False)
 def command(words: tuple[str, ...]) -> None:
     """List the materials that come with nacre: what all commands take in place of a file.
 
