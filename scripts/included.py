@@ -2,8 +2,8 @@
 
 Of DATA are read tables of the RGL database (`rgl/*_rgb.bsdf`), to which networks are fitted as by
 `nacre fit`, and the networks published with the NBRDF paper (`pretrained/*/*.h5`), which are
-rounded to half precision and get lobes for sampling. The textures are made by `make
-included-textures`. The same data give the same files on the same kind of processor.
+rounded to half precision and get lobes for sampling. `make included` runs it, and makes the
+textures. The same data give the same files on the same kind of processor.
 """
 
 from __future__ import annotations

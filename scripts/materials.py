@@ -5,10 +5,6 @@
 
 from __future__ import annotations
 
-import json
-
-import safetensors
-
 import nacre
 from nacre.included import Family, Material, families
 
@@ -50,10 +46,10 @@ def page() -> str:
 def section(family: Family, members: list[Material]) -> str:
     """One family as a table."""
     facts = [f"{family.about} Source: {family.source} Terms: {family.terms}"]
-    roundings = [rounding(member) for member in members]
-    columns = ["name", "", "bytes", "PSNR (dB)", *(["rounding (dB)"] if any(roundings) else [])]
+    rounded = any(member.rounding for member in members)
+    columns = ["name", "", "bytes", "PSNR (dB)", *["rounding (dB)"] * rounded]
     lines = [f"| {' | '.join(columns)} |", f"|---|---|{'---:|' * (len(columns) - 2)}"]
-    for member, loss in zip(members, roundings, strict=True):
+    for member in members:
         stem = member.name.partition(":")[2]
         title = member.title if member.title != stem else ""
         error = " / ".join(map(str, member.psnr.values())) or "unknown"
@@ -62,18 +58,10 @@ def section(family: Family, members: list[Material]) -> str:
             title,
             f"{member.nbytes:,}",
             error,
-            *([f"{loss}"] * bool(loss)),
+            *[f"{member.rounding}"] * rounded,
         ]
         lines.append(f"| {' | '.join(cells)} |".replace("|  |", "| |"))
     return "\n".join([f"## {family.name}", "", *facts, "", *lines, ""])
-
-
-def rounding(member: Material) -> float | None:
-    """What half precision costs a published network, in dB; None of any other."""
-    with safetensors.safe_open(member.path, "numpy") as file:
-        (text,) = file.metadata().values()
-    found: float | None = json.loads(text).get("quality", {}).get("rounding_psnr")
-    return found
 
 
 if __name__ == "__main__":

@@ -152,9 +152,14 @@ def photographs(environment: Image, truth: Brdf, count: int, seed: int) -> list[
     found = []
     for index in range(count):
         image = np.array(mi.render(made, sensor=index, spp=TRUE_SAMPLES, seed=index))[..., :3]
-        deviation = np.sqrt(np.maximum(image, 0.0) / PHOTONS + READING**2)
-        found.append((image + deviation * random.normal(size=image.shape)).astype(np.float32))
+        found.append(noisy(image, random))
     return found
+
+
+def noisy(image: Image, random: np.random.Generator) -> Image:
+    """With the noise of a camera."""
+    deviation = np.sqrt(np.maximum(image, 0.0) / PHOTONS + READING**2)
+    return np.asarray(image + deviation * random.normal(size=image.shape), np.float32)
 
 
 def optimized(peer: Peer, environment: Image, pictures: Sequence[Image], name: str) -> Brdf:

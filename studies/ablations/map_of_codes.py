@@ -35,7 +35,7 @@ from nacre.reproduce.codes import CodeSettings, bases, split
 from nacre.runtime.parallel import thread_map
 from nacre.textures.capture.patterns import noise
 from studies.ablations.few_samples import planned, random_pairs
-from studies.ablations.from_photographs import PHOTONS, READING
+from studies.ablations.from_photographs import noisy
 from studies.study import Study, data, log, progress
 
 COUNTS = 4, 8, 16
@@ -108,8 +108,7 @@ class Plane:
             }
         )
         image = np.array(mi.render(scene, spp=TRUE_SAMPLES, seed=seed))[..., :3]
-        deviation = np.sqrt(np.maximum(image, 0.0) / PHOTONS + READING**2)
-        image = image + deviation * np.random.default_rng((seed, 15)).normal(size=image.shape)
+        image = noisy(image, np.random.default_rng((seed, 15)))
         x, y, seen = _pixels(scene)
         wi, squared = towards(lamp)
         texel = ((np.stack([y, x])[:, seen] + 1.0) * 0.5 * TEXELS).astype(int)

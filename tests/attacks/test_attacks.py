@@ -60,6 +60,7 @@ def test_an_attack_is_refused_in_one_line(name: str, outcomes: dict[str, dict[st
     lines = found["err"].splitlines()
     assert len(lines) == 1, found["err"]
     assert lines[0].isprintable()
+    assert found["out"] == ""  # a pickle that ran would print
     assert re.search(attack.says, lines[0]), lines[0]
     assert "owned" not in found["out"] + found["err"].replace("]0;owned", "")
     assert "root:" not in found["out"] + found["err"]

@@ -70,6 +70,9 @@ class Material:
         In dB, against what was measured: of spheres in an "environment" and in "directional" light
         (:mod:`nacre.render.sphere`), of a texture over "all pairs" of directions; empty where the
         measurement may not be passed on and so was not compared.
+    rounding
+        What half precision costs a published network: the PSNR in dB of spheres to the network as
+        it was published; None of any other material.
     """
 
     name: str
@@ -78,6 +81,7 @@ class Material:
     path: Path
     family: Family
     psnr: Mapping[str, float]
+    rounding: float | None = None
 
     @property
     def nbytes(self) -> int:
@@ -165,4 +169,6 @@ def _described(name: str) -> Material:
     if is_texture:
         psnr = {"all pairs": round(header["metadata"]["errors"]["PSNR"], 1)}
     family = families()[name.partition(":")[0]]
-    return Material(name, header["name"], "btf" if is_texture else "brdf", path, family, psnr)
+    kind: Literal["brdf", "btf"] = "btf" if is_texture else "brdf"
+    rounding = quality.get("rounding_psnr")
+    return Material(name, header["name"], kind, path, family, psnr, rounding)

@@ -16,7 +16,7 @@ from nacre.array import Image
 from nacre.brdf import Sampler
 from nacre.errors import FormatError, NacreError, reason
 from nacre.io.files import PathLike, digest, read_bytes
-from nacre.io.image_file import HEADER_LIMIT, decode, exr_header
+from nacre.io.image_file import HEADER_LIMIT, PIXEL_LIMIT, decode, exr_header
 from nacre.latent import find_basis, pretrained_basis
 from nacre.latent.estimates import Estimate, plausible_codes
 from nacre.latent.neural_basis import NeuralBasis
@@ -46,7 +46,6 @@ NOISE = 0.02
 """Standard deviation of a pixel relative to its value."""
 
 _SIZE_LIMIT = 1 << 30  # bytes of a picture
-_MAX_PIXELS = 1 << 26
 _ASPECT = 0.01  # by which a picture may be of another shape than what the camera sees
 
 
@@ -181,8 +180,8 @@ def _read_photograph(path: PathLike) -> Image:
     if header.channels != frozenset("RGB"):
         found = ", ".join(sorted(header.channels)) or "none"
         raise FormatError(f"{path}: expected the channels R, G and B alone, not {found[:80]!a}")
-    if header.width * header.height > _MAX_PIXELS:
-        raise FormatError(f"{path}: has more than {_MAX_PIXELS:,} pixels; scale it down")
+    if header.width * header.height > PIXEL_LIMIT:
+        raise FormatError(f"{path}: has more than {PIXEL_LIMIT:,} pixels; scale it down")
     return decode(data, header, path).astype(np.float32)
 
 
