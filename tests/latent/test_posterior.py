@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,15 @@ def test_codes_are_drawn_from_the_mixture():
     assert drawn.var() == pytest.approx(spread[0], rel=0.03)
     assert found.doubts.max() < found.weights.max()
     np.testing.assert_array_equal(found.draw(5, 3), found.draw(5, 3))
+
+
+def test_what_is_drawn_does_not_depend_on_which_axes_were_found():
+    random = np.random.default_rng(1)
+    slopes = np.vstack([random.normal(size=(4, 9)), np.zeros((2, 9))])  # two values are not told of
+    found = _mixture(random.normal(size=9), slopes, random.normal(size=(5, 6)), 6)
+    axes = found.axes * [1.0, -1.0, 1.0, -1.0, 1.0, 1.0]
+    axes[:, :2] = axes[:, :2] @ [[0.6, -0.8], [0.8, 0.6]]  # those of no slope are any
+    np.testing.assert_allclose(replace(found, axes=axes).draw(50), found.draw(50), atol=1e-9)
 
 
 def faulty(count: int = 60, **faults: object) -> tuple[float, float]:

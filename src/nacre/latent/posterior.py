@@ -100,8 +100,10 @@ class Posterior:
         """Codes drawn from it, shape (count, k); the same seed gives the same ones."""
         random = np.random.default_rng((seed, 8))
         parts = random.choice(len(self.doubts), count, p=self.doubts)
-        offsets = random.normal(size=self.means[parts].shape) * self.deviations[parts]
-        return np.asarray(self.means[parts] + offsets @ self.axes.T)[:, : self.code_dim]
+        # Turned onto the axes and back, so that it does not matter which of equal axes were found.
+        turned = random.normal(size=self.means[parts].shape) @ self.axes
+        offsets = (self.deviations[parts] * turned) @ self.axes.T
+        return np.asarray(self.means[parts] + offsets)[:, : self.code_dim]
 
 
 def posterior(
