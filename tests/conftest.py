@@ -5,9 +5,24 @@ from __future__ import annotations
 import os
 import signal
 import tempfile
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
 
 # Shells start what runs in the background with Ctrl-C ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.setdefault("NACRE_STATE", tempfile.mkdtemp(prefix="nacre-state-"))
 # As many processes as cores run tests: more threads would wait for one another.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Playwright's browser, or the test is skipped; a thread can have one only."""
+    from studies.parity.runners import browser
+    from tests.export.support import needs
+
+    needs(browser.missing())
+    with browser.launched() as opened:
+        yield opened

@@ -1,4 +1,4 @@
-"""A browser for the viewer's pages, and materials to show."""
+"""A window for the viewer's pages."""
 
 from __future__ import annotations
 
@@ -8,17 +8,7 @@ from typing import Any
 
 import pytest
 
-from studies.parity.runners import browser
-from tests.export.support import needs
 from tests.viewer.tab import Tab
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """Playwright's browser, or the test is skipped."""
-    needs(browser.missing())
-    with browser.launched() as opened:
-        yield opened
 
 
 @pytest.fixture

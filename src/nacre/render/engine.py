@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from nacre.errors import NacreError, require
@@ -45,24 +46,29 @@ def mitsuba(variant: str | None = None) -> Any:
         check_llvm()
     if current is None:
         mi.set_variant(chosen)
-        available = available_memory()
-        if available is not None and available < _MIN_MEMORY:
-            raise NacreError(
-                f"not enough memory to render: {available >> 20} MiB are left; free some, or raise "
-                "ulimit -v"
-            )
     return mi
 
 
+@cache
 def check_llvm() -> None:
-    """Refuse an LLVM that would end the process.
+    """Refuse an LLVM that would end the process; once it is loaded, nothing is checked again.
 
     Raises
     ------
     LLVMError
-        If Dr.Jit found no LLVM of release 17 or newer, or it does not load.
+        If there is no LLVM of release 17 or newer, or it does not load.
+    NacreError
+        If there is too little memory to render anything.
     """
     drjit = require("drjit", "render")
-    found = drjit.detail.llvm_version()
-    if refused := llvm.refusal(found):
-        raise LLVMError(llvm.failure() or refused)
+    # Before Dr.Jit: a library or a thread that it cannot start may end the process at its exit.
+    if refused := llvm.failure():
+        raise LLVMError(refused)
+    available = available_memory()
+    if available is not None and available < _MIN_MEMORY:
+        raise NacreError(
+            f"not enough memory to render: {available >> 20} MiB are left; free some, or raise "
+            "ulimit -v"
+        )
+    if refused := llvm.refusal(drjit.detail.llvm_version()):
+        raise LLVMError(refused)
