@@ -2,7 +2,7 @@
 PYTHON ?= python3
 RUN := .venv/bin/python
 
-.PHONY: demo test lint bench fuzz site gallery gallery-textures included parity-blender release
+.PHONY: demo test lint bench fuzz site gallery gallery-sheets gallery-textures included parity-blender release
 .PHONY: matrix setup tools clean
 
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
@@ -48,6 +48,9 @@ gallery: setup  ## A page of all materials that come with nacre; OPENPBR=1 fits 
 	$(RUN) scripts/gallery.py $(if $(OPENPBR),--openpbr)
 	$(RUN) -m nacre view gallery/textures $(LIBRARY) --notice src/nacre/included/NOTICE.txt \
 	  --map --title "nacre gallery" -o out/gallery.html
+
+gallery-sheets: setup  ## Pictures of all of them, beside the measurements of NACRE_DATA=FOLDER.
+	$(RUN) scripts/gallery_sheets.py $(NACRE_DATA)
 
 SHOWPIECES := tweed leather wood
 # Captured from its recipe and encoded: $(1) name, $(2) texels along an edge, $(3) folder, $(4) heights.

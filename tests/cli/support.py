@@ -31,5 +31,6 @@ def assert_refused(capsys: Any, words: str, *arguments: object) -> None:
     assert run(*arguments) == 2
     error = capsys.readouterr().err
     assert words in error
+    assert error.startswith("nacre: ")
     assert error.count("\n") == 1
     assert sorted(Path().iterdir()) == before

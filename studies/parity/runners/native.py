@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from nacre.array import Weights
-from studies.parity.runner import Runner, best_rate
+from studies.parity.runner import FEW, Runner, best_rate
 
 WARNINGS = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion")
 
@@ -110,4 +110,5 @@ class Gxx(Gcc):
     """The same header as C++."""
 
     title = tool = "g++"
+    materials = FEW
     language = ("-std=c++17", "-x", "c++")

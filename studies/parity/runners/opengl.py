@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nacre.array import Weights
+from studies.parity.runner import FEW
 from studies.parity.shaders import Pass, ShaderRunner
 
 _WIDTH = 1024  # pairs are the pixels of a picture of this width
@@ -110,6 +111,7 @@ class OpenGlRunner(ShaderRunner):
 
     target = "glsl"
     title = "OpenGL 3.3"
+    materials = FEW
     version: ClassVar[str] = "330 core"
     vector, loop = "vec4", _LOOP
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Weights
-from studies.parity.runner import Runner, best_rate
+from studies.parity.runner import FEW, Runner, best_rate
 
 TARGETS = "cpp", "cuda", "glsl", "hlsl", "metal", "wgsl"
 """What slangc can make of a module without tools beside it."""
@@ -43,7 +43,9 @@ void run_{entry}(uint3 id : SV_DispatchThreadID)
 }}
 """
 _PARTS: Mapping[str, Any] = {"eval": np.s_[:, :3], "sample": np.s_[:], "pdf": np.s_[:, 0]}
-_FLAGS = "-std=c++17", "-O3", "-march=native", "-w", "-shared", "-fPIC"  # the prelude has warnings
+_FLAGS = "-std=c++17", "-march=native", "-w", "-shared", "-fPIC"  # the prelude has warnings
+QUICK, FAST = "-O1", "-O3"
+"""Levels of optimization: for an answer, and for a rate."""
 
 
 class Slang(Runner):
@@ -51,6 +53,7 @@ class Slang(Runner):
 
     target = "slang"
     title = "C++ by slangc and g++"
+    materials = FEW
 
     def missing(self) -> str | None:
         return missing() or (None if shutil.which("g++") else "g++")
@@ -63,7 +66,7 @@ class Slang(Runner):
         return call.result[_PARTS[function]]
 
     def rate(self, files: Mapping[str, bytes], name: str, a: Weights, b: Weights) -> float:
-        return best_rate(Call(built(files, shader(name)), "eval", a, b), len(a))
+        return best_rate(Call(built(files, shader(name), FAST), "eval", a, b), len(a))
 
 
 def missing() -> str | None:
@@ -130,22 +133,22 @@ def compiled(
     return made
 
 
-def built(files: Mapping[str, bytes], text: str) -> ctypes.CDLL:
+def built(files: Mapping[str, bytes], text: str, level: str = QUICK) -> ctypes.CDLL:
     """The entry points of a shader, made C++ and compiled; raises as :func:`compiled` does."""
-    return _library(tuple(files.items()), text)
+    return _library(tuple(files.items()), text, level)
 
 
-def linked(source: Path) -> ctypes.CDLL:
+def linked(source: Path, level: str = QUICK) -> ctypes.CDLL:
     """A library of C++; raises as :func:`compiled` does."""
     library = source.with_suffix(".so")
-    execute("g++", *_FLAGS, source, "-o", library)
+    execute("g++", *_FLAGS, level, source, "-o", library)
     return ctypes.CDLL(str(library))
 
 
 @functools.cache
-def _library(files: tuple[tuple[str, bytes], ...], text: str) -> ctypes.CDLL:
+def _library(files: tuple[tuple[str, bytes], ...], text: str, level: str) -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
-        return linked(compiled(Path(folder), dict(files), text, "cpp"))
+        return linked(compiled(Path(folder), dict(files), text, "cpp"), level)
 
 
 def execute(*command: str | Path) -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import ClassVar
 
 from nacre.array import Weights
-from studies.parity.runner import FEW
 from studies.parity.runners import slang
 from studies.parity.runners.opengl import OpenGlRunner
 from studies.parity.runners.vulkan import GROUP, MAX_GROUPS, ComputePass, VulkanRunner
@@ -53,7 +52,6 @@ class SlangWgsl(VulkanRunner):
 
     target = "slang"
     title = "WGSL by slangc, Vulkan (wgpu)"
-    materials = FEW
     vector, loop = "float4", _LOOP
     language: ClassVar[str] = "wgsl"
 
@@ -100,7 +98,6 @@ class SlangGlsl(OpenGlRunner):
 
     target = "slang"
     title = "GLSL by slangc, OpenGL"
-    materials = FEW
     version = "450 core"
 
     def missing(self) -> str | None:

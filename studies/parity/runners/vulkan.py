@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nacre.array import Weights
+from studies.parity.runner import FEW
 from studies.parity.shaders import Pass, ShaderRunner
 
 GROUP = 64  # pairs a workgroup
@@ -51,6 +52,7 @@ class VulkanRunner(ShaderRunner):
 
     target = "wgsl"
     title = "Vulkan (wgpu)"
+    materials = FEW
     vector, loop = "vec4f", _LOOP
 
     def missing(self) -> str | None:

@@ -99,15 +99,15 @@ class SlangCpp(TextureRunner):
 
     def rate(self, files: Mapping[str, bytes], name: str, points: Points) -> float:
         """See :class:`TextureRunner`."""
-        return best_rate(_prepared(files, name, "eval", points), len(points.wi))
+        return best_rate(_prepared(files, name, "eval", points, slang.FAST), len(points.wi))
 
 
 def _prepared(
-    files: Mapping[str, bytes], name: str, function: str, points: Points
+    files: Mapping[str, bytes], name: str, function: str, points: Points, level: str = slang.QUICK
 ) -> Callable[[], Weights]:
     """What computes a function of points."""
     code = {path: body for path, body in files.items() if path.endswith(".slang")}
-    library = _library(tuple(code.items()), name)
+    library = _library(tuple(code.items()), name, level)
     library.new_texture.restype = ctypes.c_void_p
     count = len(points.wi)
     groups = -(-count // _GROUP)
@@ -137,7 +137,7 @@ def _called(call: Callable[[], None], result: Weights, addressed: list[Weights])
 
 
 @functools.cache
-def _library(code: tuple[tuple[str, bytes], ...], name: str) -> ctypes.CDLL:
+def _library(code: tuple[tuple[str, bytes], ...], name: str, level: str) -> ctypes.CDLL:
     """All functions that a texture has."""
     (content,) = dict(code).values()
     text = _BUFFERS.format(name=name) + "".join(
@@ -148,4 +148,4 @@ def _library(code: tuple[tuple[str, bytes], ...], name: str) -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
         made = slang.compiled(Path(folder), dict(code), text, "cpp")
         made.write_text(made.read_text() + _TEXTURES)
-        return slang.linked(made)
+        return slang.linked(made, level)
