@@ -25,6 +25,7 @@ from nacre.figures.chart import COLORS
 from nacre.figures.lobes import lobe
 from nacre.figures.page import FAINT, INK, Page, magma
 from nacre.formats import load_brdf
+from nacre.geometry import split
 from nacre.latent import pretrained_basis
 from nacre.latent.map import embed
 from nacre.metrics.metrics import flip, image_errors
@@ -89,7 +90,7 @@ def shown(data: Path | None, name: str) -> Shown:
     lobes = []
     for degrees in INCIDENCE:
         traced = lobe(network, math.radians(degrees))
-        values = np.log10(np.maximum(luminance(traced.rgb), 1e-5))
+        values = np.log10(np.maximum(luminance(split(traced.rgb)), 1e-5))
         lobes.append((np.degrees(traced.theta), values))
     pictures = truth, tone_map(image), error, tone_map(lit)
     return Shown(name, pictures, psnr, lobes, pretrained_basis().encode(network))

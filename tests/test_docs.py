@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,14 @@ def anchors(page: Path) -> set[str]:
     return {heading.replace(" ", "-") for heading in plain}
 
 
+@cache
+def modules() -> list[str]:
+    """Every Python file of the project."""
+    folders = "src", "tests", "studies", "scripts", "docs"
+    paths = (path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+    return [f"/{path.relative_to(ROOT)}" for path in paths]
+
+
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_links_lead_somewhere(page: Path) -> None:
     text = re.sub(r"\s+", " ", "\n".join(line for _, line in outside_code(page)))
@@ -61,11 +70,9 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_modules_that_are_named_exist(page: Path) -> None:
-    files = [
-        f"/{path.relative_to(ROOT)}" for path in ROOT.rglob("*.py") if ".venv" not in str(path)
-    ]
     named = set(re.findall(r"`([\w/]+\.py)`", page.read_text("utf-8")))
-    assert [name for name in named if not any(f.endswith(f"/{name}") for f in files)] == []
+    known = modules()
+    assert [name for name in named if not any(f.endswith(f"/{name}") for f in known)] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)

@@ -15,6 +15,8 @@ from nacre.brdf import Brdf
 from nacre.errors import NacreError
 from nacre.export import TARGETS, Function, export, identifier, preamble, program, safe
 from nacre.export.source import Language
+from nacre.measured.mbsdf_table import Resolution
+from nacre.measured.mbsdf_writer import tabulate
 from nacre.neural import NeuralBrdf
 from nacre.neural.training import initial_layers
 from nacre.workflows.places import PLACES
@@ -72,6 +74,8 @@ TEXTS = [
 def exported(target: str, name: str) -> dict[str, bytes]:
     """What a target writes of a material of some name."""
     held = MODELS["closures"](**closures()) if target in CLOSURES else material("glossy")
+    if target == "mdl":  # which would make a whole table of it for each name
+        held = tabulate(held, Resolution(8, 8))
     return TARGETS[target]().files(held.replaced(name=name, source={"terms": name}), "same")
 
 

@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import chi2
 
 from nacre.brdf import Brdf
-from nacre.errors import FormatError
+from nacre.errors import FormatError, require
 from nacre.geometry import split
 
 _CODES = {"u1": 1, "i1": 2, "u2": 3, "i2": 4, "u4": 5, "u8": 7, "i8": 8, "f2": 9, "f4": 10}
@@ -124,14 +124,18 @@ def assert_same_in_drjit(brdf: Brdf, mi: Any, tolerance: float = 2e-3, share: fl
     wi, wo = hemisphere(rng, 4000), hemisphere(rng, 4000)
     u = rng.random((4000, 3)).astype(np.float32)
     traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in a.T) for a in (wi, wo, u)]
-    rgb = np.stack([np.array(c) for c in brdf.eval_components(traced[0], traced[1])], -1)
+    values = brdf.eval_components(traced[0], traced[1])
+    known = brdf.valid_components(traced[0], traced[1])
+    densities = brdf.sampler.pdf_components(traced[0], traced[1])
+    drawn, density = brdf.sampler.sample_components(traced[1], traced[2])
+    require("drjit", "render").eval(values, known, densities, drawn, density)  # as one kernel
+    rgb = np.stack([np.array(c) for c in values], -1)
     error = relative_error(np.stack(brdf.eval_components(split(wi), split(wo)), -1), rgb)
     assert np.quantile(error, share) < tolerance
-    valid = np.array(brdf.valid_components(traced[0], traced[1]))
+    valid = np.array(known)
     assert np.mean(valid == brdf.valid_components(split(wi), split(wo))) > 0.999
-    pdf = np.array(brdf.sampler.pdf_components(traced[0], traced[1]))
+    pdf = np.array(densities)
     assert relative_error(brdf.pdf(wi, wo), pdf).max() < tolerance
-    drawn, density = brdf.sampler.sample_components(traced[1], traced[2])
     ours, ours_density = brdf.sample(wo, u)
     distance = np.abs(np.stack([np.array(c) for c in drawn], -1) - ours).max(-1)
     assert np.quantile(distance, 0.999) < 1e-3

@@ -12,6 +12,7 @@ import nacre
 import nacre.render
 from nacre.array import Components
 from nacre.brdf import Brdf
+from nacre.errors import require
 from nacre.geometry import half_vector
 from nacre.measured import RglBrdf, rgl
 from nacre.measured.rgl_writer import ISOTROPIC, Resolution
@@ -65,6 +66,7 @@ def test01_samples_follow_the_density(rgb: Any, written: Path, degrees: float) -
 
 
 def test02_both_plugins_agree(rgb: Any, written: Path) -> None:
+    dr = require("drjit", "render")
     table = nacre.load(written)
     assert isinstance(table, RglBrdf)
     random = np.random.default_rng(5)
@@ -72,6 +74,7 @@ def test02_both_plugins_agree(rgb: Any, written: Path) -> None:
     context, si = rgb.BSDFContext(), interaction(rgb, wo)
     light = rgb.Vector3f(np.ascontiguousarray(wi.T))
     theirs, ours = (bsdf.eval_pdf(context, si, light) for bsdf in both(rgb, written))
+    dr.eval(theirs, ours)  # as one kernel
     value = relative_error(np.array(ours[0]).T, np.maximum(np.array(theirs[0]).T, 0.0))
     density = relative_error(np.array(ours[1]), np.array(theirs[1]))
     for error in (value, density):
@@ -80,12 +83,13 @@ def test02_both_plugins_agree(rgb: Any, written: Path) -> None:
 
 
 def test03_weights_are_eval_over_pdf(rgb: Any, written: Path) -> None:
-    random = np.random.default_rng(6)
+    dr, random = require("drjit", "render"), np.random.default_rng(6)
     context, si = rgb.BSDFContext(), interaction(rgb, hemisphere(random, 20_000))
     u = random.random((2, 20_000)).astype(np.float32)
     for bsdf in both(rgb, written):
         sample, weight = bsdf.sample(context, si, rgb.Float(0.5), rgb.Point2f(u))
         value, pdf = bsdf.eval_pdf(context, si, sample.wo)
+        dr.eval(sample, weight, value, pdf)
         lit = np.array(sample.wo)[2] > 1e-2
         assert lit.mean() > 0.7
         error = relative_error(np.array(weight * sample.pdf).T[lit], np.array(value).T[lit])

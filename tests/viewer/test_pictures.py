@@ -90,7 +90,7 @@ def environment(tab: Tab) -> Environment:
 
 def integrated(brdf: Brdf, lighting: Environment, frame: Floats) -> Floats:
     """Radiance toward +z of a point with axes in the columns of `frame`, by the midpoint rule."""
-    width, height = (4 * n for n in MAP_SIZE)
+    width, height = (2 * n for n in MAP_SIZE)
     cosines = np.cos(np.pi * np.arange(height + 1) / height)
     theta = np.arccos(0.5 * (cosines[1:] + cosines[:-1]))[:, None]
     phi = 2.0 * np.pi * (np.arange(width) + 0.5)[None] / width
@@ -109,10 +109,12 @@ def integrated(brdf: Brdf, lighting: Environment, frame: Floats) -> Floats:
     return np.asarray((brdf.eval(wi[above], wo) * light).sum(axis=0))
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("light", range(len(LIGHTS)), ids=LIGHTS)
-def test_patches_agree_with_integration(tab: Tab, name: str, light: int) -> None:
-    sums, normals, tangents, _ = rendered(tab, MATERIALS.index(name), light)
+@pytest.mark.parametrize(
+    ("light", "name"),
+    [*(("studio", name) for name in MATERIALS), *(("furnace", n) for n in ("ggx", "network"))],
+)
+def test_patches_agree_with_integration(tab: Tab, name: str, light: str) -> None:
+    sums, normals, tangents, _ = rendered(tab, MATERIALS.index(name), LIGHTS.index(light))
     lighting = environment(tab)
     rows, columns = np.nonzero(normals[..., 2] > 0.3)
     chosen = np.random.default_rng(0).choice(len(rows), 32, replace=False)
