@@ -149,8 +149,9 @@ def test_search_leaves_what_matches(tab: Tab) -> None:
     assert tab.page.locator(".material:visible").count() == 3
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [(1280, 860), (360, 740)], ids=["wide", "narrow"])
+@pytest.mark.parametrize(
+    ("size", "scheme"), [((1280, 860), "light"), ((360, 740), "dark")], ids=["wide", "narrow"]
+)
 def test_axe_finds_nothing(
     chromium: Any, tmp_path: Path, size: tuple[int, int], scheme: str
 ) -> None:
