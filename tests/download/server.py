@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
+
+_PIECE = 1 << 16
 
 
 class Server(ThreadingHTTPServer):
     """Serves `content` at every path.
 
     `faults` are used up one a request: a number is a status to answer with, `("cut", n)` closes
-    the connection after n bytes, `("start", n)` answers a range with one that starts at n.
+    the connection after n bytes, `("start", n)` answers a range with one that starts at n. What is
+    sent comes in pieces, with `pause` seconds between them.
     """
 
     daemon_threads = True
@@ -28,6 +32,7 @@ class Server(ThreadingHTTPServer):
         self.conditions = True
         self.tells_length = True
         self.location: str | None = None
+        self.pause = 0.0
         self.faults: list[Any] = []
         self.requests: list[tuple[str, dict[str, str]]] = []
 
@@ -84,7 +89,10 @@ class _Handler(BaseHTTPRequestHandler):
                 self.send_header(name, value)
         self.end_headers()
         end = start + fault[1] if fault and fault[0] == "cut" else None
-        self.wfile.write(server.content[start:end])
+        content = server.content[start:end]
+        for place in range(0, len(content), _PIECE):
+            self.wfile.write(content[place : place + _PIECE])
+            time.sleep(server.pause)
         if end is not None:
             self.close_connection = True
 

@@ -16,6 +16,7 @@ import pytest
 import nacre
 from nacre.download import Database, Facts, cache_folder, fetch
 from nacre.errors import NacreError
+from nacre.io.outputs import overwrite
 from tests.download.server import Server
 
 TERMS = "Be kind.\n"
@@ -86,10 +87,26 @@ def test_a_file_put_there_by_hand_counts(database, content, tmp_path):
     assert found.verified
 
 
-def test_a_damaged_file_is_replaced(database, content, tmp_path):
+def test_a_file_of_the_users_is_replaced_by_force_only(database, server, content, tmp_path):
     (tmp_path / "known.bin").write_bytes(content[:-1])
-    assert fetch(database, "known", tmp_path, agree=accept).fresh
+    with pytest.raises(
+        NacreError, match=r"known\.bin: exists and was not written by nacre; .*--force"
+    ):
+        fetch(database, "known", tmp_path, agree=accept)
+    assert (tmp_path / "known.bin").read_bytes() == content[:-1]
+    assert not server.requests
+    with overwrite():
+        assert fetch(database, "known", tmp_path, agree=accept).fresh
     assert (tmp_path / "known.bin").read_bytes() == content
+
+
+def test_a_damaged_download_is_replaced(database, content, tmp_path):
+    path = fetch(database, "known", tmp_path, agree=accept).path
+    status = path.stat()
+    path.write_bytes(bytes(len(content)))
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+    assert fetch(database, "known", tmp_path).fresh
+    assert path.read_bytes() == content
 
 
 def test_a_wrong_checksum_leaves_nothing(database, server, content, tmp_path):
@@ -104,7 +121,7 @@ def test_a_wrong_checksum_leaves_nothing(database, server, content, tmp_path):
 def test_a_damaged_file_stays_until_it_can_be_replaced(database, server, content, tmp_path):
     (tmp_path / "known.bin").write_bytes(b"old")
     server.content = content[::-1]
-    with pytest.raises(NacreError, match="SHA-256"):
+    with overwrite(), pytest.raises(NacreError, match="SHA-256"):
         fetch(database, "known", tmp_path, agree=accept)
     assert (tmp_path / "known.bin").read_bytes() == b"old"
 

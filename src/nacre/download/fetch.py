@@ -16,6 +16,7 @@ from nacre.download.transfer import Progress, Transfer, TransferError, without_c
 from nacre.errors import NacreError
 from nacre.formats import load
 from nacre.io.files import PathLike, digest, write_encoded
+from nacre.io.outputs import check_replaceable, record_output
 from nacre.io.source import TERMS
 from nacre.runtime.lock import exclusive
 
@@ -60,7 +61,8 @@ def fetch(
 
     The file comes to its place whole and checked, or not at all. Beside it are put the terms of
     use, and a record of address, checksum and date. Where no checksum is known, the one in the
-    record counts from then on.
+    record counts from then on. Another file of that name is replaced only if it was downloaded and
+    has not changed since: see :mod:`nacre.io.outputs`.
 
     Parameters
     ----------
@@ -90,6 +92,7 @@ def fetch(
         if found := _present(path, record, facts.sha256):
             return found
         url = database.address(material, mirror or os.environ.get("NACRE_MIRROR") or None)
+        check_replaceable(path)
         _accept(database, folder, agree)
         with exclusive(path.with_name(f".{path.name}.lock")):
             return _present(path, record, facts.sha256) or _download(
@@ -164,16 +167,21 @@ def _download(
             transfer.discard()
             problem = str(error).replace(str(part), "what it sends", 1)
             raise NacreError(f"{public}: {problem}; nothing is kept, try another mirror") from error
-    part.replace(path)
     verified = facts.sha256 is not None
     content = {
         "database": database.name,
         "material": material,
         "url": public,
-        "bytes": path.stat().st_size,
+        "bytes": part.stat().st_size,
         "sha256": sha256,
         "verified": verified,
         "downloaded": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+    # The record comes first: a file without one would count as put there by hand.
     write_encoded(record, str.encode, json.dumps(content, indent=1) + "\n", internal=True)
+    check_replaceable(path)
+    with part.open("rb+") as file:
+        os.fsync(file.fileno())
+    part.replace(path)
+    record_output(path)
     return Fetched(path, sha256, verified, True)

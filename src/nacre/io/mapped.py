@@ -24,6 +24,8 @@ class MappedFile:
         File to map.
     limit
         Largest size, in bytes.
+    descriptor
+        Of the file, where it is open already: a file that has taken its name since is another.
 
     Raises
     ------
@@ -31,11 +33,14 @@ class MappedFile:
         As of :func:`nacre.io.files.read_bytes`.
     """
 
-    def __init__(self, path: PathLike, limit: int) -> None:
+    def __init__(self, path: PathLike, limit: int, descriptor: int | None = None) -> None:
         self.path = path
         with file_errors(path):
-            check_size(Path(path), limit)
-            self._file = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+            if descriptor is None:
+                check_size(Path(path), limit)
+                self._file = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+            else:
+                self._file = os.dup(descriptor)
             weakref.finalize(self, os.close, self._file)
             self._state = self._now()
             self.data = mmap.mmap(self._file, 0, access=mmap.ACCESS_READ)

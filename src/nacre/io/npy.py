@@ -11,8 +11,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, cast
 
 import numpy as np
 import numpy.lib.format as npy
@@ -20,6 +19,7 @@ import numpy.typing as npt
 
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike
+from nacre.io.mapped import MappedFile
 
 MAGIC = npy.MAGIC_PREFIX
 """First bytes of every file."""
@@ -56,19 +56,18 @@ def parse_text(data: bytes, where: str) -> str:
         raise FormatError(f"{where}: holds something else than characters") from error
 
 
-def map_npy(path: PathLike, offset: int, length: int, where: str) -> npt.NDArray[Any]:
-    """As :func:`parse_npy`, of `length` bytes of a file from an offset, mapped rather than read.
+def map_npy(file: MappedFile, offset: int, length: int, where: str) -> npt.NDArray[Any]:
+    """As :func:`parse_npy`, of `length` bytes of a mapped file from an offset.
 
-    The file must stay as it is while the array is used, which is not always aligned in memory.
+    The array is not always aligned in memory. Call :meth:`MappedFile.check` before it is used.
     """
     try:
-        with Path(path).open("rb") as file:
-            file.seek(offset)
-            shape, order, dtype, start = _header(file, length, "f", where)
+        file.data.seek(offset)
+        shape, order, dtype, start = _header(cast(IO[bytes], file.data), length, "f", where)
         if not math.prod(shape):
             return np.zeros(shape, dtype)
-        return np.memmap(path, dtype, "r", offset + start, shape, order)
-    except (OSError, ValueError) as error:
+        return np.ndarray(shape, dtype, file.data, offset + start, order=order)
+    except (TypeError, ValueError) as error:
         if isinstance(error, FormatError):
             raise
         raise FormatError(f"{where}: cannot be read: {reason(error)}") from error

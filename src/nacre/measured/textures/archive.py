@@ -27,6 +27,7 @@ from nacre.btf import Btf, Indices, TableBtf
 from nacre.errors import FormatError
 from nacre.io.files import PathLike, atomic_path, check_regular
 from nacre.io.format import Format
+from nacre.io.mapped import MappedFile
 from nacre.io.npy import TEXT_LIMIT, archive_errors, map_npy, parse_npy, parse_text, unpack_member
 from nacre.measured.textures.directions import PAIR_LIMIT, check_directions
 from nacre.measured.textures.transposition import narrowed, narrowest_precision, transposed
@@ -46,9 +47,11 @@ _ENCRYPTED = 1
 class _ArchiveBtf(TableBtf):
     """Values in a file, which are checked as they are used."""
 
-    def __init__(self, path: Path, values: npt.NDArray[Any], *rest: Any) -> None:
+    def __init__(
+        self, path: Path, file: MappedFile | None, values: npt.NDArray[Any], *rest: Any
+    ) -> None:
         super().__init__(values, *rest)
-        self._path = path
+        self._path, self._file = path, file
 
     def texels(self, chosen: Indices | slice) -> Floats:
         return self._checked(super().texels, chosen)
@@ -60,6 +63,8 @@ class _ArchiveBtf(TableBtf):
         return self._checked(super().images, chosen)
 
     def _checked(self, read: Callable[..., Floats], *chosen: Indices | slice) -> Floats:
+        if self._file:
+            self._file.check()
         with np.errstate(over="ignore"):
             values = read(*chosen)
         if not np.isfinite(values).all():
@@ -72,9 +77,10 @@ def load(path: PathLike) -> TableBtf:
 
     Where it is compressed, values are unpacked into memory, up to eight times the file or 64 MiB.
     Checksums of values that are mapped are not compared. A :class:`FormatError` says what is
-    damaged or missing; later, where values that are not finite are used, so.
+    damaged or missing; later, where values that are not finite are used, or the file has been
+    written over, so.
     """
-    path = Path(path)
+    path, mapped = Path(path), None
     with _opened(path) as (archive, file, size):
         members = {m.filename: m for m in archive.infolist()}
         for name in ("values", "wi", "wo"):
@@ -92,7 +98,8 @@ def load(path: PathLike) -> TableBtf:
         where = f"{path}: array 'values'"
         member = members["values.npy"]
         if member.compress_type == zipfile.ZIP_STORED and not member.flag_bits & _ENCRYPTED:
-            values = map_npy(path, *_place(file, member, size, where), where)
+            mapped = MappedFile(path, size, file.fileno())
+            values = map_npy(mapped, *_place(file, member, size, where), where)
         else:
             values = parse_npy(unpacked("values", size), where)
     shape = values.shape
@@ -105,7 +112,7 @@ def load(path: PathLike) -> TableBtf:
         raise FormatError(f"{where}: is in Fortran order; save numpy.ascontiguousarray(values)")
     if not len(wi) == len(wo) == shape[2]:
         raise FormatError(f"{where}: has n = {shape[2]}; there are {len(wi)} wi, {len(wo)} wo")
-    return _ArchiveBtf(path, values, wi, wo, name)
+    return _ArchiveBtf(path, mapped, values, wi, wo, name)
 
 
 def save(
