@@ -110,6 +110,22 @@ def test_a_manifest_that_is_a_folder_is_an_error(tmp_path):
         Manifest(tmp_path)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_manifest_that_is_a_pipe_is_an_error(tmp_path):
+    os.mkfifo(tmp_path / MANIFEST)
+    with pytest.raises(FormatError, match="is not a regular file"):
+        Manifest(tmp_path)
+
+
+def test_a_manifest_of_any_size_is_not_read(tmp_path):
+    path = tmp_path / MANIFEST
+    with path.open("wb") as file:
+        file.truncate(1 << 34)  # a hole, which takes no room on the disk
+    with pytest.raises(FormatError, match="is larger than 256 MiB"):
+        Manifest(tmp_path)
+    assert path.stat().st_size == 1 << 34
+
+
 def test_a_link_is_not_followed(tmp_path):
     elsewhere = tmp_path / "notes.jsonl"
     elsewhere.write_text("")

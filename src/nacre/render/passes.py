@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from nacre.errors import NacreError, is_shortage, require
 from nacre.render.engine import mitsuba
+from nacre.render.kernels import release_kernels
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.memory import available_memory
 
@@ -121,6 +122,7 @@ def accumulate(
         If memory runs out.
     """
     mi = mitsuba()
+    release_kernels()
     width, height = (int(v) for v in scene.sensors()[0].film().crop_size())
     starts = range(0, height, rows or height)
     seeds = np.random.SeedSequence(seed).generate_state(len(sizes) * len(starts))

@@ -15,6 +15,7 @@ from nacre.render import adapter, llvm
 from nacre.render.bsdf_base import base_class, choice, material_path
 from nacre.render.coded import coded_class
 from nacre.render.engine import check_llvm, mitsuba
+from nacre.render.kernels import count_material
 from nacre.render.network import WEIGHTS, BufferedNetwork, first_in_buffer, opaque
 from nacre.render.textures.plugins import plugins as texture_plugins
 from nacre.render.textures.plugins import texture_bsdf
@@ -146,6 +147,8 @@ def _plugins(variant: str) -> dict[str, Any]:
                 choice(properties, "weights", WEIGHTS),
                 choice(properties, "precision", ("single", "half")) == "half",
             )
+            if self.buffered is None:
+                count_material()
             return 0 if brdf.isotropic else mi.BSDFFlags.Anisotropic
 
         def read(self, properties: Any) -> Brdf:

@@ -18,10 +18,13 @@ from pathlib import Path, PurePosixPath
 from typing import Any, get_type_hints
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, atomic_path
+from nacre.io.files import PathLike, atomic_path, check_regular
 
 MANIFEST = "library.jsonl"
 """Name of the file."""
+
+_SIZE_LIMIT = 1 << 28
+"""Bytes that are read: lines of about 500,000 materials, or of half as many while a run works."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +102,18 @@ class Manifest:
         if self.path.is_symlink():
             raise FormatError(f"{self.path}: is a symbolic link; remove it or name another folder")
         try:
-            text = self.path.read_text(encoding="utf-8", errors="replace")
+            if check_regular(self.path) > _SIZE_LIMIT:
+                raise FormatError(
+                    f"{self.path}: is larger than {_SIZE_LIMIT >> 20} MiB; name another folder"
+                )
+            with self.path.open(encoding="utf-8", errors="replace") as file:
+                for line in file:
+                    if record := _parse(line):
+                        self._add(record)
         except FileNotFoundError:
             return
         except OSError as error:
             raise FormatError(f"{self.path}: cannot be read: {error.strerror}") from error
-        for line in text.split("\n"):
-            if record := _parse(line):
-                self._add(record)
 
     def records(self) -> list[Record]:
         """Every record, one a fitted file, by the names of these."""
