@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import nacre
+from tests.contracts.directions import pairs
 from tests.measured.support import material, tensor_bytes
-from tests.test_brdf_contract import pairs
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from nacre.neural.inputs import ENHANCED
-from tests.test_brdf_contract import MAKERS, pairs
+from tests.contracts.directions import pairs
+from tests.contracts.materials import made
 
 jax = pytest.importorskip("jax", reason="needs the extra 'jax'")
 
@@ -14,8 +15,8 @@ NAMES = [f"isotropic network of {ENHANCED} inputs", "MERL table of a network"]
 
 
 @pytest.fixture(scope="module", params=NAMES)
-def brdf(request, tmp_path_factory):
-    return MAKERS[request.param](tmp_path_factory)
+def brdf(request):
+    return made(request.param)
 
 
 SPECIAL = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])

@@ -22,7 +22,6 @@ from tests.variants import require_mitsuba
 
 from ..data import list_data, require_data
 from .support import (
-    assert_chi_square,
     assert_same_in_drjit,
     assert_same_in_torch,
     hemisphere,
@@ -108,16 +107,6 @@ def test_array_libraries_agree_on_a_real_material() -> None:
     brdf = rgl.load(require_data("rgl", "satin_rosaline_rgb.bsdf"))
     assert_same_in_drjit(brdf, require_mitsuba())
     assert_same_in_torch(brdf)
-
-
-def test_samples_follow_the_density(synthetic: Path) -> None:
-    assert_chi_square(rgl.load(synthetic), [0.3, -0.4])
-
-
-@pytest.mark.parametrize("name", ["satin_rosaline_rgb.bsdf", "paper_white_rgb.bsdf"])
-@pytest.mark.parametrize("tangential", [[0.0, 0.0], [0.5, 0.6], [-0.95, 0.1]])
-def test_samples_of_a_real_material_follow_the_density(name: str, tangential: list[float]) -> None:
-    assert_chi_square(rgl.load(require_data("rgl", name)), tangential)
 
 
 def test_turned_directions_are_equal_where_symmetric(tmp_path: Path) -> None:

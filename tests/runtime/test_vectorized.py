@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import itertools
 import math
-import subprocess
 import sys
 
 import numpy as np
@@ -253,40 +252,3 @@ def test_code_is_forgotten_with_its_material():
     del brdf
     gc.collect()
     assert not any(owner == key for owner, _ in pairs._known)
-
-
-PROCESS = """
-import hashlib, sys
-import llvmlite.binding as llvm
-import numpy as np
-features = llvm.get_host_cpu_features()
-off = [name for name in features if name.startswith(tuple(sys.argv[1:]))]
-features.update(dict.fromkeys(off, False))
-if off:
-    llvm.get_host_cpu_features = lambda: features
-    llvm.get_host_cpu_name = lambda: "x86-64-v3"
-from nacre.neural import Layer, NeuralBrdf
-from nacre.runtime.vector_code import LANES
-from nacre.sampling import BlinnPhongMixture
-random = np.random.default_rng(0)
-layers = [Layer(random.normal(size=s) * 0.4, np.zeros(s[1])) for s in ((6, 30), (30, 3))]
-brdf = NeuralBrdf(layers, inputs="enhanced", sampler=BlinnPhongMixture(0.5, 30.0))
-w = random.normal(size=(2, 999, 3))
-w = (w / np.linalg.norm(w, axis=-1, keepdims=True)).astype(np.float32)
-u = random.random((999, 3), np.float32)
-parts = brdf.eval(*w), brdf.pdf(*w), *brdf.sample(w[1], u)
-print(LANES, hashlib.sha256(b"".join(x.tobytes() for x in parts)).hexdigest())
-"""
-
-
-def test_bits_are_those_of_every_width_of_vectors():
-    digests, lanes = set(), set()
-    for off in ((), ("avx512", "evex512"), ("avx", "evex", "vaes", "vpcl", "f16c", "fma", "xop")):
-        done = subprocess.run(
-            [sys.executable, "-c", PROCESS, *off], capture_output=True, text=True, check=True
-        )
-        width, digest = done.stdout.split()
-        lanes.add(width)
-        digests.add(digest)
-    assert len(digests) == 1
-    assert len(lanes) >= 1

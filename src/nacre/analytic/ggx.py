@@ -17,12 +17,14 @@ from typing import ClassVar
 
 from nacre.analytic.fresnel import schlick
 from nacre.analytic.model import DIFFUSE, AnalyticBrdf, Parameter, Values, lambertian
-from nacre.array import Array, Components
+from nacre.array import Array, Components, namespace
 from nacre.brdf import Sampler
 from nacre.color import luminance
 from nacre.geometry import dot, half_vector, rotate
 from nacre.sampling import GgxLobe, GgxMixture
 from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
+
+_MIN_LENGTHS = 1e-24  # of directions at the horizon
 
 SPECULAR = Parameter("specular", 0.0, 1.0, (0.02, 0.8), color=True)
 """F0, the Fresnel reflectance at normal incidence."""
@@ -64,8 +66,17 @@ def ggx_facets(wi: Components, wo: Components, h: Components, alpha: tuple[Array
     """f_r of microfacets that reflect all, in 1/sr: D G / (4 wi_z wo_z), with roughnesses along the
     axes and their half vector.
     """
+    return distribution(h, alpha) / masking_divisor(wi, wo, alpha)
+
+
+def masking_divisor(wi: Components, wo: Components, alpha: tuple[Array, Array]) -> Array:
+    """What D is divided by: 4 wi_z wo_z / G, where heights are correlated (Heitz 2014).
+
+    It vanishes where both directions are at the horizon; it is kept from where f_r would overflow,
+    for layers take differences of it.
+    """
     lengths = wi[2] * stretched_length(wo, alpha) + wo[2] * stretched_length(wi, alpha)
-    return distribution(h, alpha) / (2.0 * lengths)
+    return 2.0 * namespace(*wi, *wo).maximum(lengths, _MIN_LENGTHS)
 
 
 class AnisotropicGgx(Ggx):

@@ -19,6 +19,7 @@ from nacre.measured.rgl_tables import RglTables
 from nacre.measured.warp import Warp
 
 _MIN_JACOBIAN = 1e-6  # bounds the density at the pole, where the map from the square degenerates
+_MIN_COSINE = 1e-6  # and where directions are opposite: rounding may turn the product negative
 
 
 class View(NamedTuple):
@@ -137,4 +138,6 @@ def _jacobian(x: Array, m: Components, wo: Components) -> Array:
     """Solid angle of `wi` per area of the square around the half vector `m`."""
     xp = namespace(x)
     sin_theta = xp.sqrt(m[0] * m[0] + m[1] * m[1])
-    return xp.maximum(2.0 * math.pi**2 * x * sin_theta, _MIN_JACOBIAN) * (4.0 * dot(wo, m))
+    return xp.maximum(2.0 * math.pi**2 * x * sin_theta, _MIN_JACOBIAN) * (
+        4.0 * xp.maximum(dot(wo, m), _MIN_COSINE)
+    )

@@ -18,6 +18,7 @@ from nacre.geometry import dot, normalize
 
 MIN_ROUGHNESS = 1e-3  # below it float32 half vectors do not resolve the lobe
 
+_MIN_SQUARES = 0.01  # below those of any unit vector: of opposite directions at the horizon h is 0
 _MIN_AREA = 1e-12  # keeps directions below the horizon, which callers discard, from dividing by 0
 
 
@@ -25,7 +26,7 @@ def distribution(h: Components, alpha: tuple[Array, Array], shift: Array = 0.0) 
     """D in 1/sr, of which D cos theta_h integrates to 1 over the hemisphere."""
     # The sum of squares keeps its precision where 1 - cos^2 has none left.
     x, y = h[0] / alpha[0] - shift * h[2], h[1] / alpha[1]
-    squares = x * x + y * y + h[2] * h[2]
+    squares = namespace(*h).maximum(x * x + y * y + h[2] * h[2], _MIN_SQUARES)
     return 1.0 / (math.pi * alpha[0] * alpha[1] * squares * squares)
 
 

@@ -25,10 +25,11 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, Literal
 
 from nacre.analytic.fresnel import dielectric
+from nacre.analytic.ggx import masking_divisor
 from nacre.analytic.model import AnalyticBrdf, Parameter, Values
 from nacre.array import Array, Components, namespace
 from nacre.geometry import dot, half_vector, rotate
-from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution, stretched_length
+from nacre.sampling.visible_normals import MIN_ROUGHNESS, distribution
 from nacre.standard.albedo import ggx_albedo, scattered_again
 from nacre.standard.fiber_sheen import MIN_SHEEN_ROUGHNESS, sheen
 from nacre.standard.metal_fresnel import metal, metal_at_82, metal_dip
@@ -168,9 +169,7 @@ class _Facets:
                 bounded(along * across, MIN_ROUGHNESS, 1.0),
             )
             alpha = of_numbers("sqrt", axes[0] * axes[1])
-        lengths = wi[2] * stretched_length(wo, (alpha, alpha))
-        lengths = lengths + wo[2] * stretched_length(wi, (alpha, alpha))
-        self.lobe = distribution(h, axes) / (2.0 * lengths)
+        self.lobe = distribution(h, axes) / masking_divisor(wi, wo, (alpha, alpha))
         """f_r in 1/sr where all is reflected, once."""
         self.normal, self.grazing = ggx_albedo(wo[2], alpha)
         self.again = scattered_again(self.normal + self.grazing)

@@ -2,139 +2,37 @@
 
 from __future__ import annotations
 
-import functools
-import itertools
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-import nacre
+from nacre.analytic.model import AnalyticBrdf
 from nacre.brdf import Brdf, CosineSampler, _validity, eval_formula, pdf_formula, sample_formula
 from nacre.errors import NacreError
-from nacre.latent import PcaBasis, PcaRecipe
-from nacre.measured import ScatteredBrdf, radiance, rgl, rgl_tables, utia
-from nacre.measured.merl import Resolution, tabulate
-from nacre.measured.rgl import RglBrdf
 from nacre.neural import Layer, NeuralBrdf
-from nacre.neural.inputs import (
-    ENHANCED,
-    PAPER,
-    RECIPROCAL,
-    SPINNING,
-    STEREOGRAPHIC,
-    has_axes,
-    input_count,
-)
-from nacre.numerics.mlp import RELU, SQUARED_RELU
+from nacre.render import bsdf
 from nacre.runtime.pairs import compiled
-from nacre.sampling import BlinnPhongMixture, UniformSampler, check_isotropic, fit_lobes
-from tests.analytic.materials import EXAMPLES
-from tests.data import list_data, require_data
-from tests.latent.made import random_basis
-from tests.measured.support import hemisphere, material, spectral, tensor_bytes
+from nacre.sampling import UniformSampler, check_isotropic
+from tests.contracts.classes import concrete
+from tests.contracts.directions import awkward_pairs, extreme_directions, pairs, views
+from tests.contracts.materials import MATERIALS, made
+from tests.measured.support import relative_error
 from tests.variants import require_mitsuba
 
-DEGREES = (0.0, 30.0, 60.0, 80.0)
+
+@pytest.fixture(scope="module", params=MATERIALS)
+def brdf(request: pytest.FixtureRequest) -> Brdf:
+    return made(request.param)
 
 
-def network(isotropic: bool, inputs: str = PAPER) -> NeuralBrdf:
-    random = np.random.default_rng(0)
-    sizes = (input_count(inputs, isotropic), 21, 21, 3)
-    layers = [
-        Layer(random.normal(0, 0.4, (a, b)).astype(np.float32), np.full(b, 0.05, np.float32))
-        for a, b in itertools.pairwise(sizes)
-    ]
-    brdf = NeuralBrdf(
-        layers,
-        isotropic=isotropic,
-        name="random",
-        inputs=inputs,
-        activation=SQUARED_RELU if inputs == ENHANCED else RELU,
-        angle=0.5 if has_axes(inputs, isotropic) else 0.0,
-    )
-    return brdf.replaced(sampler=fit_lobes(brdf))
-
-
-def rgl_table(tmp_path_factory: pytest.TempPathFactory, phi_i: list[float]) -> RglBrdf:
-    path = tmp_path_factory.mktemp("rgl") / "synthetic.bsdf"
-    path.write_bytes(tensor_bytes(material(phi_i)))
-    return RglBrdf(rgl_tables.read_tables(path))
-
-
-def spectral_table(tmp_path_factory: pytest.TempPathFactory) -> RglBrdf:
-    pytest.importorskip("colour", reason="needs the extra 'spectral'")
-    path = tmp_path_factory.mktemp("rgl") / "synthetic_spec.bsdf"
-    path.write_bytes(tensor_bytes(spectral(material([0.0]))))
-    return rgl.load(path)
-
-
-def tensor_trees(tmp_path_factory: pytest.TempPathFactory) -> Brdf:
-    path = tmp_path_factory.mktemp("radiance") / "trees.xml"
-    radiance.save(network(True), path, radiance.Resolution(8))
-    return radiance.load(path)
-
-
-def scan(brdf: Brdf) -> ScatteredBrdf:
-    """Samples of a reflectance at random directions."""
-    wi, wo = pairs(1000)
-    return ScatteredBrdf(wi, wo, brdf.eval(wi, wo), isotropic=brdf.isotropic)
-
-
-def code() -> Brdf:
-    """Half-way between two networks."""
-    names = (PAPER, ENHANCED)
-    makers = [functools.partial(network, True, inputs) for inputs in names]
-    return PcaBasis.train(makers, PcaRecipe(1, Resolution(30, 15, 15))).decode([0.0])
-
-
-def real(folder: str, name: str) -> Brdf:
-    return nacre.load(require_data(folder, name))
-
-
-MAKERS: dict[str, Callable[[pytest.TempPathFactory], Brdf]] = {
-    "isotropic network": lambda _: network(True),
-    "anisotropic network": lambda _: network(False),
-    "isotropic network of enhanced inputs": lambda _: network(True, ENHANCED),
-    "anisotropic network of enhanced inputs": lambda _: network(False, ENHANCED),
-    "network of spinning inputs": lambda _: network(False, SPINNING),
-    "physical network": lambda _: network(True, RECIPROCAL),
-    "anisotropic physical network": lambda _: network(False, RECIPROCAL),
-    "network of stereographic inputs": lambda _: network(False, STEREOGRAPHIC),
-    "PCA code": lambda _: code(),
-    "code of a neural basis": lambda _: random_basis().decode(np.linspace(-1.0, 1.0, 6)),
-    "MERL table of a network": lambda _: tabulate(network(True)),
-    "UTIA table of a network": lambda _: utia.tabulate(network(False)),
-    "RGL table of a network": lambda _: rgl.tabulate(network(True)),
-    "isotropic RGL table": lambda t: rgl_table(t, [0.0]),
-    "anisotropic RGL table": lambda t: rgl_table(t, [-math.pi, -math.pi / 2, 0.0, 1.5, math.pi]),
-}
-MAKERS["spectral RGL table"] = spectral_table
-MAKERS["tensor trees"] = tensor_trees
-MAKERS["isotropic scattered samples"] = lambda _: scan(network(True))
-MAKERS["anisotropic scattered samples"] = lambda _: scan(network(False))
-for _name, _example in EXAMPLES.items():
-    MAKERS[_name] = lambda _, example=_example: example
-for _name in list_data("rgl", "*.bsdf"):
-    MAKERS[_name] = lambda _, name=_name: real("rgl", name)
-for _name in list_data("cornell", "*.brdf"):
-    MAKERS[_name] = lambda _, name=_name: real("cornell", name)
-for _name in ("chrome.h5", "pink-fabric.h5", "specular-black-phenolic.h5"):
-    MAKERS[_name] = lambda _, name=_name: real("pretrained/merl", name)
-
-
-@pytest.fixture(scope="module", params=MAKERS)
-def brdf(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Brdf:
-    return MAKERS[request.param](tmp_path_factory)
-
-
-@functools.cache
-def pairs(count: int = 4000) -> tuple[np.ndarray, np.ndarray]:
-    random = np.random.default_rng(7)
-    return hemisphere(random, count), hemisphere(random, count)
+def test_every_kind_is_here():
+    kinds = {type(made(name)) for name in MATERIALS if "." not in name}
+    # What is left is a window onto Mitsuba, and the code of a texel whose codec has no other.
+    left = {kind.__name__ for kind in concrete(Brdf) - kinds}
+    assert left == {"MitsubaBrdf", "TextureNetworkBrdf"}
 
 
 def test_values_are_finite_non_negative_colors(brdf):
@@ -224,41 +122,36 @@ def test_tensors_give_the_same_numbers_and_their_slope(brdf):
     assert close.mean() > 0.97  # not in steps across edges of tables
 
 
-@pytest.mark.parametrize("degrees", DEGREES)
-def test_sample_and_pdf_agree(brdf, degrees):
-    theta = math.radians(degrees)
-    wo = np.tile(np.array([math.sin(theta), 0.0, math.cos(theta)], np.float32), (20_000, 1))
-    wi, density = brdf.sample(wo, np.random.default_rng(1).random((20_000, 3), np.float32))
-    assert np.isfinite(density).all()
-    assert (density >= 0).all()
-    assert (density[wi[:, 2] <= 0] == 0).all()
+def test_sample_and_pdf_agree(brdf):
+    u = np.random.default_rng(1).random((4, 1500, 3), np.float32)
+    wo = np.broadcast_to(views(4)[:, None], u.shape)
+    wi, density = brdf.sample(wo, u)
     drawn = density > 0
-    assert drawn.mean() > 0.3
+    assert drawn.mean() > 0.4
     np.testing.assert_allclose(np.linalg.norm(wi[drawn], axis=1), 1.0, atol=2e-4)
     again = brdf.pdf(wi[drawn], wo[drawn])
-    error = np.abs(again - density[drawn]) / density[drawn]
-    assert np.quantile(error, 0.99) < 0.02
-    # The mean of 1 / pdf over samples is the solid angle that is ever sampled.
-    inverse = np.where(drawn, 1.0 / np.where(drawn, density, 1.0), 0.0)
-    assert inverse.mean() <= 2 * math.pi * (1 + 6 * inverse.std() / inverse.mean() / math.sqrt(2e4))
+    assert np.quantile(np.abs(again / density[drawn] - 1.0), 0.99) < 0.02
 
 
-@pytest.mark.parametrize("degrees", DEGREES)
-def test_the_density_integrates_to_at_most_one(brdf, degrees):
-    theta = math.radians(degrees)
-    wo = np.array([math.sin(theta), 0.0, math.cos(theta)], np.float32)
-    # Lobes from broad to sharp about the mirror direction, as the proposal of the integral.
-    lobes = [BlinnPhongMixture(0.9, n) for n in (1.0, 30.0, 1000.0, 30000.0)]
-    random, total = np.random.default_rng(2), []
-    for lobe in lobes:
-        u = random.random((40_000, 3))
-        wi, _ = lobe.sample_components(tuple(wo.astype(np.float64)), tuple(u.T))
-        proposal = sum(x.pdf_components(wi, tuple(wo.astype(np.float64))) for x in lobes) / 4
-        target = brdf.pdf(np.stack(wi, -1), wo)
-        total.append(np.where(proposal > 0, target / np.where(proposal > 0, proposal, 1), 0))
-    integral = np.concatenate(total)
-    error = 5 * integral.std() / math.sqrt(integral.size)
-    assert integral.mean() < 1 + error + 5e-3
+@pytest.mark.parametrize("double", [False, True])
+def test_extremes_give_numbers(brdf, double):
+    """At the pole, at the horizon and next to it, mirrored and opposite to the last bit."""
+    w = extreme_directions().astype(np.float64 if double else np.float32)
+    w = w if brdf.traceable else w[::5]
+    values = brdf.eval(w[:, None], w)
+    assert np.isfinite(values).all()
+    assert (values >= 0).all()
+    hidden = w[:, 2] <= 0
+    assert (values[hidden] == 0).all()
+    assert (values[:, hidden] == 0).all()
+    assert not brdf.valid(w[:, None], w)[hidden].any()
+
+
+def test_single_precision_is_enough(brdf):
+    wi, wo = (w[:1500] for w in pairs())
+    single, double = brdf.eval(wi, wo), brdf.eval(wi.astype(np.float64), wo)
+    share = 1.0 if isinstance(brdf, AnalyticBrdf) else 0.99  # rounding chooses cells of tables
+    assert np.quantile(relative_error(single, double), share) < 2e-3
 
 
 def test_facts_can_be_shown_and_stored(brdf):
@@ -343,30 +236,21 @@ def test_wrong_shapes_are_refused(brdf):
 
 def test_drjit_gives_what_numpy_gives(brdf):
     mi = require_mitsuba()
+    import drjit as dr
+
+    if not brdf.traceable:
+        if not hasattr(brdf, "latent"):  # which is rendered as a texture
+            with pytest.raises(NacreError, match="fit a network"):
+                bsdf(brdf)
+        return
     wi, wo = pairs()
     traced = [tuple(mi.Float(np.ascontiguousarray(c)) for c in w.T) for w in (wi, wo)]
-    if not brdf.traceable:
-        with pytest.raises(NacreError, match="fit a network"):
-            brdf.eval_components(*traced)
-        return
-    values = np.maximum(np.stack([np.array(c) for c in brdf.eval_components(*traced)], -1), 0)
+    components = brdf.eval_components(*traced)
+    dr.eval(*components)  # as one kernel
+    values = np.maximum(np.stack([np.array(c) for c in components], -1), 0)
     expected = brdf.eval(wi, wo)
     error = np.abs(values - expected) / np.maximum(expected, 0.01 * expected.mean())
     assert np.quantile(error, 0.999) < 2e-3
-
-
-@functools.cache
-def awkward_pairs() -> tuple[np.ndarray, np.ndarray]:
-    """Random pairs, and such at the horizon, at the pole, of equal and of mirrored directions."""
-    wi, wo = (w.copy() for w in pairs(2000))
-    wi[:200] = wo[:200]
-    wi[200:400] = wo[200:400] * np.float32([-1, -1, 1])
-    wi[400:500] = wo[500:600] = (0.0, 0.0, 1.0)
-    for w in (wi[600:900], wo[800:1100]):
-        w[:, 2] *= 1e-3
-        w /= np.linalg.norm(w, axis=1, keepdims=True)
-    wi[1100:1200, 2] *= -1.0
-    return wi, wo
 
 
 def in_numpy(formula, owner, a, b):
