@@ -17,6 +17,9 @@ import pytest
 import nacre
 from nacre import formats
 from nacre.analytic import MODELS
+from nacre.benchmark import METHODS, Method
+from nacre.benchmark.results import read_results
+from nacre.benchmark.run import _package_code
 from nacre.export import TARGETS
 from nacre.formats import FORMATS
 from nacre.latent import BASES, load_basis, load_code
@@ -36,7 +39,8 @@ from tests.textures.codecs.networks.made import OTHER, texture, write
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples"
 """The source tree of the package `nacre-example`."""
-REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS, TARGETS)
+MADE_HERE = Method("nothing", lambda brdf: brdf, "analytic")
+REGISTRIES = (FORMATS, MODELS, SAMPLERS, BASES, CODECS, TARGETS, METHODS)
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +76,7 @@ def test_the_package_has_a_member_of_each_family(installed: Path) -> None:
             if type(member).__module__.startswith("nacre_example")
             or getattr(member, "__module__", "").startswith("nacre_example")
             or getattr(getattr(member, "load", None), "__module__", "") == "nacre_example.format"
+            or getattr(getattr(member, "fit", None), "__module__", "") == "nacre_example.method"
         ]
         assert len(brought) == 1, registry.what
 
@@ -204,6 +209,38 @@ def test_a_sampler_of_another_package_stays_with_a_network(
     monkeypatch.setattr(SAMPLERS, "_members", {})
     with pytest.raises(nacre.FormatError, match="'power-cosine'; update nacre, or install the pa"):
         nacre.load(path)
+
+
+def test_a_method_of_another_package_has_rows_in_the_benchmark(
+    installed: Path, site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command of the guide to the benchmark, short."""
+    pytest.importorskip("skimage", reason="needs the extra 'render'")
+    words = ["bench", "--methods", "half-angle,lambert", "--only", "rgl:satin_rosaline", "--quick"]
+    assert run(*words, "-o", "results.jsonl") == 0
+    own, lambert = read_results(Path("results.jsonl"))
+    assert own.unavailable is None
+    assert own.measures["size_bytes"] == 72
+    assert own.measures["reciprocity_error"] == pytest.approx(0.0, abs=1e-6)
+    for light in ("environment", "directional"):
+        key = f"{light}_psnr_db"
+        assert (own.measures[key] or 0.0) > (lambert.measures[key] or 0.0) + 1.0
+    assert own.versions["nacre-example"] == "0.1"
+    assert "nacre-example" not in lambert.versions
+    assert run(*words, "-o", "results.jsonl") == 0
+    assert len(Path("results.jsonl").read_text().splitlines()) == 2
+
+
+def test_rows_of_a_method_go_by_the_code_of_its_module(installed: Path) -> None:
+    method = METHODS["half-angle"]
+    assert _package_code(method)
+    assert _package_code(MADE_HERE) not in ("", _package_code(method))
+
+
+def test_a_method_must_not_take_a_name(installed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(METHODS._members, "ggx", METHODS["half-angle"])
+    assert run("bench", "--only", "rgl:satin_rosaline", "--quick") == 2
+    assert not list(installed.glob("*.jsonl"))
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")

@@ -13,6 +13,7 @@ from nacre.cli.command import Group
 from nacre.cli.session import begin
 
 _COMMANDS = {
+    "bench": "Measure representations of materials by the open benchmark.",
     "btf": "Capture, train, decode, synthesize and filter textures (BTFs).",
     "compare": "Compare two materials in numbers and pictures.",
     "completion": "Print the script that completes commands in a shell.",

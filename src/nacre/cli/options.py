@@ -12,7 +12,8 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from nacre.cli.session import session
-from nacre.included import names, resolve
+from nacre.included import names as included_names
+from nacre.included import resolve
 from nacre.io.files import check_not_inputs, check_writable
 
 if TYPE_CHECKING:
@@ -56,7 +57,9 @@ class _Input(click.Path):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """See click; once there is a colon, names of materials that come with nacre."""
-        found = [name for name in names() if ":" in incomplete and name.startswith(incomplete)]
+        found = [
+            name for name in included_names() if ":" in incomplete and name.startswith(incomplete)
+        ]
         return [*map(CompletionItem, found)] or super().shell_complete(ctx, param, incomplete)
 
 
@@ -200,6 +203,11 @@ def option(names: str, kind: ParamType | Sequence[str] | None = None, **settings
     """
     chosen = kind if kind is None or isinstance(kind, click.ParamType) else click.Choice(kind)
     return Option(names.split(), type=chosen, **settings)
+
+
+def names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> list[str]:
+    """Callback of an option: distinct names with commas between them, in order."""
+    return list(dict.fromkeys(part.strip() for part in (value or "").split(",") if part.strip()))
 
 
 def refuse(applies: Container[str], subject: str) -> None:

@@ -38,11 +38,6 @@ def _list(context: click.Context, _parameter: click.Parameter, value: bool) -> N
     context.exit()
 
 
-def _names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> list[str]:
-    """Distinct names with commas between them, in order."""
-    return list(dict.fromkeys(part.strip() for part in (value or "").split(",") if part.strip()))
-
-
 @make(
     "reproduce",
     options.argument("experiment", None),
@@ -51,7 +46,7 @@ def _names(_context: click.Context, _parameter: click.Parameter, value: str | No
     "Folder for the CSV, the Markdown table and the pictures.",
     option(
         "--methods",
-        callback=_names,
+        callback=options.names,
         metavar="NAME,NAME",
         shown="what the paper compares, and nacre's own",
     ),

@@ -227,6 +227,32 @@ def write_encoded(
         temporary.write_bytes(data)
 
 
+def append_line(path: PathLike, line: str) -> None:
+    """Add a line, which ends in a line break, to a file: whole or not at all.
+
+    It begins on a line of its own even after one that a killed process has left unfinished.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; the file is then as it was.
+    """
+    with Path(path).open("ab+") as file:
+        size = file.seek(0, os.SEEK_END)
+        if size:
+            file.seek(size - 1)
+            if file.read(1) != b"\n":
+                line = "\n" + line
+        try:
+            file.write(line.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        except OSError:
+            with suppress(OSError):
+                os.truncate(path, size)
+            raise
+
+
 def abandoned(folder: PathLike) -> list[Path]:
     """Temporary files of :func:`atomic_path` in a folder: its process was killed, or works now."""
     with os.scandir(folder) as entries:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         image_errors,
         similarity_map,
     )
+    from nacre.metrics.noise import sampling_variance
     from nacre.metrics.physics import (
         Estimate,
         albedo,
@@ -45,6 +46,7 @@ __all__ = [
     "known_fraction",
     "physical_facts",
     "reciprocity_error",
+    "sampling_variance",
     "similarity_map",
 ]
 
@@ -62,6 +64,7 @@ __getattr__, __dir__, _ = lazy_loader.attach(
             "image_errors",
             "similarity_map",
         ],
+        "noise": ["sampling_variance"],
         "physics": ["Estimate", "albedo", "anisotropy", "known_fraction", "reciprocity_error"],
     },
 )

@@ -9,7 +9,6 @@ own material. At the end of a run the file is written anew with one line a mater
 from __future__ import annotations
 
 import json
-import os
 import threading
 from collections.abc import Container
 from contextlib import suppress
@@ -18,7 +17,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, get_type_hints
 
 from nacre.errors import FormatError
-from nacre.io.files import PathLike, atomic_path, check_regular
+from nacre.io.files import PathLike, append_line, atomic_path, check_regular
 
 MANIFEST = "library.jsonl"
 """Name of the file."""
@@ -164,21 +163,8 @@ class Manifest:
         self._records[record.output] = record
 
     def _append(self, line: str) -> None:
-        """Add a line, whole or not at all, to the file on disk."""
-        with self.path.open("ab+") as file:
-            size = file.seek(0, os.SEEK_END)
-            if size:
-                file.seek(size - 1)
-                if file.read(1) != b"\n":  # what a killed process left
-                    line = "\n" + line
-            try:
-                file.write(line.encode())
-                file.flush()
-                os.fsync(file.fileno())
-            except OSError:
-                with suppress(OSError):
-                    os.truncate(self.path, size)
-                raise
+        """Add a line to the file on disk; apart, so that a full disk can be tried."""
+        append_line(self.path, line)
 
 
 def _line(record: Record) -> str:
