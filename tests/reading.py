@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 from nacre.brdf import Brdf
 from nacre.btf import Btf
-from nacre.errors import FormatError, MissingExtraError
+from nacre.errors import FormatError, MissingExtraError, NacreError
 from nacre.io.format import HEAD, Format
 from nacre.measured import ScatteredBrdf
 from nacre.measured.textures.ubo2014.reader import Ubo2014Btf
+from tests.fuzz.readers import Reader
 from tests.specimens import Specimen
 
 
@@ -87,6 +88,25 @@ def check_reading(entry: Format, specimen: Specimen, path: Path, again: Path) ->
     return loaded is not None, peak
 
 
+def check_use(reader: Reader, path: Path) -> tuple[bool, int]:
+    """Read a file that holds no material and may be damaged; as :func:`check_reading`."""
+    data = path.read_bytes()
+    before = _listing(path.parent)
+    start = tracemalloc.get_traced_memory()[0]
+    tracemalloc.reset_peak()
+    try:
+        reader.read(path)
+        loaded = True
+    except NacreError as error:
+        loaded = False
+        _check_line(str(error), path, 2000)
+    peak = tracemalloc.get_traced_memory()[1] - start
+    whole = len(data) + sum(map(len, reader.specimen.companions.values()))
+    assert peak <= 8 * whole + reader.specimen.memory, f"{peak} bytes of memory for {whole} of file"
+    assert reader.writes or _listing(path.parent) == before, "reading changed the folder"
+    return loaded, peak
+
+
 def check_values(brdf: Brdf) -> None:
     """Values are finite and of the right shape, and facts can be shown and stored."""
     json.dumps(brdf.describe(), ensure_ascii=False).encode()
@@ -105,11 +125,15 @@ def check_values(brdf: Brdf) -> None:
         assert not valid[~above].any()
 
 
-def _check_message(message: str, path: Path) -> None:
+def _check_line(message: str, path: Path, most: int) -> None:
     assert "\n" not in message, f"more than one line: {message!r}"
     assert message.isprintable(), f"cannot be printed: {message!r}"
+    assert len(message) - len(str(path)) < most, f"too long: {message!r}"
+
+
+def _check_message(message: str, path: Path) -> None:
+    _check_line(message, path, 600)
     assert path.name.partition("_")[0].removesuffix(path.suffix) in message, f"no file: {message!r}"
-    assert len(message) - len(str(path)) < 600, f"too long: {message!r}"
 
 
 def check_texture(btf: Btf) -> None:

@@ -180,6 +180,23 @@ def _packed_weights() -> dict[str, bytes]:
     return {"a.h5": stream.getvalue()}
 
 
+def _strings(offset: int, value: bytes) -> dict[str, bytes]:
+    """Weights with names of variable length, and some bytes beside their heap overwritten."""
+    import h5py
+
+    stream, kind = io.BytesIO(), h5py.string_dtype()
+    with h5py.File(stream, "w") as file:
+        file.attrs.create("layer_names", np.array(["a"], object), dtype=kind)
+        file.create_group("a").attrs.create("weight_names", np.array([], object), dtype=kind)
+    data = bytearray(stream.getvalue())
+    heap = data.index(b"GCOL")
+    start = heap + 16 if offset > 0 else data.index(struct.pack("<Q", heap))
+    data[start + offset : start + offset + len(value)] = value
+    return {"a.h5": bytes(data)}
+
+
+_HDR = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
+_PACKED_ROW = b"\2\2\0\x08" + b"\x88\x80" * 4
 _SCENE = ("render",), ("-o", "out.exr", "--spp", "1")
 _LIT = ("view", "paint.json", "--environment"), ("-o", "out.html")
 
@@ -318,6 +335,16 @@ ATTACKS = {
         _claimed_end,
         "not a whole Keras",
     ),
+    "h5-endless": Attack(
+        "has a name of no length, in whose heap HDF5 never comes to an end",
+        lambda: _strings(8, struct.pack("<Q", 2**64 - 16)),
+        "heap of strings is damaged",
+    ),
+    "h5-names": Attack(
+        "claims a name of four gigabytes, which HDF5 takes before it looks for it",
+        lambda: _strings(-4, struct.pack("<I", 2**32 - 1)),
+        "heap of strings is damaged",
+    ),
     "exr-window": Attack(
         "claims 10^18 pixels in the table of an image",
         lambda: {
@@ -337,8 +364,20 @@ ATTACKS = {
     ),
     "hdr-size": Attack(
         "claims 3.6 billion pixels of light behind a line that claims few",
-        _one("a.hdr", b"#?RADIANCE\n# it is\n-Y 4 +X 4 \n\n-Y 60000 +X 60000\n" + bytes(64)),
+        _one("a.hdr", _HDR + b"# -Y 4 +X 4\n\n-Y 60000 +X 60000\n" + bytes(64)),
         "more than 67,108,864 pixels",
+        _LIT,
+    ),
+    "hdr-decoy": Attack(
+        "claims 3.6 billion pixels in the line that Mitsuba reads, and few in the next",
+        _one("a.hdr", _HDR + b"\n -Y 60000 +X 60000\n-Y 4 +X 8\n" + bytes(128)),
+        "is not an OpenEXR, Radiance",
+        _LIT,
+    ),
+    "hdr-rows": Attack(
+        "has plain rows after packed ones, which Mitsuba writes beyond the end of its pixels",
+        _one("a.hdr", _HDR + b"\n-Y 4 +X 8\n" + _PACKED_ROW + bytes(128)),
+        "some of its rows are packed",
         _LIT,
     ),
     "csv-name": Attack(
@@ -416,6 +455,12 @@ ATTACKS = {
         "has a number of ten thousand digits, which takes quadratic time to read",
         _one("a.json", b'{"model":"ggx","parameters":{"roughness":' + b"9" * 10_000 + b"}}"),
         "not whole JSON",
+    ),
+    "bsdf-digits": Attack(
+        "describes a BSDF with a number of ten thousand digits",
+        _one("a.json", b'{"type":"plastic","int_ior":' + b"9" * 10_000 + b"}"),
+        "cannot be read",
+        (("measure", "bsdf"), ("-o", "out.binary")),
     ),
     "code-name": Attack(
         "writes to the terminal by the name of a model",

@@ -24,16 +24,18 @@ def main() -> None:
     import atheris
 
     with atheris.instrument_imports(include=["nacre", "zipfile", "json", "numpy.lib"]):
+        from tests.fuzz.cases import cases
         from tests.fuzz.target import target
-        from tests.specimens import SPECIMENS, file_formats, mutated
+        from tests.specimens import mutated
+
+        known = cases()
     parser = argparse.ArgumentParser()
     parser.add_argument("format")
     parser.add_argument("output", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("seconds", type=int)
     arguments = parser.parse_args()
-    entry = next(e for e in file_formats() if e.name == arguments.format)
-    specimen = SPECIMENS[entry.name]
+    entry, specimen = known[arguments.format]
     corpus = arguments.output / "corpus"
     corpus.mkdir(exist_ok=True)
     files = specimen.files()

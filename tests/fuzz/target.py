@@ -19,7 +19,8 @@ from unittest import mock
 from nacre.brdf import CosineSampler
 from nacre.btf import Btf
 from nacre.io.format import Format
-from tests.reading import check_reading, check_texture
+from tests.fuzz.readers import Reader
+from tests.reading import check_reading, check_texture, check_use
 from tests.specimens import Specimen
 
 TIME_LIMIT = 5.0
@@ -30,12 +31,13 @@ _SHARED_MEMORY = Path("/dev/shm")
 
 @dataclass
 class Figures:
-    """What a run has seen so far; `peak` in bytes, `resident` in MiB."""
+    """What a run has seen so far; `peak` in bytes, `resident` in MiB, `seconds` of CPU time."""
 
     loaded: int = 0
     peak: int = 0
     executed: int = 0
     resident: int = 0
+    seconds: float = 0.0
 
 
 class Target:
@@ -44,14 +46,16 @@ class Target:
     Parameters
     ----------
     entry, specimen
-        The format.
+        The format, or the reader of something else.
     output
         Folder for inputs that fail and for the figures.
     folder
         Empty folder to work in.
     """
 
-    def __init__(self, entry: Format, specimen: Specimen, output: Path, folder: Path) -> None:
+    def __init__(
+        self, entry: Format | Reader, specimen: Specimen, output: Path, folder: Path
+    ) -> None:
         self.entry = entry
         self.specimen = specimen
         self._output = output
@@ -68,6 +72,9 @@ class Target:
         """Read whole files, so that what is imported late is not counted as memory of a file."""
         for content in self.specimen.files():
             self.path.write_bytes(content)
+            if isinstance(self.entry, Reader):
+                self.entry.read(self.path)
+                continue
             loaded = self.entry.load(self.path)
             if isinstance(loaded, Btf):
                 check_texture(loaded)
@@ -84,7 +91,10 @@ class Target:
         start = time.process_time()
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            loaded, peak = check_reading(self.entry, self.specimen, self.path, self._again)
+            if isinstance(self.entry, Reader):
+                loaded, peak = check_use(self.entry, self.path)
+            else:
+                loaded, peak = check_reading(self.entry, self.specimen, self.path, self._again)
         seconds = time.process_time() - start
         assert seconds < TIME_LIMIT, f"took {seconds:.1f} s"
         self.figures.loaded += loaded
@@ -110,7 +120,9 @@ class Target:
 
     def write_figures(self) -> None:
         """Keep the figures where the process that started this one finds them."""
-        self.figures.resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        self.figures.resident = used.ru_maxrss >> 10
+        self.figures.seconds = used.ru_utime + used.ru_stime
         (self._output / "figures.json").write_text(json.dumps(asdict(self.figures)))
 
 
@@ -121,7 +133,7 @@ def working_folder() -> tempfile.TemporaryDirectory[str]:
 
 @contextlib.contextmanager
 def target(
-    entry: Format, specimen: Specimen, output: Path, where: Path | None = None
+    entry: Format | Reader, specimen: Specimen, output: Path, where: Path | None = None
 ) -> Iterator[Target]:
     """A target with a working folder, within `where` if that is given, tracing allocations.
 

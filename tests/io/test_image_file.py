@@ -109,7 +109,7 @@ def test_images_of_many_pixels_are_refused_before_they_are_decoded(
     if ending == "png":
         path.write_bytes(png_bytes(PIXELS, edge, edge))
     elif ending == "hdr":
-        size = f"#?RADIANCE\n# more\n-Y 4 +X 4 \n\n-Y {edge} +X {edge}\n"
+        size = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n-Y 4 +X 4 \n\n-Y {edge} +X {edge}\n"
         path.write_bytes(size.encode() + bytes(64))
     else:
         write = {

@@ -100,6 +100,21 @@ def test_steps_go_on_where_they_were_interrupted(tmp_path: Path):
     assert run(stop=None) == []
 
 
+@pytest.mark.parametrize("step", [-1, 4, math.inf, "x", None, []])
+def test_a_step_that_is_none_of_the_work_is_refused(tmp_path: Path, step: object):
+    store = Store(tmp_path / "x.state")
+    store.save({"step": step, "state": {}})
+    with pytest.raises(NacreError, match=r"x\.state: cannot be read, remove it to begin anew"):
+        next(store.steps(3, dict, lambda _: None))
+
+
+def test_what_a_library_makes_of_damage_names_the_file(tmp_path: Path):
+    store = Store(tmp_path / "x.state")
+    store.save({"step": 1, "state": 0.5})
+    with pytest.raises(NacreError, match=r"x\.state: .*no attribute 'copy'"):
+        next(store.steps(3, dict, lambda state: state.copy()))
+
+
 def test_nothing_is_kept_without_a_path():
     store = Store(None)
     store.save({"a": 1})

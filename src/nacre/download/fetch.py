@@ -128,7 +128,7 @@ def _recorded(record: Path) -> str | None:
     """Checksum of an earlier download."""
     try:
         value = json.loads(record.read_text(encoding="utf-8"))["sha256"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
     return value if isinstance(value, str) else None
 

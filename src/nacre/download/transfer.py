@@ -100,7 +100,7 @@ class Transfer:
         try:
             note = json.loads(self._note.read_text(encoding="utf-8"))
             return str(note["validator"]) if note["url"] == without_credentials(url) else None
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
 
     def _arrived(self, url: str) -> int:

@@ -9,7 +9,6 @@ which may be a thousand times what they take, and hides that samples have 16 bit
 from __future__ import annotations
 
 import io
-import re
 import struct
 import warnings
 from collections.abc import Iterator
@@ -20,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nacre.errors import FormatError, reason, require
+from nacre.io import radiance_image
 from nacre.io.files import PathLike, opened
 
 HEADER_LIMIT = 1 << 18
@@ -30,14 +30,12 @@ _USUAL_HEADER = 1 << 12  # bytes that nearly all headers fit in
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 JPEG_MAGIC = b"\xff\xd8\xff"
-_RADIANCE_MAGIC = b"#?"
 
 PIXEL_LIMIT = 1 << 26
 """Most pixels of an image that is read whole: what packs well could fill any memory."""
 
 _EXR_HEADER_LIMIT = 1 << 16
 _EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
-_RADIANCE_SIZE = re.compile(rb"\n[-+][XY] +(\d{1,9}) +[-+][XY] +(\d{1,9})\s")
 _PNG_COLORS = {2, 6}  # RGB, with and without opacity
 
 
@@ -107,10 +105,8 @@ def _pixel_count(data: bytes) -> int:
         window = dict(_exr_attributes(data[:_EXR_HEADER_LIMIT]))["dataWindow"]
         left, top, right, bottom = struct.unpack("<4i", window)
         width, height = right - left + 1, bottom - top + 1
-    elif data.startswith(_RADIANCE_MAGIC):
-        # A remark may look like the size, so the largest counts.
-        sizes = _RADIANCE_SIZE.findall(data)
-        return max(int(first) * int(second) for first, second in sizes)
+    elif data.startswith(radiance_image.MAGIC):
+        height, width, _, _ = radiance_image.parse_header(data)
     elif data.startswith(JPEG_MAGIC):
         width, height = _jpeg_size(data)
     else:
@@ -224,6 +220,23 @@ def bitmaps() -> Any:
     if drjit.thread_count() < 2:
         drjit.set_thread_count(2)
     return mi
+
+
+def read_bitmap(path: PathLike) -> Any:
+    """An image of any channels as Mitsuba's bitmap.
+
+    A :class:`FormatError` is as of :func:`check_pixel_count`; a RuntimeError, ValueError or
+    MemoryError says that it cannot be decoded.
+    """
+    check_pixel_count(path)
+    mi = bitmaps()
+    with opened(path) as file:
+        if file.read(2) != radiance_image.MAGIC:
+            return mi.Bitmap(str(path))
+        data = radiance_image.MAGIC + file.read()
+    header = radiance_image.parse_header(data)
+    kind = mi.Bitmap.PixelFormat.XYZ if header.xyz else mi.Bitmap.PixelFormat.RGB
+    return mi.Bitmap(radiance_image.decode(data, header), kind)
 
 
 def _decode_by_mitsuba(data: bytes, path: PathLike) -> npt.NDArray[Any]:

@@ -112,7 +112,7 @@ def _problem(path: Path, status: os.stat_result) -> str:
         known = json.loads(_record(path).read_text(encoding="utf-8"))
         same = (known["size"], known["modified_ns"]) == (status.st_size, status.st_mtime_ns)
         command = str(known["command"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return "exists and was not written by nacre"
     if not same:
         return "exists and was changed since nacre wrote it"

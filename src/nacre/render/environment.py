@@ -19,7 +19,7 @@ import numpy.typing as npt
 from nacre.color import luminance
 from nacre.errors import FormatError, NacreError
 from nacre.io.files import PathLike
-from nacre.io.image_file import bitmaps, check_pixel_count
+from nacre.io.image_file import bitmaps, read_bitmap
 
 Floats = npt.NDArray[np.floating]
 
@@ -155,12 +155,13 @@ def load_environment(path: PathLike) -> Environment:
         raise FormatError(f"{path}: an environment is one of {', '.join(EXTENSIONS)}")
     if not path.is_file():
         raise FormatError(f"{path}: no such file")
-    check_pixel_count(path)
     mi = bitmaps()
     try:
-        bitmap = mi.Bitmap(str(path))
+        bitmap = read_bitmap(path)
         bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
         return Environment(np.maximum(np.array(bitmap), 0.0), path.stem)
+    except FormatError:
+        raise
     except MemoryError as error:
         raise FormatError(f"{path}: claims more pixels than memory holds") from error
     except (RuntimeError, ValueError) as error:

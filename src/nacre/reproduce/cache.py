@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -23,8 +22,6 @@ from nacre.runtime.code_fingerprint import code_fingerprint, code_text
 
 SOURCES = Path(nacre.__file__).parent
 """Where nacre's modules are."""
-_DAMAGED = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile)
-"""What reading a file that is not there or not whole raises."""
 _DECIDING = ("codes", "extracted", "methods", "noise", "samplers", "texture_network", "trial")
 """Modules of experiments that decide what a trial finds, by all that they reach."""
 
@@ -54,7 +51,7 @@ class Cache:
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
                 return {name: arrays[name] for name in names}
-        except _DAMAGED:
+        except Exception:  # zipfile and NumPy meet damage in many ways
             return None
 
     def keep(self, key: str, arrays: Arrays) -> None:

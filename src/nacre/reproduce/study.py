@@ -205,7 +205,7 @@ def _find(cache: Cache, key: str) -> Trial | None:
     try:
         trial = Trial(**json.loads(str(arrays["trial"])))
         return trial if set(trial.figures) == set(FIGURES) else None
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, RecursionError):
         return None
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from nacre.errors import NacreError, reason, require
+from nacre.errors import FormatError, NacreError, reason, require
 from nacre.io.files import write_encoded
 from nacre.io.tensors import Tensors, from_file, to_bytes
 from nacre.runtime.interrupts import uninterrupted
@@ -66,7 +66,7 @@ class Store:
         if name not in self:
             return None
         path = self.file(name)
-        with self._readable(name):
+        with self.readable(name):
             header, tensors = from_file(path, _KEY, _LIMIT, "a state that nacre keeps")
             if header["fingerprint"] != self.fingerprint:
                 raise NacreError(f"{path}: is of another run; remove it to begin anew")
@@ -105,8 +105,10 @@ class Store:
         """
         first = 0
         if (kept := self.load(name)) is not None:
-            with self._readable(name):
+            with self.readable(name):
                 first = int(kept["step"])
+                if not 0 <= first <= count:
+                    raise ValueError(f"step {first} of {count}")
                 restore(kept["state"])
         for step in range(first, count):
             try:
@@ -120,11 +122,16 @@ class Store:
                 raise
 
     @contextmanager
-    def _readable(self, name: str) -> Iterator[None]:
-        """A block in which damage to the state of a name shows in many ways."""
+    def readable(self, name: str = "") -> Iterator[None]:
+        """A block that takes up the state of a name, in which damage to it shows in many ways.
+
+        A :class:`NacreError` names the file, and says that to remove it begins the work anew.
+        """
         try:
             yield
-        except (LookupError, TypeError, ValueError, RuntimeError) as error:
+        except Exception as error:  # what takes a state up may be a library
+            if isinstance(error, NacreError) and not isinstance(error, FormatError):
+                raise
             problem = f"cannot be read, remove it to begin anew: {reason(error)}"
             raise NacreError(f"{self.file(name)}: {problem}") from error
 

@@ -10,7 +10,7 @@ import numpy as np
 from nacre.array import Floats
 from nacre.errors import FormatError, reason
 from nacre.io.files import PathLike, atomic_path
-from nacre.io.image_file import bitmaps, check_pixel_count
+from nacre.io.image_file import bitmaps, read_bitmap
 
 DEPTH = 0.1
 """Widths of a texture from black to white of height fields that do not tell."""
@@ -68,14 +68,15 @@ def read_heights(path: PathLike) -> Any:
     FormatError
         If it cannot be read, or has too many pixels.
     """
-    check_pixel_count(path)
     mi = bitmaps()
     try:
-        bitmap = mi.Bitmap(str(path))
+        bitmap = read_bitmap(path)
         bitmap.set_srgb_gamma(False)
         gray = bitmap.convert(mi.Bitmap.PixelFormat.Y, mi.Struct.Type.Float32, False)
         heights = np.array(gray, np.float32)
-    except RuntimeError as error:
+    except FormatError:
+        raise
+    except (RuntimeError, ValueError, MemoryError) as error:
         raise FormatError(f"{path}: height field cannot be read: {reason(error)}") from error
     if not heights.size or not np.isfinite(heights).all():
         raise FormatError(f"{path}: height field has no pixels, or some that are not finite")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.array import Floats
 from nacre.btf import Btf
-from nacre.errors import FormatError, NacreError, reason
+from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
 from nacre.io.files import PathLike, check_not_inputs, check_writable, digest
 from nacre.io.tensors import check_numbers
@@ -141,17 +141,13 @@ def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
     kept = store.load()
     if kept is None:
         return ErrorSums(), 0
-    try:
+    with store.readable():
         found = kept["codes"]
         if found.dtype != codes.dtype or found.shape[1:] != codes.shape[1:]:
             raise ValueError(f"codes are {found.dtype} {found.shape}")
         check_numbers(kept, np.inf)
         codes[: len(found)] = found
         return ErrorSums(kept["errors"]), len(found)
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise NacreError(
-            f"{store.file()}: cannot be read, remove it to begin anew: {reason(error)}"
-        ) from error
 
 
 @dataclass(frozen=True, eq=False)

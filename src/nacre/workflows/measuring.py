@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from nacre.errors import NacreError
+from nacre.errors import NacreError, reason
 from nacre.io.files import PathLike
 from nacre.render.scene_file import scene_bsdfs
 from nacre.render.virtual import MitsubaBrdf
@@ -40,6 +40,8 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         ) from error
     except RecursionError as error:
         raise NacreError(f"{where}: is nested too deeply") from error
+    except ValueError as error:  # a number of endless digits
+        raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
     register()

@@ -245,8 +245,9 @@ def estimate_from_photographs(
     small = [shrunk(picture) for picture in pictures]
     lobes: Sampler = LOBES
     if (kept := store.load()) is not None:
-        done, code = kept["rounds"], kept["code"]
-        lobes = _put(bsdf, code)
+        with store.readable():
+            done, code = int(kept["rounds"]), kept["code"]
+            lobes = _put(bsdf, code)
     while True:
         done += 1
         photographs = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -10,6 +11,7 @@ from typing import IO, Any, NamedTuple
 from nacre.errors import FormatError, NacreError, require
 
 COLUMNS = "step", "seconds", "learning_rate", "loss", "validation"
+_STEP = re.compile(r"[0-9]{1,18}")
 _LINE = 80  # characters that the first line may have, and more
 
 
@@ -83,8 +85,11 @@ def _rows(path: Path, step: int) -> list[list[str]]:
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
         if file.readline(_LINE).rstrip("\r\n") not in ("", ",".join(COLUMNS)):
             raise NacreError(f"{path}: is no table of a training; move it, or name another output")
-        rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
-    return [row for row in rows if row[0].isdigit() and int(row[0]) <= step]
+        try:
+            rows = [row for row in csv.reader(file) if len(row) == len(COLUMNS)] if step else []
+        except csv.Error as error:
+            raise NacreError(f"{path}: is damaged ({error}); move it to begin a new one") from error
+    return [row for row in rows if _STEP.fullmatch(row[0]) and int(row[0]) <= step]
 
 
 def read_journal(path: Path) -> list[Row]:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nacre.errors import NacreError, reason
+from nacre.errors import NacreError
 from nacre.runtime.device import memory_errors, open_device
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
@@ -130,18 +130,19 @@ class _Training:
         state = self._store.load()
         if state is None:
             return 0
-        try:
+        with self._store.readable():
             for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
                 optimizer.load_state_dict(saved)
             self._set_parameters(state["parameters"])
             self._recent.copy_(state["recent"])
             self._loss, self._seconds = float(state["loss"]), float(state["seconds"])
-            self._best, self._validation = state["best"], state["validation"]
+            best, validation = state["best"], state["validation"]
+            self._best = {"loss": float(best["loss"]), "step": int(best["step"])}
+            self._best["parameters"] = kept = list(best["parameters"])
+            if kept and [p.shape for p in kept] != [p.shape for p in self._parameters]:
+                raise ValueError("the best parameters are of another network")
+            self._validation = None if validation is None else float(validation)
             self._step = int(state["step"])
-        except (LookupError, TypeError, ValueError, RuntimeError) as error:
-            raise NacreError(
-                f"{self._store.file()}: cannot be read, remove it to begin anew: {reason(error)}"
-            ) from error
         return self._step
 
     def _save(self) -> None:

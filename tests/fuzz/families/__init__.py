@@ -1,0 +1,1 @@
+"""Readers to fuzz, one module a kind of file."""
