@@ -23,7 +23,7 @@ from nacre.brdf import Brdf, CosineSampler
 from nacre.errors import FormatError
 from nacre.io.files import atomic_path
 from nacre.io.format import Format
-from nacre.io.outputs import overwrite
+from nacre.io.outputs import check_replaceable, overwrite, record_output, written_by
 from nacre.measured import MerlBrdf, ScatteredBrdf, UtiaBrdf, rgl, rgl_tables
 from nacre.measured.utia import SHAPE
 from nacre.neural import Layer, NeuralBrdf
@@ -129,6 +129,23 @@ def test_a_killed_writer_leaves_the_old_file_and_does_not_hinder_the_next(tmp_pa
         nacre.save(nacre.load(source), path)
     assert path.stat().st_size == source.stat().st_size
     assert sorted(p.name for p in path.parent.iterdir()) == ["other.binary", "paint.binary"]
+
+
+def test_a_writer_killed_as_its_file_takes_the_name_left_a_file_that_is_known(
+    tmp_path: Path,
+) -> None:
+    path, new = tmp_path / "out.txt", tmp_path / "new"
+    with written_by("nacre a"):
+        with atomic_path(path) as temporary:
+            temporary.write_text("old")
+        new.write_text("longer")
+        record_output(path, upcoming=new)
+        check_replaceable(path)
+        new.replace(path)
+        check_replaceable(path)
+        path.write_text("the user's")
+        with pytest.raises(FormatError, match="was changed since"):
+            check_replaceable(path)
 
 
 def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:

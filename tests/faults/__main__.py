@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import signal
 import sys
 import tempfile
 import time
@@ -38,6 +39,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if unknown := set(arguments.commands) - set(LONG):
         parser.error(f"no long command is called {', '.join(unknown)}")
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it in the background
     bad = 0
     for name in arguments.commands or LONG:
         with tempfile.TemporaryDirectory() as folder, LONG[name].command() as command:

@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pytest
 
+import nacre
 from nacre.btf import TableBtf
 from nacre.errors import NacreError
 from nacre.measured.textures import BONN, UTIA, transposed
@@ -19,6 +20,7 @@ from nacre.metrics.texture_comparison import compare_textures
 from nacre.metrics.texture_errors import ErrorSums
 from nacre.textures import LatentMap, NeuralBtf
 from nacre.textures.codecs.basis.codec import BasisCodec
+from nacre.workflows import encoding as module
 from nacre.workflows.encoding import encode
 from tests.textures.codecs.basis.made import codec
 from tests.textures.support import ByImage
@@ -216,3 +218,18 @@ def test_a_picture_folder_is_encoded_by_texel(tmp_path):
     with transposed(ByImage(made), tmp_path, np.float32) as source:
         found = encode(source, codec())
     np.testing.assert_array_equal(found.codes, encode(made, codec()).codes)
+
+
+def test_a_source_that_is_removed_meanwhile_does_not_spoil_the_report(tmp_path, monkeypatch):
+    source = tmp_path / "felt.npz"
+    nacre.save(texture(), source)
+    size, save = source.stat().st_size, module.save_latent_map
+
+    def late(latent, path):
+        source.unlink()
+        save(latent, path)
+
+    monkeypatch.setattr(module, "save_latent_map", late)
+    found = module.encode_texture(source, tmp_path / "codes.safetensors")
+    assert found.source_nbytes == size
+    assert (tmp_path / "codes.safetensors").exists()

@@ -182,6 +182,7 @@ def _download(
     check_replaceable(path)
     with part.open("rb+") as file:
         os.fsync(file.fileno())
+    record_output(path, upcoming=part)
     part.replace(path)
     record_output(path)
     return Fetched(path, sha256, verified, True)

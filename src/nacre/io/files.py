@@ -205,6 +205,8 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
             with suppress(FileNotFoundError):
                 if not path.is_symlink():
                     temporary.chmod(stat.S_IMODE(path.stat().st_mode))
+            if not internal:
+                record_output(path, upcoming=temporary)
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import platformdirs
 
@@ -80,22 +81,39 @@ def check_replaceable(path: PathLike) -> None:
         raise FormatError(f"{path}: {problem}; name another output, or use --force to replace it")
 
 
-def record_output(path: PathLike) -> None:
-    """Note that this command wrote a file; where that cannot be noted, the file is a stranger's."""
+def record_output(path: PathLike, upcoming: PathLike | None = None) -> None:
+    """Note that this command wrote a file; where that cannot be noted, the file is a stranger's.
+
+    Parameters
+    ----------
+    path
+        The file.
+    upcoming
+        What is about to take its name: whichever of them a process leaves that is killed between
+        is then known.
+    """
     path = Path(path)
     record = _record(path)
     with suppress(OSError):
-        status = path.lstat()
-        content = {
-            "path": str(_absolute(path)),
-            "size": status.st_size,
-            "modified_ns": status.st_mtime_ns,
-            "command": _policy.command,
-        }
+        status = Path(upcoming or path).lstat()
+        state = {"size": status.st_size, "modified_ns": status.st_mtime_ns}
+        known = {"path": str(_absolute(path)), "command": _policy.command}
+        content = {**known, **state} if upcoming is None else {**known, "upcoming": state}
+        if upcoming is not None:
+            content = _read(record) | content
         record.parent.mkdir(parents=True, exist_ok=True)
         temporary = record.with_suffix(f".{os.getpid():x}")
         temporary.write_text(json.dumps(content), encoding="utf-8")
         temporary.replace(record)
+
+
+def _read(record: Path) -> dict[str, Any]:
+    """What is noted of a file; nothing where that cannot be read."""
+    with suppress(OSError, ValueError, RecursionError):
+        content = json.loads(record.read_text(encoding="utf-8"))
+        if isinstance(content, dict):
+            return content
+    return {}
 
 
 def _problem(path: Path, status: os.stat_result) -> str:
@@ -108,12 +126,13 @@ def _problem(path: Path, status: os.stat_result) -> str:
         return "exists and is read-only"
     if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
         return "exists and belongs to another user"
-    try:
-        known = json.loads(_record(path).read_text(encoding="utf-8"))
-        same = (known["size"], known["modified_ns"]) == (status.st_size, status.st_mtime_ns)
-        command = str(known["command"])
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    known = _read(_record(path))
+    upcoming = known.get("upcoming")
+    states = [known, upcoming if isinstance(upcoming, dict) else {}]
+    if not any("size" in state for state in states) or "command" not in known:
         return "exists and was not written by nacre"
+    now, command = (status.st_size, status.st_mtime_ns), str(known["command"])
+    same = any((state.get("size"), state.get("modified_ns")) == now for state in states)
     if not same:
         return "exists and was changed since nacre wrote it"
     if _policy.command and command != _policy.command:

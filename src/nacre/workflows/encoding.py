@@ -250,6 +250,7 @@ def encode_texture(
         raise FormatError(f"{source}: a list of directions is for a folder of images; leave it out")
     btf = load_btf(source, quantity=pixels, directions=directions)
     files, model_digest = source_files(source, btf), digest(model)
+    nbytes = sum(path.stat().st_size for path in files)  # who knows whether they stay
     listed = "" if directions is None else digest(Path(directions))
     fingerprint = f"{source_fingerprint(source, files)} {pixels} {model_digest} {listed}"
     began = time.monotonic()
@@ -279,7 +280,7 @@ def encode_texture(
         found.errors,
         found.compared,
         seconds,
-        sum(path.stat().st_size for path in files),
+        nbytes,
         output.stat().st_size,
         model if reference and not included else None,
     )
