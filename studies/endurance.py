@@ -38,6 +38,7 @@ from nacre.measured.deduplication import from_measurement
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.render import kernels
+from nacre.render.engine import check_llvm
 from nacre.reproduce.tables import write_text
 from nacre.workflows import MANIFEST, Manifest, Record
 from nacre.workflows.run import UNFINISHED
@@ -109,6 +110,44 @@ def kept() -> Iterator[None]:
     yield from renders()
 
 
+def cooperative() -> Iterator[None]:
+    """The same where weights lie in a buffer, so that variants share a kernel."""
+    from nacre.render import bsdf, render_preview
+
+    for material in variants():
+        shown = bsdf(material, weights="cooperative")
+        render_preview(shown, "sphere", "directional", 16, 1, denoise=False)
+        yield
+
+
+def _literals(numbers: Callable[[np.random.Generator], Floats]) -> Iterator[None]:
+    import drjit as dr
+    from drjit.llvm import Float
+
+    check_llvm()
+    random, x = np.random.default_rng(0), dr.opaque(Float, 0.5, 64)
+    while True:
+        y = Float(0.0)
+        for number in numbers(random):
+            y = dr.fma(y, x, Float(float(number)))
+        dr.eval(y)
+        dr.sync_thread()
+        del y
+        dr.flush_kernel_cache()
+        yield
+
+
+def numbers() -> Iterator[None]:
+    """A kernel of 700 literals that no other has, released at once."""
+    return _literals(lambda random: random.standard_normal(700).astype(np.float32))
+
+
+def orders() -> Iterator[None]:
+    """The same, of always the same 700 literals in another order."""
+    fixed = np.random.default_rng(1).standard_normal(700).astype(np.float32)
+    return _literals(lambda random: random.permutation(fixed))
+
+
 def encodes() -> Iterator[None]:
     """The code of a variant in the included neural basis."""
     from nacre.latent import find_basis
@@ -133,6 +172,9 @@ PARTS = {
     "loads": Part(loads, 500, 20),
     "renders": Part(renders, 300, kernels.MAX_MATERIALS + 1),
     "kept": Part(kept, 60),
+    "cooperative": Part(cooperative, 60),
+    "numbers": Part(numbers, 50),
+    "orders": Part(orders, 50),
     "encodes": Part(encodes, 100),
 }
 WARM_UP = 5
@@ -339,8 +381,8 @@ def main() -> None:
     study.add_argument("--count", type=int, default=10_000, help="materials of the library")
     options = study.options()
     if options.part is None:
-        for part in (*PARTS, *LIBRARIES):
-            subprocess.run([sys.executable, "-m", "studies.endurance", part, *sys.argv[1:]])
+        for name in (*PARTS, *LIBRARIES):
+            subprocess.run([sys.executable, "-m", "studies.endurance", name, *sys.argv[1:]])
     elif options.part in LIBRARIES:
         work, memory = LIBRARIES[options.part]
         study.table(["", "CPU s", memory, ""], work(study.output, options.count), options.part)
