@@ -269,10 +269,10 @@ class Run:
     status: int
 
 
-def run(command: list[str], environment: dict[str, str], done: Callable[[], bool]) -> Run:
+def run(command: list[str], done: Callable[[], bool]) -> Run:
     """Run a command to its end, or kill it once it is `done`."""
     with tempfile.TemporaryFile() as output:
-        process = subprocess.Popen(command, env=environment, stderr=output, stdout=output)
+        process = subprocess.Popen(command, stderr=output, stdout=output)
         killed = False
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
@@ -301,7 +301,6 @@ def library(folder: Path, count: int) -> list[list[str]]:
     write_scans(scans, count)
     rows = [["scans written", f"{cpu_seconds() - start:.1f}", "", f"{count:,} of {SCAN} samples"]]
     command = [sys.executable, "-m", "nacre", "fit", str(scans), "-o", str(fitted), *LIBRARY]
-    environment = os.environ | {"NACRE_STATE": str(folder / "state")}
     lines = fitted / MANIFEST
 
     def half() -> bool:
@@ -315,13 +314,13 @@ def library(folder: Path, count: int) -> list[list[str]]:
         }
 
     if len(finished(fitted)) < count // 2:
-        first = run(command, environment, half)
+        first = run(command, half)
         done = len(finished(fitted))
         size = lines.stat().st_size / 1e6
         what = f"{done:,} fitted, exit {first.status}, manifest {size:.2f} MB"
         rows.append(["killed at half", f"{first.cpu:.1f}", f"{first.peak / 1e6:.0f}", what])
     before = files(finished(fitted))
-    second = run(command, environment, lambda: False)
+    second = run(command, lambda: False)
     after = finished(fitted)
     there = files(after)
     lost = len(before.keys() - there.keys())
@@ -332,7 +331,7 @@ def library(folder: Path, count: int) -> list[list[str]]:
         f"not as the manifest says, exit {second.status}"
     )
     rows.append(["resumed", f"{second.cpu:.1f}", f"{second.peak / 1e6:.0f}", what])
-    third = run(command, environment, lambda: False)
+    third = run(command, lambda: False)
     same = sum(was == there[name] for name, was in files(finished(fitted)).items())
     what = f"{same:,} unchanged, exit {third.status}"
     rows.append(["run again", f"{third.cpu:.1f}", f"{third.peak / 1e6:.0f}", what])
@@ -380,6 +379,8 @@ def main() -> None:
     study.add_argument("--rounds", type=int, help="of a part, in place of its own number")
     study.add_argument("--count", type=int, default=10_000, help="materials of the library")
     options = study.options()
+    # Whatever HOME is: an empty one makes Dr.Jit compile.
+    os.environ.setdefault("NACRE_STATE", str(study.output.resolve() / "state"))
     if options.part is None:
         for name in (*PARTS, *LIBRARIES):
             subprocess.run([sys.executable, "-m", "studies.endurance", name, *sys.argv[1:]])
