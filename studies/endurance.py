@@ -38,6 +38,7 @@ from nacre.measured.deduplication import from_measurement
 from nacre.neural.nbrdf import NeuralBrdf
 from nacre.numerics.mlp import Layer
 from nacre.render import kernels
+from nacre.render.engine import check_llvm
 from nacre.reproduce.tables import write_text
 from nacre.workflows import MANIFEST, Manifest, Record
 from nacre.workflows.run import UNFINISHED
@@ -109,6 +110,44 @@ def kept() -> Iterator[None]:
     yield from renders()
 
 
+def cooperative() -> Iterator[None]:
+    """The same where weights lie in a buffer, so that variants share a kernel."""
+    from nacre.render import bsdf, render_preview
+
+    for material in variants():
+        shown = bsdf(material, weights="cooperative")
+        render_preview(shown, "sphere", "directional", 16, 1, denoise=False)
+        yield
+
+
+def _literals(numbers: Callable[[np.random.Generator], Floats]) -> Iterator[None]:
+    import drjit as dr
+    from drjit.llvm import Float
+
+    check_llvm()
+    random, x = np.random.default_rng(0), dr.opaque(Float, 0.5, 64)
+    while True:
+        y = Float(0.0)
+        for number in numbers(random):
+            y = dr.fma(y, x, Float(float(number)))
+        dr.eval(y)
+        dr.sync_thread()
+        del y
+        dr.flush_kernel_cache()
+        yield
+
+
+def numbers() -> Iterator[None]:
+    """A kernel of 700 literals that no other has, released at once."""
+    return _literals(lambda random: random.standard_normal(700).astype(np.float32))
+
+
+def orders() -> Iterator[None]:
+    """The same, of always the same 700 literals in another order."""
+    fixed = np.random.default_rng(1).standard_normal(700).astype(np.float32)
+    return _literals(lambda random: random.permutation(fixed))
+
+
 def encodes() -> Iterator[None]:
     """The code of a variant in the included neural basis."""
     from nacre.latent import find_basis
@@ -133,6 +172,9 @@ PARTS = {
     "loads": Part(loads, 500, 20),
     "renders": Part(renders, 300, kernels.MAX_MATERIALS + 1),
     "kept": Part(kept, 60),
+    "cooperative": Part(cooperative, 60),
+    "numbers": Part(numbers, 50),
+    "orders": Part(orders, 50),
     "encodes": Part(encodes, 100),
 }
 WARM_UP = 5
@@ -227,10 +269,10 @@ class Run:
     status: int
 
 
-def run(command: list[str], environment: dict[str, str], done: Callable[[], bool]) -> Run:
+def run(command: list[str], done: Callable[[], bool]) -> Run:
     """Run a command to its end, or kill it once it is `done`."""
     with tempfile.TemporaryFile() as output:
-        process = subprocess.Popen(command, env=environment, stderr=output, stdout=output)
+        process = subprocess.Popen(command, stderr=output, stdout=output)
         killed = False
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
@@ -259,7 +301,6 @@ def library(folder: Path, count: int) -> list[list[str]]:
     write_scans(scans, count)
     rows = [["scans written", f"{cpu_seconds() - start:.1f}", "", f"{count:,} of {SCAN} samples"]]
     command = [sys.executable, "-m", "nacre", "fit", str(scans), "-o", str(fitted), *LIBRARY]
-    environment = os.environ | {"NACRE_STATE": str(folder / "state")}
     lines = fitted / MANIFEST
 
     def half() -> bool:
@@ -273,13 +314,13 @@ def library(folder: Path, count: int) -> list[list[str]]:
         }
 
     if len(finished(fitted)) < count // 2:
-        first = run(command, environment, half)
+        first = run(command, half)
         done = len(finished(fitted))
         size = lines.stat().st_size / 1e6
         what = f"{done:,} fitted, exit {first.status}, manifest {size:.2f} MB"
         rows.append(["killed at half", f"{first.cpu:.1f}", f"{first.peak / 1e6:.0f}", what])
     before = files(finished(fitted))
-    second = run(command, environment, lambda: False)
+    second = run(command, lambda: False)
     after = finished(fitted)
     there = files(after)
     lost = len(before.keys() - there.keys())
@@ -290,7 +331,7 @@ def library(folder: Path, count: int) -> list[list[str]]:
         f"not as the manifest says, exit {second.status}"
     )
     rows.append(["resumed", f"{second.cpu:.1f}", f"{second.peak / 1e6:.0f}", what])
-    third = run(command, environment, lambda: False)
+    third = run(command, lambda: False)
     same = sum(was == there[name] for name, was in files(finished(fitted)).items())
     what = f"{same:,} unchanged, exit {third.status}"
     rows.append(["run again", f"{third.cpu:.1f}", f"{third.peak / 1e6:.0f}", what])
@@ -338,9 +379,11 @@ def main() -> None:
     study.add_argument("--rounds", type=int, help="of a part, in place of its own number")
     study.add_argument("--count", type=int, default=10_000, help="materials of the library")
     options = study.options()
+    # Whatever HOME is: an empty one makes Dr.Jit compile.
+    os.environ.setdefault("NACRE_STATE", str(study.output.resolve() / "state"))
     if options.part is None:
-        for part in (*PARTS, *LIBRARIES):
-            subprocess.run([sys.executable, "-m", "studies.endurance", part, *sys.argv[1:]])
+        for name in (*PARTS, *LIBRARIES):
+            subprocess.run([sys.executable, "-m", "studies.endurance", name, *sys.argv[1:]])
     elif options.part in LIBRARIES:
         work, memory = LIBRARIES[options.part]
         study.table(["", "CPU s", memory, ""], work(study.output, options.count), options.part)

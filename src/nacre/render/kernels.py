@@ -1,8 +1,9 @@
 """How many compiled kernels stay in memory.
 
 Dr.Jit keeps every kernel that it has compiled until the process ends. A material whose numbers are
-literals has kernels of its own, about 0.9 MB for a preview of a network, so a process that renders
-one new material after the other would grow without bound.
+literals has kernels of its own, so a process that renders one new material after the other would
+keep them all. Beside them, LLVM keeps each distinct number that it has compiled, about 0.8 kB,
+which Dr.Jit cannot release: see `docs/results/endurance.md`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 from nacre.errors import require
 
 MAX_MATERIALS = 32
-"""Materials whose kernels are kept at a time: about 30 MB of previews."""
+"""Materials whose kernels are kept at a time: some 440 kB each for a small preview."""
 
 _compiled = 0
 
