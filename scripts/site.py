@@ -1,8 +1,9 @@
-"""What the site of `mkdocs.yml` has beside its pages: MathML for equations, the API reference."""
+"""What the site of `mkdocs.yml` has beside its pages: MathML, the API reference, run notebooks."""
 
 from __future__ import annotations
 
 import html
+import os
 import re
 import subprocess
 import sys
@@ -10,14 +11,35 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import nbformat
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
+from nbclient import NotebookClient
+from nbconvert import MarkdownExporter
+from nbconvert.filters import strip_ansi
 
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
 
+class NotebookPage(File):
+    """A page whose source is a notebook, so that links to the notebook lead to the page."""
+
+    def is_documentation_page(self) -> bool:
+        return True
+
+
 def on_files(files: Files, config: Any) -> Files:
-    """Add to `api/` what pdoc writes of the module `extra.api`; its warnings end the build."""
+    """Run the notebooks, and add to `api/` what pdoc writes of the module `extra.api`.
+
+    A cell that fails ends the build, and so do pdoc's warnings.
+    """
+    for file in [file for file in files if file.src_uri.endswith(".ipynb")]:
+        files.remove(file)
+        page, pictures = executed(Path(file.abs_src_path))
+        files.append(NotebookPage.generated(config, file.src_uri, content=page))
+        for name, content in pictures.items():
+            place = (Path(file.src_uri).parent / name).as_posix()
+            files.append(File.generated(config, place, content=content))
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-W", "error::UserWarning", "-m", "pdoc", "-o", folder]
         subprocess.run([*command, config.extra["api"]], check=True)
@@ -25,6 +47,27 @@ def on_files(files: Files, config: Any) -> Files:
             name = f"api/{path.relative_to(folder).as_posix()}"
             files.append(File.generated(config, name, content=path.read_bytes()))
     return files
+
+
+def executed(path: Path) -> tuple[str, dict[str, bytes]]:
+    """A notebook as Markdown after all of its cells ran in an empty folder, and its pictures."""
+    notebook = nbformat.read(path, as_version=4)
+    commands = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    with tempfile.TemporaryDirectory() as folder:
+        client = NotebookClient(
+            notebook,
+            startup_timeout=600,
+            timeout=600,
+            resources={"metadata": {"path": folder}},
+            coalesce_streams=True,
+        )
+        client.execute(env=os.environ | {"PATH": commands})
+    for cell in notebook.cells:  # JPEGs that Pillow offers beside its PNGs
+        for output in cell.get("outputs", []):
+            output.get("data", {}).pop("image/jpeg", None)
+    resources = {"unique_key": path.stem, "output_files_dir": "pictures"}
+    text, found = MarkdownExporter().from_notebook_node(notebook, resources)
+    return strip_ansi(text).replace("![png]", "![What the cell shows]"), found["outputs"]
 
 
 def on_page_content(content: str, **_: Any) -> str:

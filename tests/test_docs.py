@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from collections.abc import Iterator
@@ -21,7 +22,10 @@ DOCS = ROOT / "docs"
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.rglob("*.md")])
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
+
 GUIDE_WORDS = 900
+NOTEBOOK_WORDS = 500
 README_WORDS = 600
 
 
@@ -88,6 +92,15 @@ def test_readme_is_read_in_a_minute() -> None:
 @pytest.mark.parametrize("page", sorted((DOCS / "guide").glob("*.md")), ids=lambda page: page.stem)
 def test_guide_pages_are_read_in_five_minutes(page: Path) -> None:
     assert words(page) <= GUIDE_WORDS
+
+
+@pytest.mark.parametrize("source", NOTEBOOKS, ids=lambda source: source.stem)
+def test_notebooks_are_read_in_three_minutes_and_kept_without_outputs(source: Path) -> None:
+    cells = json.loads(source.read_text("utf-8"))["cells"]
+    text = "\n".join("".join(cell["source"]) for cell in cells)
+    assert sum(1 for word in text.split() if re.search(r"\w", word)) <= NOTEBOOK_WORDS
+    assert [cell["id"] for cell in cells if cell.get("outputs")] == []
+    assert f"]({source.name})" in (source.parent / "README.md").read_text("utf-8")
 
 
 def test_index_has_every_page() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -11,9 +12,12 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 ROOT = Path(__file__).parents[1]
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 FETCHING = {"link", "script", "img", "iframe", "source", "video"}
 """Elements whose address a browser fetches unasked."""
 
@@ -41,7 +45,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def build(folder: Path, *options: str) -> tuple[int, str]:
     """The exit status of MkDocs in a folder, as the Makefile runs it, and what it says."""
-    for name in ("mkdocs", "material", "latex2mathml"):
+    for name in ("mkdocs", "material", "latex2mathml", "nbclient", "nbconvert", "ipykernel"):
         pytest.importorskip(name, reason="needs the extra 'docs'")
     environment = os.environ | {"SITE_API": "nacre.errors", "NO_MKDOCS_2_WARNING": "1"}
     command = [sys.executable, "-m", "mkdocs", "build", *options]
@@ -55,7 +59,7 @@ def pages(site: Path) -> Iterator[tuple[Path, list[tuple[str, str]]]]:
 
 
 def test_every_page_of_docs_is_there(site: Path) -> None:
-    for source in (ROOT / "docs").rglob("*.md"):
+    for source in [*(ROOT / "docs").rglob("*.md"), *NOTEBOOKS]:
         name = source.with_suffix(".html").relative_to(ROOT / "docs")
         assert (site / name.parent / name.name.replace("README", "index")).is_file()
     assert "FormatError" in (site / "api" / "nacre" / "errors.html").read_text("utf-8")
@@ -70,6 +74,34 @@ def test_links_that_lead_nowhere_end_the_build(tmp_path: Path) -> None:
     assert status == 1
     assert "'#nowhere', but there is no such anchor" in output
     assert "'nowhere.md', but the target is not found" in output
+
+
+@pytest.mark.parametrize("source", NOTEBOOKS, ids=lambda source: source.stem)
+def test_notebooks_show_what_their_cells_gave(site: Path, source: Path) -> None:
+    page = site / "notebooks" / f"{source.stem}.html"
+    shown = [address for tag, address in Addresses(page).found if tag == "img"]
+    pictures = [page.parent / address for address in shown if address.startswith("pictures/")]
+    text = page.read_text("utf-8")
+    assert pictures or "<iframe" in text
+    for picture in pictures:
+        values = np.asarray(Image.open(picture).convert("L"))
+        assert values.std() > 5.0, f"{picture.name} shows nothing"
+    assert not re.search(r"Warning|Traceback|\x1b", text)
+
+
+def test_a_cell_that_fails_ends_the_build(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    cell = {"cell_type": "code", "id": "a", "metadata": {}, "outputs": [], "execution_count": None}
+    cell["source"] = "raise ValueError('no such light')"
+    notebook = {"cells": [cell], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+    (tmp_path / "docs" / "a.ipynb").write_text(json.dumps(notebook))
+    settings = (
+        f"INHERIT: {ROOT / 'mkdocs.yml'}\nnav: [a.ipynb]\nhooks: [{ROOT / 'scripts/site.py'}]\n"
+    )
+    (tmp_path / "mkdocs.yml").write_text(settings)
+    status, output = build(tmp_path)
+    assert status == 1
+    assert "no such light" in output
 
 
 def test_nothing_comes_from_a_network(site: Path) -> None:

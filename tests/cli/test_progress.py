@@ -19,8 +19,16 @@ from tests.cli.support import run
 from tests.reflectances import Glossy
 
 
+class Terminal(io.StringIO):
+    """A file that says it is one."""
+
+    def isatty(self) -> bool:
+        return True
+
+
 def screen(*, terminal: bool) -> Console:
-    return Console(file=io.StringIO(), force_terminal=terminal, width=120, color_system=None)
+    file = Terminal() if terminal else io.StringIO()
+    return Console(file=file, force_terminal=terminal, width=120, color_system=None)
 
 
 def printed(console: Console) -> str:
@@ -54,6 +62,14 @@ def test_plain_lines_come_with_the_stages_where_there_is_no_terminal():
         line("training", 4, 100, "loss 0.1")
     assert text.count("\n") == 3
     assert printed(console) == text
+
+
+def test_plain_lines_stay_plain_where_colors_are_forced(monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    console = Console(file=io.StringIO(), width=120)
+    assert console.is_terminal
+    with Display("nacre fit", console):
+        assert until(console, "starting\n") == "nacre fit: starting\n"
 
 
 def test_a_stage_that_goes_on_is_told_of_now_and_then(monkeypatch):

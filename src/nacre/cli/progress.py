@@ -82,6 +82,8 @@ class Display:
         self, title: str, console: Console, *, quiet: bool = False, verbose: bool = False
     ) -> None:
         self._console, self._quiet, self._verbose = console, quiet, verbose
+        # FORCE_COLOR, which Jupyter sets, has rich take a pipe for a terminal.
+        self._is_terminal = console.is_terminal and console.file.isatty()
         self._lock = threading.Lock()
         self._lines = [Line(self, title)]
         self._untouched, self._hidden = True, False
@@ -150,11 +152,11 @@ class Display:
     def _run(self) -> None:
         wait = DELAY
         while not self._stop.wait(wait):
-            wait = 0.125 if self._console.is_terminal else 1.0
+            wait = 0.125 if self._is_terminal else 1.0
             with self._lock:
                 if self._hidden:
                     continue
-                if self._console.is_terminal:
+                if self._is_terminal:
                     self._refresh()
                 else:
                     self._print()
