@@ -32,7 +32,8 @@ def objects() -> Iterator[tuple[str, Brdf]]:
     """Materials whose files and libraries are there, and a white one for each sampler."""
     for name in MATERIALS:
         try:
-            yield name, made(name)
+            brdf = made(name)
+            yield name, brdf.replaced(sampler=brdf.sampler)  # the same lobes in all processes
         except pytest.skip.Exception as reason:
             print(f"- without {name}: {reason}")
     white = made("lambert")
@@ -43,14 +44,14 @@ def objects() -> Iterator[tuple[str, Brdf]]:
 def difference(found: Results, first: Results, part: str) -> str:
     """How many arrays of a library have the same bits, and how far the others are off."""
     names = [name for name in first if name.startswith(f"{part}/")]
-    same = sum(found[name].tobytes() == first[name].tobytes() for name in names)
-    if same == len(names):
-        return f"all {same} the same"
-    errors = {name: relative_error(found[name], first[name]) for name in names}
-    worst = max(errors, key=lambda name: float(np.quantile(errors[name], 0.999)))
+    other = [name for name in names if found[name].tobytes() != first[name].tobytes()]
+    if not other:
+        return f"all {len(names)} the same"
+    errors = {name: relative_error(found[name], first[name]) for name in other}
+    worst = max(errors, key=lambda name: float(errors[name].max()))
     numbers = np.concatenate([error.ravel() for error in errors.values()])
     return (
-        f"{same} of {len(names)} the same; of numbers 99.9 % within "
+        f"{len(names) - len(other)} of {len(names)} the same; of the others 99.9 % within "
         f"{np.quantile(numbers, 0.999):.1e}, all within {numbers.max():.1e} ({worst})"
     )
 

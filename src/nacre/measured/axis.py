@@ -17,6 +17,8 @@ Blend: TypeAlias = Sequence[tuple[Array, Array]]
 
 KNOWN = 1.0 - 1e-5
 """Weight of valid nodes from which an interpolated value counts as valid: absorbs rounding."""
+LEAST_KNOWN = 1e-18
+"""Least weight of known nodes to divide by; float32 holds its inverse squared, as slopes need."""
 
 
 class Axis:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from nacre.array import Array, Components, Table, namespace
 from nacre.geometry import half_difference, to_spherical
-from nacre.measured.axis import KNOWN, cell
+from nacre.measured.axis import KNOWN, LEAST_KNOWN, cell
 from nacre.sampling import LobeSampledBrdf
 
 Interpolation: TypeAlias = Literal["trilinear", "nearest"]
@@ -84,7 +84,7 @@ class MerlBrdf(LobeSampledBrdf):
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
         red, green, blue, known = self._interpolate(wi, wo)
-        scale = 1.0 / namespace(known).maximum(known, 1e-30)
+        scale = 1.0 / namespace(known).maximum(known, LEAST_KNOWN)
         return SCALES[0] * scale * red, SCALES[1] * scale * green, SCALES[2] * scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:

@@ -24,7 +24,7 @@ from nacre.brdf import Brdf
 from nacre.geometry import from_spherical, join, to_spherical
 from nacre.io.files import PathLike, read_bytes, write_encoded
 from nacre.io.format import Format
-from nacre.measured.axis import KNOWN, Blend, cell, outer
+from nacre.measured.axis import KNOWN, LEAST_KNOWN, Blend, cell, outer
 from nacre.measured.raw import read_values
 from nacre.sampling import LobeSampledBrdf
 
@@ -86,7 +86,7 @@ class UtiaBrdf(LobeSampledBrdf):
     def eval_components(self, wi: Components, wo: Components) -> Components:
         blend = _blend(wi, wo)
         red, green, blue, known = (self._sum(channel, blend) for channel in range(4))
-        scale = 1.0 / namespace(known).maximum(known, 1e-30)
+        scale = 1.0 / namespace(known).maximum(known, LEAST_KNOWN)
         return scale * red, scale * green, scale * blue
 
     def valid_components(self, wi: Components, wo: Components) -> Array:
