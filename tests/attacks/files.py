@@ -356,6 +356,18 @@ ATTACKS = {
         },
         "a.exr",
     ),
+    "exr-left": Attack(
+        "begins left of its frame, where Mitsuba writes before its pixels, with blocks elsewhere",
+        lambda: {
+            "a.exr": SPECIMENS["UTIA image (.exr)"]
+            .files()[0]
+            .replace(struct.pack("<4i", 0, 0, 287, 287), struct.pack("<4i", -9, -1, 278, 286))[
+                :4096
+            ]
+        },
+        "begins left of or above its frame",
+        _LIT,
+    ),
     "png-size": Attack(
         "claims 3.6 billion pixels of light",
         lambda: {"a.png": _png_of_one_color(60_000)},

@@ -139,6 +139,34 @@ def test_pixels_of_other_images_are_not_counted(tmp_path: Path) -> None:
             check_pixel_count(tmp_path / "x")
 
 
+def moved(data: bytes, right: int, down: int) -> bytes:
+    """An image of Mitsuba's, in blocks of 32 rows, whose pixels begin elsewhere."""
+    out = bytearray(data)
+    window = data.index(b"dataWindow\0box2i\0") + 21
+    box = np.frombuffer(data, "<i4", 4, window)
+    struct.pack_into("<4i", out, window, *(box + [right, down, right, down]))
+    first = data.index(b"screenWindowWidth\0float\0") + 33
+    for place in np.frombuffer(data, "<u8", -(-int(box[3] + 1) // 32), first):
+        (row,) = struct.unpack_from("<i", data, place)
+        struct.pack_into("<i", out, place, row + down)
+    return bytes(out)
+
+
+@pytest.mark.parametrize("corner", [(-1, 0), (0, -7), (-50, -33), (4, 2)])
+def test_openexr_images_may_begin_anywhere(tmp_path: Path, corner: tuple[int, int]) -> None:
+    """Mitsuba alone ends the process where one begins left of or above its frame."""
+    path, pixels = tmp_path / "x.exr", np.random.default_rng(1).random((70, 50, 3), np.float32)
+    mi.Bitmap(pixels).write(str(path))
+    path.write_bytes(moved(path.read_bytes(), *corner))
+    np.testing.assert_array_equal(read(path), pixels)
+    np.testing.assert_array_equal(load_environment(path).pixels, pixels)
+    if min(corner) < 0:
+        whole = path.read_bytes()
+        for length in (len(whole) - 1, len(whole) // 2, 500):
+            path.write_bytes(whole[:length])
+            refused(path, "begins left of or above its frame, and is damaged")
+
+
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores cannot be left out here")
 def test_openexr_images_are_written_and_read_on_one_core(tmp_path: Path) -> None:
     script = """

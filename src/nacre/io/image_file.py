@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 import struct
 import warnings
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +35,8 @@ PIXEL_LIMIT = 1 << 26
 """Most pixels of an image that is read whole: what packs well could fill any memory."""
 
 _EXR_HEADER_LIMIT = 1 << 16
+_EXR_ROWS = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
+"""Rows of a block, by the kind of compression."""
 _EXR_LONG_NAMES = 0x400  # the one flag of an image in scan lines that is not a plain one
 _PNG_COLORS = {2, 6}  # RGB, with and without opacity
 
@@ -102,8 +104,8 @@ def _pixel_count(data: bytes) -> int:
     if data.startswith(PNG_MAGIC):
         width, height = struct.unpack_from(">2I", data, 16)
     elif data.startswith(EXR_MAGIC):
-        window = dict(_exr_attributes(data[:_EXR_HEADER_LIMIT]))["dataWindow"]
-        left, top, right, bottom = struct.unpack("<4i", window)
+        places, _ = _exr_attributes(data[:_EXR_HEADER_LIMIT])
+        left, top, right, bottom = _exr_window(data, places)
         width, height = right - left + 1, bottom - top + 1
     elif data.startswith(radiance_image.MAGIC):
         height, width, _, _ = radiance_image.parse_header(data)
@@ -133,9 +135,9 @@ def exr_header(data: bytes, path: PathLike) -> ImageHeader:
         (flags,) = struct.unpack_from("<I", data, 4)
         if not data.startswith(EXR_MAGIC) or flags & ~_EXR_LONG_NAMES != 2:
             raise ValueError("not version 2 with one part in scan lines")
-        attributes = dict(_exr_attributes(data[:_EXR_HEADER_LIMIT]))
-        left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
-        channels, rest = set(), attributes["channels"]
+        places, _ = _exr_attributes(data[:_EXR_HEADER_LIMIT])
+        left, top, right, bottom = _exr_window(data, places)
+        channels, rest = set(), data[places["channels"]]
         while rest.rstrip(b"\0"):
             name, _, rest = rest.partition(b"\0")
             channels.add(name.decode("latin-1"))
@@ -170,16 +172,51 @@ def decode(data: bytes, header: ImageHeader, path: PathLike) -> npt.NDArray[Any]
     return pixels[..., :3]
 
 
-def _exr_attributes(data: bytes) -> Iterator[tuple[str, bytes]]:
-    """Names and values in the header, up to the empty name that ends it."""
-    offset = 8
+def _exr_attributes(data: bytes) -> tuple[dict[str, slice], int]:
+    """Where the values of a header are, by name, and where the header ends."""
+    places, offset = {}, 8
     while data[offset] != 0:
         name_end = data.index(b"\0", offset)
         type_end = data.index(b"\0", name_end + 1)
         (size,) = struct.unpack_from("<I", data, type_end + 1)
         start = type_end + 5
-        yield data[offset:name_end].decode("latin-1"), data[start : start + size]
+        places[data[offset:name_end].decode("latin-1")] = slice(start, start + size)
         offset = start + size
+    return places, offset + 1
+
+
+def _exr_window(data: bytes, places: Mapping[str, slice]) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom pixel that a header says are there."""
+    left, top, right, bottom = struct.unpack("<4i", data[places["dataWindow"]])
+    return left, top, right, bottom
+
+
+def _exr_at_origin(data: bytes, path: PathLike) -> bytes | None:
+    """An OpenEXR image whose pixels begin at (0, 0), where those of a file begin left or above.
+
+    Renderings that are wider than their frame do. Mitsuba 3.9.1 writes before its own pixels then.
+    None where they do not; a :class:`FormatError` says that such an image is damaged or in tiles.
+    """
+    try:
+        places, start = _exr_attributes(data[:_EXR_HEADER_LIMIT])
+        left, top, right, bottom = _exr_window(data, places)
+        if min(left, top) >= 0:
+            return None
+        (flags,) = struct.unpack_from("<I", data, 4)
+        if flags & ~_EXR_LONG_NAMES != 2:
+            raise ValueError("not in scan lines")
+        moved = bytearray(data)
+        moved[places["dataWindow"]] = struct.pack("<4i", 0, 0, right - left, bottom - top)
+        rows = _EXR_ROWS[data[places["compression"]][0]]
+        for place in struct.unpack_from(f"<{-(-(bottom - top + 1) // rows)}Q", data, start):
+            row, size = struct.unpack_from("<2i", data, place)
+            if place < start or not 0 <= size <= len(data) - place - 8:
+                raise ValueError("a block is not within the file")
+            struct.pack_into("<i", moved, place, row - top)
+    except (struct.error, ValueError, LookupError, OverflowError) as error:
+        problem = "begins left of or above its frame, and is damaged or not in scan lines"
+        raise FormatError(f"{path}: {problem}; crop it") from error
+    return bytes(moved)
 
 
 def _jpeg_header(data: bytes, path: PathLike) -> ImageHeader:
@@ -231,22 +268,33 @@ def read_bitmap(path: PathLike) -> Any:
     check_pixel_count(path)
     mi = bitmaps()
     with opened(path) as file:
-        if file.read(2) != radiance_image.MAGIC:
-            return mi.Bitmap(str(path))
-        data = radiance_image.MAGIC + file.read()
+        data = file.read()
+    if not data.startswith(radiance_image.MAGIC):
+        return mi.Bitmap(_source(data, path))
     header = radiance_image.parse_header(data)
     kind = mi.Bitmap.PixelFormat.XYZ if header.xyz else mi.Bitmap.PixelFormat.RGB
     return mi.Bitmap(radiance_image.decode(data, header), kind)
 
 
-def _decode_by_mitsuba(data: bytes, path: PathLike) -> npt.NDArray[Any]:
-    mi = bitmaps()
-    source: Any = str(path)
+def _source(data: bytes, path: PathLike) -> Any:
+    """What Mitsuba decodes of a file: the file itself, or bytes where it would misread that."""
+    changed = None
     if data.startswith(PNG_MAGIC):
         # Must be whole: Mitsuba does not notice that a stream in memory ends.
-        source = mi.MemoryStream()
-        source.write(_critical_chunks(data, path))
-        source.seek(0)
+        changed = _critical_chunks(data, path)
+    elif data.startswith(EXR_MAGIC):
+        changed = _exr_at_origin(data, path)
+    if changed is None:
+        return str(path)
+    source = bitmaps().MemoryStream()
+    source.write(changed)
+    source.seek(0)
+    return source
+
+
+def _decode_by_mitsuba(data: bytes, path: PathLike) -> npt.NDArray[Any]:
+    mi = bitmaps()
+    source = _source(data, path)
     try:
         return np.array(mi.Bitmap(source))
     except (RuntimeError, ValueError, MemoryError) as error:
