@@ -144,7 +144,7 @@ def moved(data: bytes, right: int, down: int) -> bytes:
     out = bytearray(data)
     window = data.index(b"dataWindow\0box2i\0") + 21
     box = np.frombuffer(data, "<i4", 4, window)
-    struct.pack_into("<4i", out, window, *(box + [right, down, right, down]))
+    struct.pack_into("<4i", out, window, *np.add(box, (right, down, right, down)))
     first = data.index(b"screenWindowWidth\0float\0") + 33
     for place in np.frombuffer(data, "<u8", -(-int(box[3] + 1) // 32), first):
         (row,) = struct.unpack_from("<i", data, place)

@@ -211,9 +211,10 @@ def test_damaged_pixels_are_refused_when_they_are_used(folder: Path) -> None:
     assert_refused(lambda: found.images([index]), str(path), "all must be of one size")
 
 
-def test_pixels_that_are_not_finite_are_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("bits", [0x7FC00000, 0x7FA00000, 0x7F800000], ids=["nan", "snan", "inf"])
+def test_pixels_that_are_not_finite_are_refused(tmp_path: Path, bits: int) -> None:
     image = pixels(3, "f4")
-    image[1, 1, 1] = np.nan
+    image.view("u4")[1, 1, 1] = bits
     path = write_image(tmp_path / "tl000_pl000_tv000_pv000.exr", image)
     assert_refused(lambda: load(tmp_path).images([0]), str(path), "some are not finite")
     assert_refused(lambda: nacre.save(load(tmp_path), tmp_path / "x.npz"), "some are not finite")

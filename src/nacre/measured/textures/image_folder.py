@@ -136,13 +136,14 @@ class ImageFolderBtf(Btf):
         header = parse_header(data, path)
         self._check(path, header)
         pixels = decode(data, header, path)
-        if header.bits:
-            values: npt.NDArray[np.float32] = _srgb_curve(header.bits)[pixels]
-        elif "X" in header.channels:
-            values = xyz_to_rgb(pixels).astype(np.float32)
-        else:
-            values = pixels.astype(np.float32)
-        values *= self._scales[index]
+        with np.errstate(invalid="ignore", over="ignore"):  # said below, of the image
+            if header.bits:
+                values: npt.NDArray[np.float32] = _srgb_curve(header.bits)[pixels]
+            elif "X" in header.channels:
+                values = xyz_to_rgb(pixels).astype(np.float32)
+            else:
+                values = pixels.astype(np.float32)
+            values *= self._scales[index]
         if not np.isfinite(values).all():
             raise FormatError(f"{path}: pixels: some are not finite; mend or leave out the image")
         return values
