@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nacre.errors import FormatError, NacreError
-from nacre.runtime.store import Store
+from nacre.runtime.store import Store, restore_optimizer
 
 
 def test_a_state_comes_back_as_it_was(tmp_path: Path):
@@ -43,10 +43,16 @@ def test_optimizers_of_pytorch_come_back_as_they_were(tmp_path: Path):
     store = Store(tmp_path / "x.state")
     store.save({"adam": adam.state_dict(), "generator": generator.get_state(), "half": half})
     found = store.load()
-    again = torch.optim.Adam([weights])
-    again.load_state_dict(found["adam"])
+    again = torch.optim.Adam([weights], lr=0.5)
+    restore_optimizer(again, found["adam"])
     for name, value in adam.state_dict()["state"][0].items():
         assert torch.equal(again.state_dict()["state"][0][name], value)
+    assert again.param_groups[0]["lr"] == 0.5
+    found["adam"]["param_groups"][0]["capturable"] = True  # which no processor can do
+    restore_optimizer(again, found["adam"])
+    again.step()
+    with pytest.raises(ValueError, match="of other parameters"):
+        restore_optimizer(torch.optim.Adam([torch.zeros(5, requires_grad=True)]), found["adam"])
     generator.set_state(found["generator"])
     assert torch.equal(found["half"], half)
 

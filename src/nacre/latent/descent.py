@@ -16,7 +16,7 @@ from nacre.neural.training import schedule
 from nacre.numerics.mlp import Layer
 from nacre.runtime.device import one_thread
 from nacre.runtime.progress import Progress
-from nacre.runtime.store import Store
+from nacre.runtime.store import Store, restore_optimizer
 
 torch: Any = require("torch", "latent")
 Tensor: TypeAlias = Any
@@ -53,7 +53,7 @@ def descend(
 
     def restore(state: dict[str, Any]) -> None:
         nonlocal last
-        adam.load_state_dict(state["adam"])
+        restore_optimizer(adam, state["adam"])
         for mine, saved in zip(parameters, state["parameters"], strict=True):
             mine.data.copy_(saved)
         last = float(state["loss"])

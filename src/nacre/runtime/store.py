@@ -145,6 +145,19 @@ class Store:
             path.unlink(missing_ok=True)
 
 
+def restore_optimizer(optimizer: Any, saved: Mapping[str, Any]) -> None:
+    """Take up the counts and moments that a PyTorch optimizer had; its settings stay as they are.
+
+    Raises what PyTorch raises, or ValueError, where they are not of these parameters.
+    """
+    groups = optimizer.state_dict()["param_groups"]
+    optimizer.load_state_dict({"state": saved["state"], "param_groups": groups})
+    for parameter, values in optimizer.state.items():
+        for value in values.values():
+            if getattr(value, "ndim", 0) and value.shape != parameter.shape:
+                raise ValueError("the state of the optimizer is of other parameters")
+
+
 def _packed(value: Any, tensors: Tensors) -> Any:
     """A tree as JSON has it; arrays go to `tensors`, and their places name them."""
     if isinstance(value, float) and not math.isfinite(value):

@@ -12,6 +12,7 @@ from nacre.errors import NacreError, require
 from nacre.numerics.mlp import SILU, Layer, forward
 from nacre.numerics.muon import Muon
 from nacre.runtime.device import one_thread
+from nacre.runtime.store import restore_optimizer
 from nacre.textures.codecs.basis.networks import SkipNetwork
 from nacre.textures.codecs.basis.recipe import Work
 
@@ -50,7 +51,7 @@ def descend(
         for tensor, saved in zip(changed, state["tensors"], strict=True):
             tensor.data.copy_(saved)
         for (optimizer, _), saved in zip(optimizers, state["optimizers"], strict=True):
-            optimizer.load_state_dict(saved)
+            restore_optimizer(optimizer, saved)
         generator.set_state(state["generator"])
 
     with one_thread():

@@ -16,7 +16,7 @@ from nacre.errors import NacreError
 from nacre.runtime.device import memory_errors, open_device
 from nacre.runtime.interrupts import uninterrupted
 from nacre.runtime.progress import Progress, silent
-from nacre.runtime.store import Store
+from nacre.runtime.store import Store, restore_optimizer
 from nacre.textures.codecs.codec import TrainingRun
 from nacre.textures.codecs.networks.dataset import Batch, Entries, TexelStream, images_once
 from nacre.textures.codecs.networks.distributed import Processes, processes
@@ -132,7 +132,7 @@ class _Training:
             return 0
         with self._store.readable():
             for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
-                optimizer.load_state_dict(saved)
+                restore_optimizer(optimizer, saved)
             self._set_parameters(state["parameters"])
             self._recent.copy_(state["recent"])
             self._loss, self._seconds = float(state["loss"]), float(state["seconds"])
