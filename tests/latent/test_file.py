@@ -14,7 +14,7 @@ import safetensors.numpy
 import nacre
 from nacre.errors import FormatError
 from nacre.latent import Autoencoder
-from nacre.latent.file import load_basis, load_code, save_basis, save_code
+from nacre.latent.file import KEY, load_basis, load_code, save_basis, save_code
 from tests.latent.made import basis, random_autoencoder, random_basis, random_hypernetwork
 from tests.specimens import mutated
 
@@ -139,6 +139,7 @@ def test_a_code_belongs_to_its_basis(path):
         ("values", [None] * 6, "values are not a list of numbers"),
         ("values", None, "values are not a list of numbers"),
         ("name", None, "name is not a text"),
+        ("name", "half \ud800", "surrogates"),
         ("version", 2, "version 1"),
         ("code of", "other", "version 1"),
         ("basis", "0", "another one"),
@@ -177,6 +178,20 @@ def test_a_damaged_basis_is_refused_or_harmless(kind, tmp_path):
         else:
             w = np.array([[0.6, 0.0, 0.8]])
             assert np.isfinite(made.decode(np.ones(made.code_dim)).eval(w, w)).all()
+
+
+def test_a_basis_whose_facts_cannot_be_shown_is_refused(tmp_path):
+    path = tmp_path / "basis.safetensors"
+    save_basis(basis(), path)
+    with path.open("rb") as file:
+        header, tensors = json.loads(file.read(int.from_bytes(file.read(8), "little"))), file.read()
+    own = json.loads(header["__metadata__"][KEY])
+    own["metadata"]["materials"] = ["half \ud800"]
+    header["__metadata__"][KEY] = json.dumps(own)
+    text = json.dumps(header).encode()
+    path.write_bytes(len(text).to_bytes(8, "little") + text + tensors)
+    with pytest.raises(FormatError, match="surrogates"):
+        load_basis(path)
 
 
 CHANGES = {

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nacre.errors import FormatError, reason
-from nacre.io.files import PathLike, atomic_path, first_bytes, read_bytes, write_encoded
+from nacre.io.files import (
+    PathLike,
+    atomic_path,
+    check_json,
+    first_bytes,
+    read_bytes,
+    write_encoded,
+)
 from nacre.io.tensors import format_errors, from_file, to_bytes
 from nacre.latent.basis import CodedBrdf, LatentBasis
 from nacre.registry import Registry
@@ -76,6 +83,7 @@ def load_basis(path: PathLike) -> LatentBasis:
             raise FormatError(f"{path}: version {header['version']!r} is not {VERSION}")
         if not isinstance(header["metadata"], dict):
             raise FormatError(f"{path}: metadata is not an object")
+        check_json(header)
         return BASES[kind].unpack(header, tensors)
 
 
@@ -128,6 +136,8 @@ def load_code(path: PathLike, basis: LatentBasis) -> CodedBrdf:
         raise FormatError(f"{path}: basis: the code was made with another one")
     if not isinstance(name, str):
         raise FormatError(f"{path}: name is not a text")
+    with format_errors(path):
+        check_json(name)
     if not isinstance(values, list) or any(type(v) not in (int, float) for v in values):
         raise FormatError(f"{path}: values are not a list of numbers")
     try:

@@ -10,6 +10,7 @@ from random import Random
 
 import numpy as np
 
+from nacre.io.image_file import PIXEL_LIMIT
 from nacre.measured.textures import utia_folder
 from nacre.measured.textures.photographs import load_photographs
 from nacre.textures.height_file import read_heights
@@ -122,7 +123,7 @@ READERS = (
     ),
     reader(
         "picture of a UTIA folder (.exr)", f"{_NAME}.exr", light.exr_files, _exr, _read_folder,
-        memory=64 << 20,
+        memory=16 * PIXEL_LIMIT,
     ),
     reader(
         "names of a UTIA folder", "names.txt", _names, words_damage(_names, _WORDS), _read_names,
