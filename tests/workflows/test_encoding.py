@@ -233,3 +233,10 @@ def test_a_source_that_is_removed_meanwhile_does_not_spoil_the_report(tmp_path, 
     found = module.encode_texture(source, tmp_path / "codes.safetensors")
     assert found.source_nbytes == size
     assert (tmp_path / "codes.safetensors").exists()
+
+
+def test_sums_of_another_kind_are_refused():
+    good = ErrorSums().sums
+    for sums in (good[:2], good.astype(np.float32)):
+        with pytest.raises(ValueError, match="expected float64"):
+            ErrorSums(sums)

@@ -77,8 +77,9 @@ class ErrorSums:
     def __init__(self, sums: npt.NDArray[np.float64] | None = None) -> None:
         self.sums = np.zeros((_BINS, 4)) if sums is None else sums.copy()
         """Of each range of views: values, squared errors, absolute errors, squared truth."""
-        if self.sums.shape != (_BINS, 4):
-            raise ValueError(f"sums are {self.sums.shape}, expected {(_BINS, 4)}")
+        if self.sums.shape != (_BINS, 4) or self.sums.dtype != np.float64:
+            found = f"{self.sums.dtype} {self.sums.shape}"
+            raise ValueError(f"sums are {found}, expected float64 {(_BINS, 4)}")
 
     def add(self, truth: Floats, other: Floats, wo: Floats) -> Floats:
         """Count texels, shape (b, n, 3) each, seen from `wo` of shape (n, 3).

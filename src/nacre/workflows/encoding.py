@@ -36,6 +36,9 @@ _COMPARED = 1 << 23
 """Values of pairs of directions that are decoded to tell the error, about."""
 _SAVE_EVERY = 45.0
 
+_LARGEST = 1e100
+"""Of numbers in a state: sums of them stay finite."""
+
 
 @dataclass(frozen=True, eq=False)
 class Encoding:
@@ -145,7 +148,7 @@ def _restored(store: Store, codes: npt.NDArray[Any]) -> tuple[ErrorSums, int]:
         found = kept["codes"]
         if found.dtype != codes.dtype or found.shape[1:] != codes.shape[1:]:
             raise ValueError(f"codes are {found.dtype} {found.shape}")
-        check_numbers(kept, np.inf)
+        check_numbers(kept, _LARGEST)
         codes[: len(found)] = found
         return ErrorSums(kept["errors"]), len(found)
 
