@@ -42,7 +42,8 @@ class Layer:
 
     def __post_init__(self) -> None:
         for name in ("weights", "biases"):
-            array = np.ascontiguousarray(getattr(self, name), np.float32)
+            with np.errstate(over="ignore"):  # readers refuse what is not finite
+                array = np.ascontiguousarray(getattr(self, name), np.float32)
             object.__setattr__(self, name, array)
         shape = self.weights.shape
         if len(shape) != 2 or 0 in shape or self.biases.shape != shape[1:]:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nacre.io.tensors import Tensors, format_errors
+from nacre.io.tensors import Tensors
 from nacre.runtime.store import Store
 
 _LAYERS = 1 << 6  # items of a sequence that are read
@@ -112,9 +112,9 @@ def kept(store: Store, name: str, kind: type[_Part], make: Callable[[], _Part]) 
     NacreError
         See :meth:`nacre.runtime.store.Store.load` and :meth:`nacre.runtime.store.Store.save`.
     """
-    found = store.load(name)
-    if found is not None:
-        with format_errors(store.file(name)):
+    if name in store:
+        with store.readable(name):
+            found: Any = store.load(name)
             return unpack_fields(kind, found["numbers"], found["tensors"])
     made = make()
     numbers, tensors = pack_fields(made)
