@@ -26,5 +26,5 @@ def invoke(command: Command, context: click.Context) -> Any:
 
 
 if __name__ == "__main__":
-    Command.invoke = invoke  # type: ignore[method-assign]
+    Command.invoke = invoke  # type: ignore[assignment, method-assign]
     main(["-q", *sys.argv[1:]])

@@ -304,7 +304,8 @@ def lost(trial: Trial, times: int, dice: random.Random) -> Tally:
     trial.begin()
 
     def act(_process: subprocess.Popen[bytes]) -> None:
-        os.kill(*_children(os.getpid(), "dask_scheduler"), signal.SIGKILL)
+        (scheduler,) = _children(os.getpid(), "dask_scheduler")
+        os.kill(scheduler, signal.SIGKILL)
 
     outcome = trial.run(Moment(change=dice.randint(2, max(2, trial.changes // 2))), act)
     tally.add("refused" if outcome.code else "done", trial.problems(outcome))
@@ -354,7 +355,7 @@ def _mounted(trial: Trial, size: int) -> Iterator[Callable[[str], bool]]:
     subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", trial.out], check=True)
 
     def change(setting: str) -> bool:
-        command = ["mount", "-o", f"remount,{setting}", trial.out]
+        command = ["mount", "-o", f"remount,{setting}", str(trial.out)]
         return subprocess.run(command, stderr=subprocess.DEVNULL).returncode == 0
 
     try:
