@@ -48,6 +48,8 @@ def test_results_are_added_to_and_printed_as_a_table(capsys: Any) -> None:
     assert table.endswith(
         "- `published`: is for measured tables of the RGL database (rgl:paper_white)\n"
     )
+    Path("cut.jsonl").write_text(before[:300])
+    assert_refused(capsys, "cut.jsonl: has no whole row", "bench", "--show", "cut.jsonl")
     # A row is measured again by its own command: the figures are the same, times are not.
     words = rows[2]["command"].split()[1:]
     assert run(*words, "-o", "again.jsonl") == 0

@@ -105,9 +105,15 @@ def command(
 def _print_tables(paths: tuple[Path, ...]) -> None:
     from nacre.benchmark.results import read_results
     from nacre.benchmark.table import markdown
+    from nacre.errors import FormatError
 
     for given, flag in options.given():
         if given.name != "show":
             raise click.UsageError(f"--show prints what was measured; leave out {flag}")
-    rows = [row for path in paths for row in read_results(path)]
+    rows = []
+    for path in paths:
+        found = read_results(path)
+        if not found:
+            raise FormatError(f"{path}: has no whole row")
+        rows += found
     report(markdown(rows).splitlines(), [asdict(row) for row in rows])
