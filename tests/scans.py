@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nacre.array import Components
 from nacre.brdf import Brdf
 from nacre.geometry import half_vector
 from nacre.measured import ScatteredBrdf
@@ -13,7 +14,7 @@ from tests.measured.support import hemisphere
 class Gloss(Brdf):
     """A reddish base with a white highlight; not reciprocal: brighter for light from above."""
 
-    def eval_components(self, wi, wo):
+    def eval_components(self, wi: Components, wo: Components) -> Components:
         lobe = np.maximum(half_vector(wi, wo)[2], 1e-9) ** 40.0
         return (0.2 + 0.1 * wi[2]) + lobe, 0.1 + lobe, 0.05 + lobe
 

@@ -27,7 +27,7 @@ class Staged(NetworkFitting):
     recipe: nacre.Recipe = RECIPE
     before: Callable[[nacre.Brdf, Any], None] = field(default=lambda brdf, progress: None)
 
-    def fit(self, brdf, progress):
+    def fit(self, brdf: nacre.Brdf, progress: Any) -> Any:
         self.before(brdf, progress)
         return super().fit(brdf, progress)
 
