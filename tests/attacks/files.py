@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,10 @@ def _rgl(fields: int = 1, rank: int = 1, offset: int = 0, size: int = HUGE) -> b
 _LAUGHS = "".join(f'<!ENTITY l{n + 1} "{f"&l{n};" * 10}">' for n in range(9))
 _BILLION = f'<!DOCTYPE x [<!ENTITY l0 "lol">{_LAUGHS}]>'
 _OUTSIDE = '<!DOCTYPE x [<!ENTITY f SYSTEM "file:///etc/passwd">]>'
+_END = b"</scene>"
+_SCENE_DEEP = (
+    b'<scene version="3.0.0">' + b'<bsdf type="a">' * (DEEP // 2) + b"</bsdf>" * (DEEP // 2) + _END
+)
 _MATERIAL = '<materialx version="1.39"><a b="{}"/></materialx>'
 
 
@@ -429,8 +434,31 @@ ATTACKS = {
     ),
     "scene-deep": Attack(
         "nests elements until the stack of Mitsuba's parser ends",
-        _one("a.xml", b'<scene version="3.0.0">' + b"<shape>" * DEEP),
+        _one("a.xml", _SCENE_DEEP),
         "lies within 64 others",
+        _SCENE,
+    ),
+    "scene-deep-elsewhere": Attack(
+        "has another file do the same",
+        lambda: {
+            "a.xml": b'<scene version="3.0.0"><include filename="b.xml"/>' + _END,
+            "b.xml": _SCENE_DEEP,
+        },
+        "lies within 64 others",
+        _SCENE,
+    ),
+    "scene-includes": Attack(
+        "makes 10 to the power of 14 elements of fourteen files, each in the one before ten times",
+        lambda: (
+            {
+                f"{name}.xml": b'<scene version="3.0.0">'
+                + f'<include filename="{other}.xml"/>'.encode() * 10
+                + _END
+                for name, other in pairwise("abcdefghijklmno")
+            }
+            | {"o.xml": b'<scene version="3.0.0"><bsdf type="diffuse"/>' + _END}
+        ),
+        "more than 1,000,000 elements",
         _SCENE,
     ),
     "materialx-laughs": Attack(

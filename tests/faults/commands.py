@@ -231,6 +231,17 @@ LONG = {
         journals=("codec.safetensors.journal.csv",),
         called="nacre btf train",
     ),
+    "train-custom": Long(
+        _nacre(
+            "btf train inputs/cloth0.npz -o out/codec.safetensors --resume --model custom "
+            "--steps 40"
+        ),
+        {"cloth0.npz": ("npz", 0)},
+        ("codec.safetensors", "codec.safetensors.journal.csv"),
+        states=("codec.safetensors.state*",),
+        journals=("codec.safetensors.journal.csv",),
+        called="nacre btf train",
+    ),
     "encode": Long(
         _nacre("fit inputs/cloth0.npz -o out/codes.safetensors --resume --texels-per-block 16"),
         {"cloth0.npz": ("npz", 0)},
@@ -247,11 +258,28 @@ LONG = {
         ("cloth.npz",),
         called="nacre btf capture",
     ),
+    "capture-all": Long(
+        _nacre(
+            "btf capture --all -o out/surfaces --texels 2 --paths 1 "
+            "--directions inputs/directions.csv"
+        ),
+        {"directions.csv": ("directions.csv", 9)},
+        ("surfaces/*/*.npz", "surfaces/*.jsonl"),
+        states=("surfaces/*.lock", "surfaces/*/.*.lock"),
+        journals=("surfaces/*.jsonl",),
+        several=True,
+    ),
     "convert": Long(
         _nacre("convert inputs/m0.bsdf -o out/m0.binary"),
         {"m0.bsdf": ("bsdf", 0)},
         ("m0.binary",),
         called="nacre convert",
+    ),
+    "view": Long(
+        _nacre("view inputs -o out/page.html"),
+        _TABLES,
+        ("page.html",),
+        called="nacre view",
     ),
     "download": Long(
         _nacre(

@@ -10,7 +10,7 @@ import pytest
 
 import nacre
 from nacre.errors import FormatError, NacreError
-from nacre.render.scene_file import MAX_DEPTH, check_depth, load_scene, render_file, scene_bsdfs
+from nacre.render.scene_file import load_scene, render_file, scene_bsdfs
 
 from .reflectances import network
 
@@ -40,14 +40,6 @@ def test_a_scene_with_nacre_plugins_is_rendered(scene: Path) -> None:
     assert picture[3:5, 5:7].mean() > 0.05
     assert seen == [1.0]
     np.testing.assert_allclose(render_file(scene, spp=8), picture, rtol=1e-5)
-
-
-@pytest.mark.parametrize("depth", [MAX_DEPTH + 1, 100_000])
-def test_deep_files_are_refused_before_mitsuba_reads_them(tmp_path: Path, depth: int) -> None:
-    path = tmp_path / "deep.xml"
-    path.write_text("<scene>" + "<shape>" * depth + "</shape>" * depth + "</scene>")
-    with pytest.raises(FormatError, match="lies within 64 others"):
-        check_depth(path)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
 from nacre.array import Image
 from nacre.errors import FormatError, NacreError, is_shortage
@@ -13,10 +12,7 @@ from nacre.io.files import PathLike
 from nacre.render.engine import mitsuba
 from nacre.render.plugins import register
 from nacre.render.preview import render_scene
-
-MAX_DEPTH = 64
-"""Levels of elements within one another: Mitsuba's parser calls itself for each, until its stack
-ends the process."""
+from nacre.render.scene_nesting import check_nesting
 
 
 def render_file(
@@ -160,7 +156,7 @@ def _load(path: PathLike) -> Any:
 
 def _made(path: PathLike, make: Callable[[], Any]) -> Any:
     """What is made of a file, with the plugins of this package."""
-    check_depth(path)
+    check_nesting(path)
     mitsuba()
     register()
     try:
@@ -171,48 +167,6 @@ def _made(path: PathLike, make: Callable[[], Any]) -> Any:
         if is_shortage(error):
             raise NacreError(f"{path}: not enough memory to load the scene") from error
         raise FormatError(f"{path}: Mitsuba: {_one_line(error)}") from error
-
-
-def check_depth(path: PathLike) -> None:
-    """Refuse a file that is no XML, or nested so deeply that Mitsuba's parser would not survive it.
-
-    One with a document type is refused too: older expat expands its entities to gigabytes.
-
-    Raises
-    ------
-    FormatError
-        If it is, or cannot be read.
-    """
-    depth = 0
-
-    def opened(name: str, _: Any) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > MAX_DEPTH:
-            line = parser.CurrentLineNumber
-            raise FormatError(
-                f"{path}: line {line}: <{name}> lies within {MAX_DEPTH} others; no scene needs that"
-            )
-
-    def closed(_: str) -> None:
-        nonlocal depth
-        depth -= 1
-
-    def declared(*_: Any) -> None:
-        raise FormatError(f"{path}: declares a document type (DOCTYPE), which is not read; drop it")
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler, parser.EndElementHandler = opened, closed
-    parser.StartDoctypeDeclHandler = declared
-    if not Path(path).is_file():
-        raise FormatError(f"{path}: no such file")
-    try:
-        with Path(path).open("rb") as file:
-            parser.ParseFile(file)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror}") from error
-    except expat.ExpatError as error:
-        raise FormatError(f"{path}: is not XML: {error}") from error
 
 
 def _one_line(error: Exception) -> str:

@@ -1,0 +1,122 @@
+"""How deeply scene files in XML nest, checked before Mitsuba's parser meets them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+from xml.parsers import expat
+
+from nacre.errors import FormatError
+from nacre.io.files import PathLike
+
+MAX_DEPTH = 64
+"""Levels of elements within one another: Mitsuba's parser calls itself for each, until its stack
+ends the process."""
+MAX_ELEMENTS = 1_000_000
+"""Elements of a scene, each counted as often as its file is included."""
+
+
+class _Size(NamedTuple):
+    depth: int
+    elements: int
+
+
+def check_nesting(path: PathLike) -> None:
+    """Refuse a file that is no XML, or, with all that it includes, nested so deeply or grown so
+    large that Mitsuba's parser would not survive it.
+
+    One with a document type is refused too: older expat expands its entities to gigabytes.
+
+    Raises
+    ------
+    FormatError
+        If it is, includes itself, or cannot be read.
+    """
+    if not Path(path).is_file():
+        raise FormatError(f"{path}: no such file")
+    _Files(path).size(Path(path), str(path))
+
+
+class _Files:
+    """A scene and the files that it includes, each read once.
+
+    Parameters
+    ----------
+    path
+        The scene.
+    """
+
+    def __init__(self, path: PathLike) -> None:
+        self._top = Path(path)
+        self._folders = [self._top.parent, Path()]
+        self._defaults: dict[str, str] = {}
+        self._sizes: dict[Path, _Size | None] = {}  # None while it is read
+
+    def size(self, path: Path, shown: str) -> _Size:
+        """Of a file and what it includes; messages call it `shown`."""
+        own = path.resolve()
+        if own not in self._sizes:
+            self._sizes[own] = None
+            self._sizes[own] = self._parsed(path, shown)
+        if (size := self._sizes[own]) is None:
+            raise FormatError(f"{self._top}: <include> of {shown}, which is being read: a circle")
+        return size
+
+    def _parsed(self, path: Path, shown: str) -> _Size:
+        level = deepest = elements = 0
+
+        def grown(name: str, by: _Size) -> None:
+            nonlocal deepest, elements
+            deepest = max(deepest, level + by.depth)
+            elements += by.elements
+            line = parser.CurrentLineNumber
+            if deepest > MAX_DEPTH:
+                reason = f"lies within {MAX_DEPTH} others; no scene needs that"
+                raise FormatError(f"{shown}: line {line}: <{name}> {reason}")
+            if elements > MAX_ELEMENTS:
+                raise FormatError(
+                    f"{shown}: line {line}: makes more than {MAX_ELEMENTS:,} elements with what it "
+                    "includes"
+                )
+
+        def opened(name: str, attributes: dict[str, str]) -> None:
+            nonlocal level
+            grown(name, _Size(1, 1))
+            if name == "default":
+                self._defaults.setdefault(attributes.get("name", ""), attributes.get("value", ""))
+            elif name == "path":
+                self._folders.append(self._top.parent / attributes.get("value", ""))
+            elif name == "include":
+                for included in self._found(attributes.get("filename", ""), path, shown):
+                    grown(name, self.size(included, str(included)))
+            level += 1
+
+        def closed(_: str) -> None:
+            nonlocal level
+            level -= 1
+
+        def declared(*_: object) -> None:
+            reason = "declares a document type (DOCTYPE), which is not read; drop it"
+            raise FormatError(f"{shown}: {reason}")
+
+        parser = expat.ParserCreate()
+        parser.StartElementHandler, parser.EndElementHandler = opened, closed
+        parser.StartDoctypeDeclHandler = declared
+        try:
+            with path.open("rb") as file:
+                parser.ParseFile(file)
+        except OSError as error:
+            raise FormatError(f"{shown}: cannot be read: {error.strerror}") from error
+        except expat.ExpatError as error:
+            raise FormatError(f"{shown}: is not XML: {error}") from error
+        return _Size(deepest, elements)
+
+    def _found(self, name: str, inside: Path, shown: str) -> list[Path]:
+        """The files that an `<include>` may mean; Mitsuba refuses what is nowhere."""
+        for key in sorted(self._defaults, key=len, reverse=True):
+            name = name.replace(f"${key}", self._defaults[key])
+        if unknown := re.search(r"\$\w+", name):
+            raise FormatError(f"{shown}: <include> of {name}: {unknown[0]} has no <default>")
+        candidates = (folder / name for folder in (inside.parent, *self._folders))
+        return [path for path in dict.fromkeys(candidates) if path.is_file()]
