@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import tempfile
@@ -15,6 +16,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.setdefault("NACRE_STATE", tempfile.mkdtemp(prefix="nacre-state-"))
 # As many processes as cores run tests: more threads would wait for one another.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def pytest_collection_finish() -> None:
+    """The thousands of tests stay for good: collections need not go through them again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

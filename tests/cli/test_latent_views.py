@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -18,12 +19,20 @@ from tests.reflectances import Glossy
 pytest.importorskip("mitsuba", reason="needs the extra 'render'")
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    save_basis(random_basis(), tmp_path / "basis.safetensors")
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with a basis and six materials."""
+    folder = tmp_path_factory.mktemp("views")
+    save_basis(random_basis(), folder / "basis.safetensors")
     for index in range(6):
         brdf = Glossy(0.1 + 0.1 * index, 0.05, 0.2 + 0.1 * index)
-        nacre.save(brdf, tmp_path / f"m{index}.npz")
+        nacre.save(brdf, folder / f"m{index}.npz")
+    return folder
+
+
+@pytest.fixture
+def here(made, tmp_path, monkeypatch):
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

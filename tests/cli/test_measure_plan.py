@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -33,10 +34,17 @@ def fill(plan: str, measured: str) -> None:
     Path(measured).write_text("\n".join(lines) + "\n")
 
 
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("plan") / "plan.csv"
+    assert run("measure", "plan", "-n", 12, "-o", path) == 0
+    return path
+
+
 @pytest.fixture
-def measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def measured(plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    assert run("measure", "plan", "-n", 12, "-o", "plan.csv") == 0
+    shutil.copy(plan, "plan.csv")
     fill("plan.csv", "paint.csv")
     return tmp_path / "paint.csv"
 
@@ -141,6 +149,7 @@ def test_what_is_refused(capsys, measured):
 
 def filled_in_place() -> tuple[object, ...]:
     """A command that would replace a plan that values were entered into."""
-    run("measure", "plan", "-n", 1, "-o", "empty.csv")
-    fill("plan.csv", "plan.csv")
-    return "measure", "plan", "-n", 1, "-o", "plan.csv"
+    for name in ("empty.csv", "filled.csv"):
+        run("measure", "plan", "-n", 1, "-o", name)
+    fill("filled.csv", "filled.csv")
+    return "measure", "plan", "-n", 1, "-o", "filled.csv"

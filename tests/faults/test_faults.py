@@ -14,7 +14,7 @@ from tests.faults.trial import OLD, Outcome, Trial
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")
 
-TRIED = {"kill": 5, "stop": 2, "full": 1, "source": 2}
+TRIED = {"kill": 5, "stop": 1, "full": 1, "source": 1}
 """Faults, and how often."""
 
 
