@@ -11,11 +11,13 @@ import pytest
 
 pytest.importorskip("torch", reason="needs the extra 'btf'")
 
+from nacre.errors import FormatError
 from nacre.textures.codecs.basis import network_training
 from nacre.textures.codecs.basis.codec import BasisCodec
 from nacre.textures.codecs.basis.recipe import BasisRecipe
 from nacre.textures.codecs.codec_file import load_codec
 from nacre.textures.codecs.networks import CustomNetwork, TrainingRecipe, UnifiedNetwork, training
+from nacre.workflows.codec_training import train_codec
 from tests.cli.support import run
 from tests.textures.codecs.networks.conftest import one_thread
 from tests.textures.codecs.networks.made import OTHER, texture, write
@@ -32,6 +34,17 @@ def test_any_registered_codec_can_be_named(files, tmp_path, capsys):
 @pytest.fixture
 def files(tmp_path: Path) -> list[Path]:
     return write(tmp_path, 2)
+
+
+def test_a_texture_that_changes_meanwhile_ends_the_training(files, tmp_path):
+    def change(*_: object) -> None:
+        content = files[0].read_bytes()
+        files[0].unlink()
+        files[0].write_bytes(content)
+
+    with pytest.raises(FormatError, match="has changed since the training began"):
+        train_codec(files, tmp_path / "model.safetensors", model="custom", steps=4, progress=change)
+    assert not (tmp_path / "model.safetensors").exists()
 
 
 def test_a_unified_network_is_trained_and_encodes_another_texture(files, tmp_path, capsys):

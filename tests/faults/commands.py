@@ -276,8 +276,8 @@ LONG = {
         called="nacre convert",
     ),
     "view": Long(
-        _nacre("view inputs -o out/page.html"),
-        _TABLES,
+        _nacre("view inputs/m0.bsdf -o out/page.html"),
+        {"m0.bsdf": ("bsdf", 0)},
         ("page.html",),
         called="nacre view",
     ),

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
 from nacre.io.files import PathLike, check_not_inputs, check_writable
@@ -17,7 +18,7 @@ from nacre.measured.textures.image_folder import Quantity
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
 from nacre.textures.codecs.codec_file import save_codec
-from nacre.workflows.identity import source_fingerprint
+from nacre.workflows.identity import source_files, source_fingerprint
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +115,12 @@ def train_codec(
     check_not_inputs([output, state, *([journal] if kind.journaled else [])], files)
     check_writable(output)
     _check_begun(output, kind.state_files(state), resume)
-    fingerprint = f"{[source_fingerprint(path) for path in files]} {pixels}"
+    load = _Unchanging(partial(load_btf, quantity=pixels), files)
     run = TrainingRun(
         list(files),
-        partial(load_btf, quantity=pixels),
+        load,
         state,
-        fingerprint,
+        f"{[load.fingerprints[path] for path in files]} {pixels}",
         journal if kind.journaled else None,
         None if events is None else Path(events),
         progress,
@@ -131,6 +132,28 @@ def train_codec(
     for path in kind.state_files(state):
         path.unlink(missing_ok=True)
     return TrainedCodec(output, codec, output.stat().st_size)
+
+
+class _Unchanging:
+    """Opens textures again and again, as long as their files are what they were at first.
+
+    Parameters
+    ----------
+    load
+        Opens one.
+    paths
+        All of them.
+    """
+
+    def __init__(self, load: Callable[[PathLike], Btf], paths: Sequence[PathLike]) -> None:
+        self._load = load
+        self.fingerprints = {path: source_fingerprint(path) for path in paths}
+
+    def __call__(self, path: PathLike) -> Btf:
+        texture = self._load(path)
+        if source_fingerprint(path, source_files(path, texture)) != self.fingerprints[path]:
+            raise FormatError(f"{path}: has changed since the training began; begin it anew")
+        return texture
 
 
 def is_first_process() -> bool:
