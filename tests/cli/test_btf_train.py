@@ -43,7 +43,7 @@ def test_a_texture_that_changes_meanwhile_ends_the_training(files, tmp_path):
         files[0].write_bytes(content)
 
     with pytest.raises(FormatError, match="has changed since the training began"):
-        train_codec(files, tmp_path / "model.safetensors", model="custom", steps=4, progress=change)
+        train_codec(files, tmp_path / "model.safetensors", model="custom", steps=60, progress=change)
     assert not (tmp_path / "model.safetensors").exists()
 
 
