@@ -43,7 +43,7 @@ SMOKE: dict[str, tuple[tuple[str, ...], ...]] = {
     "jax": (("-c", "import jax, nacre"),),
     "latent": (("-c", "import openTSNE, nacre.latent.neural_training"),),
     "btf": (("-c", "import tensorboardX, nacre.textures.codecs"),),
-    "view": (),
+    "view": ((*NACRE, "view", "paint.safetensors", "-o", "page.html"),),
     "export": ((*NACRE, "export", "paint.safetensors", "--to", "onnx", "-o", "paint.onnx"),),
     "notebook": (("-c", "import nacre.viewer.notebook, nacre.viewer.widget"),),
     "cluster": (("-c", "import distributed, nacre.workflows.cluster"),),

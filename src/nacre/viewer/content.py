@@ -259,7 +259,7 @@ def _error(squared: object) -> str:
 
 def _jpeg(shown: Image, size: int = _THUMBNAIL) -> bytes:
     """A picture of what screens show, from 0 to 1, of at most `size` pixels along an edge."""
-    picture = require("PIL.Image", "render").fromarray(np.round(255.0 * shown).astype(np.uint8))
+    picture = require("PIL.Image", "view").fromarray(np.round(255.0 * shown).astype(np.uint8))
     picture.thumbnail((size, size))
     stream = io.BytesIO()
     picture.save(stream, "JPEG", quality=_QUALITY)
