@@ -9,9 +9,9 @@ import pytest
 
 from nacre.array import Floats, Weights
 from nacre.export import TARGETS, identifier
-from studies.parity.materials import FEW, material
+from studies.parity.materials import material
 from studies.parity.pairs import numbers, pairs
-from studies.parity.runner import RUNNERS, reference, worst_error
+from studies.parity.runner import FEW, RUNNERS, reference, worst_error
 from studies.parity.sampling import Reference, density_error, inspect, view
 from tests.export.support import runner
 
