@@ -37,13 +37,17 @@ def files(tmp_path: Path) -> list[Path]:
 
 
 def test_a_texture_that_changes_meanwhile_ends_the_training(files, tmp_path):
+    output = tmp_path / "model.safetensors"
+
     def change(*_: object) -> None:
         content = files[0].read_bytes()
         files[0].unlink()
         files[0].write_bytes(content)
 
     with pytest.raises(FormatError, match="has changed since the training began"):
-        train_codec(files, tmp_path / "model.safetensors", model="custom", steps=60, progress=change)
+        train_codec(
+            files, tmp_path / "model.safetensors", model="custom", steps=60, progress=change
+        )
     assert not (tmp_path / "model.safetensors").exists()
 
 
