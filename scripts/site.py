@@ -59,6 +59,7 @@ def executed(path: Path) -> tuple[str, dict[str, bytes]]:
             startup_timeout=600,
             timeout=600,
             resources={"metadata": {"path": folder}},
+            extra_arguments=["--log-level=ERROR"],  # it warns of every connection
             coalesce_streams=True,
         )
         client.execute(env=os.environ | {"PATH": commands})

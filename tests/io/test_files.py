@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import platform
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from nacre.errors import FormatError, MissingExtraError, require
-from nacre.io.files import atomic_path, read_bytes
+from nacre.io.files import atomic_path, read_bytes, remove_file
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -88,3 +93,14 @@ def test_a_missing_extra_names_itself():
 
 def test_messages_are_one_printable_line():
     assert str(FormatError("a\nb\x1b[2J\ud800 é")) == "a\\nb\\x1b[2J\\ud800 é"
+
+
+def test_what_was_left_of_a_state_goes_with_it(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    name = hashlib.sha256(os.fsencode(f"{platform.node()}/a.state")).hexdigest()[:6]
+    left, other = (tmp_path / f".{mark}{process.pid:06x}0000.state" for mark in (name, "abcdef"))
+    for path in (left, other, tmp_path / "a.state"):
+        path.touch()
+    remove_file(tmp_path / "a.state")
+    assert list(tmp_path.iterdir()) == [other]

@@ -50,6 +50,7 @@ def command(
     PHOTOGRAPHs are OpenEXR pictures of linear values, in the unit of the light. The same command
     goes on where it was stopped.
     """
+    from nacre.io.files import remove_file
     from nacre.latent import find_basis, save_code
     from nacre.latent.estimates import in_words
     from nacre.workflows import photographs as work
@@ -89,7 +90,7 @@ def command(
         from nacre.formats import save
 
         save(found.network(seed=seed, progress=line), output)
-    state.unlink(missing_ok=True)
+    remove_file(state)
     text = f"pixels within {found.unexplained:.1%} in the median{in_words(known)}"
     factors = found.factors.tolist() if camera != "known" else None
     report_file(

@@ -214,6 +214,16 @@ def atomic_path(path: PathLike, *, internal: bool = False) -> Iterator[Path]:
         record_output(path)
 
 
+def remove_file(path: PathLike) -> None:
+    """Remove a file of nacre's own that is no longer needed, such as a state, if it is there.
+
+    So goes what killed processes left behind as they wrote it, which nobody will write again.
+    """
+    path = Path(path)
+    path.unlink(missing_ok=True)
+    _remove_stale(path.parent, _owner(path))
+
+
 def write_encoded(
     path: PathLike, encode: Callable[[Any], bytes], content: Any, *, internal: bool = False
 ) -> None:
@@ -267,13 +277,18 @@ def _claim(path: Path) -> Path:
         raise FormatError(f"{path}: is a directory, expected a file name to write")
     if not path.parent.is_dir():
         raise FormatError(f"{path}: folder {path.parent} does not exist; create it first")
-    owner = hashlib.sha256(os.fsencode(f"{platform.node()}/{path.name}")).hexdigest()[:6]
+    owner = _owner(path)
     _remove_stale(path.parent, owner)
     process = f"{os.getpid() & _PROCESSES:06x}"
     temporary = path.with_name(f".{owner}{process}{secrets.token_hex(2)}{path.suffix}")
     with file_errors(path, "written"):
         temporary.touch(exist_ok=False)
     return temporary
+
+
+def _owner(path: Path) -> str:
+    """The mark that temporary files have of the file that they are to become."""
+    return hashlib.sha256(os.fsencode(f"{platform.node()}/{path.name}")).hexdigest()[:6]
 
 
 def _remove_stale(folder: Path, owner: str) -> None:

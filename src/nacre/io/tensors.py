@@ -166,9 +166,11 @@ def looks_like_tensors(head: bytes) -> bool:
 def has_header(path: PathLike, key: str) -> bool:
     """Whether a file is a safetensors file with such a header; does not raise."""
     try:
-        check_regular(Path(path))
+        whole = check_regular(Path(path))
         with Path(path).open("rb") as file:
             size = int.from_bytes(file.read(8), "little")
-            return size <= _HEADER_LIMIT and key in json.loads(file.read(size))["__metadata__"]
+            if size > min(whole, _HEADER_LIMIT):  # to read it would take memory for all of it
+                return False
+            return key in json.loads(file.read(size))["__metadata__"]
     except (OSError, KeyError, TypeError, ValueError, RecursionError):
         return False

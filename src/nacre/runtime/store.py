@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from nacre.errors import FormatError, NacreError, reason, require
-from nacre.io.files import write_encoded
+from nacre.io.files import remove_file, write_encoded
 from nacre.io.tensors import Tensors, from_file, to_bytes
 from nacre.runtime.interrupts import uninterrupted
 
@@ -142,7 +142,7 @@ class Store:
     def remove(self, names: str = "*") -> None:
         """Remove all states, or those whose names match a pattern."""
         for path in self.files(names):
-            path.unlink(missing_ok=True)
+            remove_file(path)
 
 
 def restore_optimizer(optimizer: Any, saved: Mapping[str, Any]) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, check_not_inputs, check_writable
+from nacre.io.files import PathLike, check_not_inputs, check_writable, remove_file
 from nacre.measured.textures.image_folder import Quantity
 from nacre.runtime.progress import Progress, silent
 from nacre.textures.codecs.codec import CODECS, TexelCodec, TrainingRun
@@ -130,7 +130,7 @@ def train_codec(
         return None
     save_codec(codec, output, "half" if half else "single")
     for path in kind.state_files(state):
-        path.unlink(missing_ok=True)
+        remove_file(path)
     return TrainedCodec(output, codec, output.stat().st_size)
 
 

@@ -16,7 +16,7 @@ from nacre.array import Floats
 from nacre.btf import Btf
 from nacre.errors import FormatError, NacreError
 from nacre.formats import load_btf
-from nacre.io.files import PathLike, check_not_inputs, check_writable, digest
+from nacre.io.files import PathLike, check_not_inputs, check_writable, digest, remove_file
 from nacre.io.tensors import check_numbers
 from nacre.measured.textures.image_folder import Quantity
 from nacre.measured.textures.transposition import transposed
@@ -276,7 +276,7 @@ def encode_texture(
     named = CodecFile(model.name, model_digest) if reference else None
     latent = LatentMap(found.codes, codec, btf.wi, btf.wo, btf.name, named, facts)
     save_latent_map(latent, output)
-    state.unlink(missing_ok=True)
+    remove_file(state)
     return EncodedTexture(
         output,
         latent,

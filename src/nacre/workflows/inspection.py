@@ -12,7 +12,7 @@ from nacre.brdf import Brdf
 from nacre.errors import FormatError, reason
 from nacre.formats import identify, load_brdf, load_btf
 from nacre.included import resolve
-from nacre.io.files import PathLike, read_bytes
+from nacre.io.files import PathLike, check_json, read_bytes
 from nacre.io.tensors import has_header
 from nacre.latent.estimates import facts as plausible_facts
 
@@ -166,6 +166,7 @@ def _other(path: Path) -> Inspection | None:
 def _code_facts(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(read_bytes(path, _CODE_LIMIT))
+        check_json(content)
         return {
             "name": content["name"],
             "model": content["code of"],
