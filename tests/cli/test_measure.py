@@ -95,6 +95,8 @@ def test_a_material_of_a_scene_is_measured(tmp_path):
         ('{"type": 3}', "expected an object with a type"),
         ('{"type": "diffuse", "reflectance": NaN}', "NaN is not a number"),
         ("[" * 100_000, "nested too deeply"),
+        ('{"type": "twosided", "a": {"type": "diffuse", "reflectance": null}}', "a.reflectance is"),
+        ('{"type": "principled", "anisotropic": 255}', "values that are not finite"),
         (
             '{"type": "bumpmap", "map": {"type": "checkerboard"}, "b": {"type": "diffuse"}}',
             "try a bitmap",

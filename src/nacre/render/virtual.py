@@ -68,7 +68,13 @@ class MitsubaBrdf(LobeSampledBrdf):
         return [name for name, bits in parts.items() if self.bsdf.flags() & bits]
 
     def eval_components(self, wi: Components, wo: Components) -> Components:
-        """See :class:`nacre.brdf.Brdf`; NumPy arrays only."""
+        """See :class:`nacre.brdf.Brdf`; NumPy arrays only.
+
+        Raises
+        ------
+        NacreError
+            If Mitsuba cannot evaluate the BSDF there, or gives values that are not finite.
+        """
         mi = self._mi
         view = mi.Vector3f(np.ascontiguousarray(join(wo).T, np.float32))
         light = mi.Vector3f(np.ascontiguousarray(join(wi).T, np.float32))
@@ -79,6 +85,11 @@ class MitsubaBrdf(LobeSampledBrdf):
         except RuntimeError as error:  # a texture that needs the shape it lies on
             message = f"Mitsuba cannot evaluate it at a point; try a bitmap: {reason(error)}"
             raise NacreError(message) from error
+        if not np.isfinite(value).all():
+            called = self.name or "the BSDF"
+            raise NacreError(
+                f"{called} gives values that are not finite; is a parameter too large?"
+            )
         # Mitsuba's value has the cosine in it; below the horizon it is 0 and the ratio unused.
         rgb = value / np.where(wi[2] > 0, wi[2], 1.0)
         return rgb[0], rgb[1], rgb[2]

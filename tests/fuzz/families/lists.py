@@ -8,6 +8,7 @@ from pathlib import Path
 from nacre.errors import NacreError
 from nacre.formats import load_brdf
 from nacre.measured.scattered import ScatteredBrdf
+from nacre.measured.spectra import rgb_weights
 from nacre.measured.textures.direction_list import named_directions
 from nacre.textures.capture.recipe import find
 from nacre.workflows.measuring import described_bsdf
@@ -48,6 +49,11 @@ def _read_directions(path: Path) -> None:
     assert (wi[:, 2] > 0.0).all()
 
 
+def _plans() -> list[bytes]:
+    rgb_weights([500.0])  # a column may be a wavelength: the first loads a library, once
+    return [*_PLAN]
+
+
 def _read_plan(path: Path) -> None:
     found = load_brdf(path)
     assert isinstance(found, ScatteredBrdf)
@@ -77,7 +83,7 @@ READERS = (
         words_damage(lambda: _DIRECTIONS, _COLUMNS), _read_directions,
     ),
     reader(
-        "plan of measurements", "a.csv", lambda: [*_PLAN],
+        "plan of measurements", "a.csv", _plans,
         words_damage(lambda: _PLAN, _COLUMNS), _read_plan,
     ),
     reader(

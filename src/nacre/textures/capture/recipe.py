@@ -99,12 +99,13 @@ def _parse(name: str, content: Any) -> Recipe:
         raise ValueError("expected an object with family, seed and parameters")
     for key in content:
         if key not in _KEYS:
-            raise ValueError(f"{key}: is no field of a recipe ({', '.join(_KEYS)})")
+            raise ValueError(f"{key[:40]}: is no field of a recipe ({', '.join(_KEYS)})")
     family, seed = content.get("family"), content.get("seed", 0)
     if not isinstance(family, str) or family not in GENERATORS:
-        raise ValueError(f"family: expected one of {', '.join(GENERATORS)}, got {family!r}")
+        known = ", ".join(GENERATORS)
+        raise ValueError(f"family: expected one of {known}, got {str(family)[:40]!r}")
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 1 << 64:
-        raise ValueError(f"seed: expected a whole number from 0, got {seed!r}")
+        raise ValueError(f"seed: expected a whole number from 0, got {str(seed)[:40]}")
     parameters = content.get("parameters", {})
     if not isinstance(parameters, Mapping):
         raise ValueError("parameters: expected an object")
