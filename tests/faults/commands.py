@@ -264,10 +264,7 @@ LONG = {
             "--directions inputs/directions.csv"
         ),
         {"directions.csv": ("directions.csv", 9)},
-        ("surfaces/*/*.npz", "surfaces/*.jsonl"),
-        states=("surfaces/*.lock", "surfaces/*/.*.lock"),
-        journals=("surfaces/*.jsonl",),
-        several=True,
+        ("surfaces/*/*.npz", "surfaces/capture.json"),
     ),
     "convert": Long(
         _nacre("convert inputs/m0.bsdf -o out/m0.binary"),
