@@ -13,7 +13,7 @@ from nacre.cli.btf.written import report_texture
 from nacre.cli.command import command as make
 from nacre.cli.options import option
 from nacre.cli.progress import progress
-from nacre.cli.report import report, say
+from nacre.cli.report import aside, report
 from nacre.errors import FormatError
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def command(
 
     def begun(recipe: Recipe, done: int, total: int) -> Progress:
         names.append(recipe.name)
-        say(f"{done + 1} of {total}: {recipe.name}")
+        aside(f"{done + 1} of {total}: {recipe.name}")
         return line
 
     capture_all(output, settings, begun)
