@@ -62,7 +62,7 @@ CONTENT = {"model": "ggx", "parameters": EXAMPLES["ggx"].values}
         ({**CONTENT, "model": 3}, "field 'model' is not a string"),
         ({**CONTENT, "model": "x" * 2000}, "is not one of"),
         ({**CONTENT, "version": [9] * 2000}, "update nacre"),
-        ({**CONTENT, "parameters": {"x" * 2000: 1}}, "ggx takes"),
+        ({**CONTENT, "parameters": {"x" * 2000: 1}}, "ggx lacks"),
         (
             {**CONTENT, "parameters": CONTENT["parameters"] | {"roughness": [1] * 2000}},
             "one number",

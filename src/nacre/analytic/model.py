@@ -201,8 +201,9 @@ class AnalyticBrdf(LobeSampledBrdf):
         known = self.numbers()
         names = [parameter.name for parameter in known]
         if set(values) != set(names):
-            given = ", ".join(values)[:200]
-            raise ValueError(f"{self.model} takes {', '.join(names)}; got {given}")
+            unknown = ", ".join(n for n in values if n not in names)[:200] or "nothing"
+            lacking = ", ".join(n for n in names if n not in values)[:200] or "nothing"
+            raise ValueError(f"{self.model} lacks {lacking}; unknown is {unknown}")
         self.values: Mapping[str, Value] = {p.name: p.check(values[p.name]) for p in known}
         self.metadata: Mapping[str, Any] = dict(metadata or {})
 

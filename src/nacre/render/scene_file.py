@@ -12,7 +12,7 @@ from nacre.io.files import PathLike
 from nacre.render.engine import mitsuba
 from nacre.render.plugins import register
 from nacre.render.preview import render_scene
-from nacre.render.scene_nesting import check_nesting
+from nacre.render.scene_guard import check_scene
 
 
 def render_file(
@@ -156,7 +156,7 @@ def _load(path: PathLike) -> Any:
 
 def _made(path: PathLike, make: Callable[[], Any]) -> Any:
     """What is made of a file, with the plugins of this package."""
-    check_nesting(path)
+    check_scene(path)
     mitsuba()
     register()
     try:

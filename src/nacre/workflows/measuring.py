@@ -44,25 +44,28 @@ def described_bsdf(text: str, where: str = "the description") -> MitsubaBrdf:
         raise NacreError(f"{where}: cannot be read: {reason(error)}") from error
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         raise NacreError(f'{where}: expected an object with a type, like {{"type": "plastic"}}')
-    if (place := _null(description)) is not None:
-        raise NacreError(f"{where}: {place} is null; give it a value, or leave it out")
+    if problem := _fatal(description):
+        raise NacreError(f"{where}: {problem}")
     register()
     try:
         bsdf = mitsuba().load_dict(description)
     except NacreError:
         raise
     except Exception as error:  # Mitsuba raises what its parser, plugins and pybind meet
-        raise NacreError(f"{where}: Mitsuba: {' '.join(str(error).split())}") from error
+        said = " ".join(str(error).split())[:600]
+        raise NacreError(f"{where}: Mitsuba: {said}") from error
     return _virtual(bsdf, where)
 
 
-def _null(value: Any, place: str = "") -> str | None:
-    """The first place in parsed JSON that holds null, which ends Mitsuba's process."""
+def _fatal(value: Any, place: str = "") -> str | None:
+    """The first thing in parsed JSON that Mitsuba 3.9.1 would not survive, in words."""
     if value is None:
-        return place[1:80]
+        return f"{place[1:80]} is null; give it a value, or leave it out"
+    if isinstance(value, dict) and value.get("type") == "blendbsdf" and "weight" not in value:
+        return f"{place[1:80] or 'this'} has no weight; add one"
     parts = value.items() if isinstance(value, dict) else ()
     items = enumerate(value) if isinstance(value, list) else parts
-    return next(filter(None, (_null(item, f"{place}.{key}") for key, item in items)), None)
+    return next(filter(None, (_fatal(item, f"{place}.{key}") for key, item in items)), None)
 
 
 def scene_bsdf(path: PathLike, name: str | None = None) -> MitsubaBrdf:

@@ -13,7 +13,7 @@ import numpy as np
 from nacre.io.image_file import PIXEL_LIMIT
 from nacre.render.environment import load_environment, sphere_mean
 from nacre.render.scene_file import load_scene, scene_bsdfs
-from nacre.render.scene_nesting import check_nesting
+from nacre.render.scene_guard import check_scene
 from tests.fuzz.damage import words_damage
 from tests.fuzz.readers import Reader, reader
 from tests.specimens import SPECIMENS
@@ -147,9 +147,7 @@ READERS = (
     _scene(
         "BSDFs of a scene", files=_scenes, rebuild=words_damage(_scenes, _WORDS), read=_read_bsdfs
     ),
-    reader(
-        "nesting of a scene", "scene.xml", _scenes, words_damage(_scenes, _WORDS), check_nesting
-    ),
+    reader("nesting of a scene", "scene.xml", _scenes, words_damage(_scenes, _WORDS), check_scene),
     _light("light (.exr)", "light.exr", exr_files, image_damage(exr_files, ".exr")),
     _light("light (.hdr)", "light.hdr", _hdr_files, _hdr_damage),
     _light("light (.png)", "light.png", png_files, image_damage(png_files, ".png")),

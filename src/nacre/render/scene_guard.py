@@ -1,4 +1,4 @@
-"""How deeply scene files in XML nest, checked before Mitsuba's parser meets them."""
+"""Scene files in XML, looked through for what would end the process that Mitsuba loads them in."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ class _Size(NamedTuple):
     elements: int
 
 
-def check_nesting(path: PathLike) -> None:
+def check_scene(path: PathLike) -> None:
     """Refuse a file that is no XML, or, with all that it includes, nested so deeply or grown so
     large that Mitsuba's parser would not survive it.
 
-    One with a document type is refused too: older expat expands its entities to gigabytes.
+    A `blendbsdf` without a weight is refused too, which Mitsuba 3.9.1 does not survive, and a
+    document type: older expat expands its entities to gigabytes.
 
     Raises
     ------
@@ -65,6 +66,7 @@ class _Files:
 
     def _parsed(self, path: Path, shown: str) -> _Size:
         level = deepest = elements = 0
+        unweighted: dict[int, int] = {}  # lines of what is open and lacks a weight, by level
 
         def grown(name: str, by: _Size) -> None:
             nonlocal deepest, elements
@@ -83,6 +85,10 @@ class _Files:
         def opened(name: str, attributes: dict[str, str]) -> None:
             nonlocal level
             grown(name, _Size(1, 1))
+            if attributes.get("name") == "weight":
+                unweighted.pop(level - 1, None)
+            if attributes.get("type") == "blendbsdf":
+                unweighted[level] = parser.CurrentLineNumber
             if name == "default":
                 self._defaults.setdefault(attributes.get("name", ""), attributes.get("value", ""))
             elif name == "path":
@@ -95,6 +101,8 @@ class _Files:
         def closed(_: str) -> None:
             nonlocal level
             level -= 1
+            if line := unweighted.pop(level, 0):
+                raise FormatError(f"{shown}: line {line}: this blendbsdf has no weight; add one")
 
         def declared(*_: object) -> None:
             reason = "declares a document type (DOCTYPE), which is not read; drop it"

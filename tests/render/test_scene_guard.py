@@ -8,7 +8,7 @@ import pytest
 
 from nacre.errors import FormatError
 from nacre.render.scene_file import load_scene
-from nacre.render.scene_nesting import MAX_DEPTH, check_nesting
+from nacre.render.scene_guard import MAX_DEPTH, check_scene
 
 
 def scene(*parts: str) -> str:
@@ -32,16 +32,16 @@ def write(folder: Path, **files: str) -> Path:
 @pytest.mark.parametrize("depth", [MAX_DEPTH, 100_000])
 def test_deep_files_are_refused_before_mitsuba_reads_them(tmp_path: Path, depth: int) -> None:
     with pytest.raises(FormatError, match=r"a\.xml: line 1: <shape> lies within 64 others"):
-        check_nesting(write(tmp_path, a=scene(nested(depth))))
-    check_nesting(write(tmp_path, a=scene(nested(MAX_DEPTH - 1))))
+        check_scene(write(tmp_path, a=scene(nested(depth))))
+    check_scene(write(tmp_path, a=scene(nested(MAX_DEPTH - 1))))
 
 
 def test_levels_add_up_over_files(tmp_path: Path) -> None:
     half = scene(nested(MAX_DEPTH // 2))
-    check_nesting(write(tmp_path, a=scene(include("b.xml")), b=half))
+    check_scene(write(tmp_path, a=scene(include("b.xml")), b=half))
     twice = scene(nested(MAX_DEPTH // 2).replace("><", f">{include('b.xml')}<", 33))
     with pytest.raises(FormatError, match=r"lies within 64 others"):
-        check_nesting(write(tmp_path, a=twice, b=half))
+        check_scene(write(tmp_path, a=twice, b=half))
 
 
 @pytest.mark.parametrize(
@@ -67,12 +67,23 @@ def test_includes_are_followed_as_mitsuba_does(tmp_path: Path, parts: tuple[str,
 def test_circles_and_unknown_names_are_refused(tmp_path: Path) -> None:
     circle = write(tmp_path, a=scene(include("b.xml")), b=scene(include("a.xml")))
     with pytest.raises(FormatError, match=r"a\.xml, which is being read: a circle"):
-        check_nesting(circle)
+        check_scene(circle)
     with pytest.raises(FormatError, match=r"\$which has no <default>"):
-        check_nesting(write(tmp_path, a=scene(include("$which.xml"))))
+        check_scene(write(tmp_path, a=scene(include("$which.xml"))))
 
 
 def test_what_is_included_again_and_again_is_counted(tmp_path: Path) -> None:
     files = {n: scene(include(f"{m}.xml") * 20) for n, m in zip("abcde", "bcdef", strict=True)}
     with pytest.raises(FormatError, match="makes more than 1,000,000 elements"):
-        check_nesting(write(tmp_path, **files, f=scene(nested(1))))
+        check_scene(write(tmp_path, **files, f=scene(nested(1))))
+
+
+def test_mixtures_need_a_weight(tmp_path: Path) -> None:
+    """Without, Mitsuba ends the process."""
+    diffuse = '<bsdf type="diffuse"/>'
+    weight = '<float name="weight" value="0.5"/>'
+    inner = f'<bsdf type="blendbsdf">{weight}{diffuse}{diffuse}</bsdf>'
+    check_scene(write(tmp_path, a=scene(inner)))
+    outer = f'<bsdf type="blendbsdf">\n{inner}{diffuse}</bsdf>'
+    with pytest.raises(FormatError, match=r"a\.xml: line 1: this blendbsdf has no weight"):
+        check_scene(write(tmp_path, a=scene(outer)))
