@@ -8,11 +8,8 @@ RUN := .venv/bin/python
 demo: setup  ## The main job, start to end; NACRE_DATA=FILE uses a real measurement.
 	$(RUN) -m nacre demo --output out/demo.png
 
-# Tests wait for browsers and other processes, so there is one worker more than cores.
-WORKERS = $(shell $(RUN) -c 'import os; print((os.cpu_count() or 1) + 1)')
-
 test: lint tools  ## Formatting, lint, types, layers, doctests and tests.
-	NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n $(WORKERS) --dist loadfile -q
+	NACRE_SCREENSHOTS=$(CURDIR)/out/screenshots $(RUN) -m pytest -n auto --dist loadfile -q
 
 lint: setup
 	.venv/bin/ruff format --no-cache --check .
