@@ -104,6 +104,21 @@ def renders() -> Iterator[None]:
         yield
 
 
+def rounded(layer: Layer) -> Layer:
+    """The same in half precision, as nacre's own fits are."""
+    return Layer(*(np.float32(np.float16(part)) for part in (layer.weights, layer.biases)))
+
+
+def halves() -> Iterator[None]:
+    """The same of weights in half precision."""
+    from nacre.render import render_preview
+
+    for material in variants():
+        half = material.with_layers([rounded(layer) for layer in material.layers])
+        render_preview(half, "sphere", "directional", 16, 1, denoise=False)
+        yield
+
+
 def kept() -> Iterator[None]:
     """The same where no kernel is released."""
     kernels.MAX_MATERIALS = sys.maxsize
@@ -171,6 +186,7 @@ PARTS = {
     "fits": Part(fits, 500),
     "loads": Part(loads, 500, 20),
     "renders": Part(renders, 300, kernels.MAX_MATERIALS + 1),
+    "halves": Part(halves, 300, kernels.MAX_MATERIALS + 1),
     "kept": Part(kept, 60),
     "cooperative": Part(cooperative, 60),
     "numbers": Part(numbers, 50),
